@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Every fixed capacity of the estimator in one place, with its reason.
+#pragma once
+
+namespace facet {
+
+/// Features tracked in one frame. 300 suffice indoors; 512 leaves room for dense meshes.
+inline constexpr int kMaxFeatures = 512;
+/// Keyframes in the window: 25 as in [Rosinol19], rounded up.
+inline constexpr int kMaxKeyframes = 32;
+/// Landmarks alive in the window: tracks of all its keyframes.
+inline constexpr int kMaxLandmarks = 2048;
+/// Inertial samples between two keyframes: 4 s at 1 kHz.
+inline constexpr int kMaxImuSamples = 4096;
+
+}  // namespace facet

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// All parameters of the estimator: one struct a module.
+#pragma once
+
+#include "estimator/frontend/frontend_config.h"
+#include "estimator/geometry/stereo_rig.h"
+#include "estimator/window/window_config.h"
+#include "estimator/imu/initializer_config.h"
+
+namespace facet {
+
+struct EstimatorConfig {
+    FrontendConfig frontend;
+    InitializerConfig initializer;
+    WindowConfig window;
+    ImuNoise imu_noise;
+
+    /// kInvalidArgument if a field of any part is outside its range.
+    Status validate() const;
+};
+
+}  // namespace facet

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The stereo visual-inertial estimator: samples in, estimates out.
+#pragma once
+
+#include <memory>
+
+#include "estimator/api/config.h"
+#include "estimator/api/estimate.h"
+#include "estimator/api/stage.h"
+#include "platform/base/samples.h"
+
+namespace facet {
+
+/// Fixed-lag stereo visual-inertial smoother. Usage:
+///   Estimator estimator;
+///   FACET_TRY(estimator.configure(config, rig));
+///   estimator.add_imu(sample);            // every sample, in order of time
+///   estimator.add_frame(frame, estimate); // every frame, once the samples cover its stamp
+/// Thread-bound: one thread at a time. Deterministic: equal inputs give equal bytes. No clock, file, log or exception.
+class Estimator {
+public:
+    Estimator();
+    ~Estimator();
+    Estimator(const Estimator&) = delete;
+    Estimator& operator=(const Estimator&) = delete;
+
+    /// Allocates everything; may be called again to start over.
+    /// @return kInvalidArgument if config or rig is out of range.
+    Status configure(const EstimatorConfig& config, const StereoRig& rig);
+
+    /// Timing hook; nullptr to remove. Not owned.
+    void set_stage_observer(StageObserver* observer);
+
+    /// Buffers one inertial sample. kOutOfOrder, kInvalidArgument (not finite) or kFull: dropped and counted in Health.
+    Status add_imu(const ImuSample& sample);
+
+    /// Estimates the state at the frame's stamp.
+    /// @return kNotReady if inertial samples do not reach the stamp yet (call again later with the same frame), or if
+    ///         there is too little data to start (Estimate::health says INIT);
+    ///         kOutOfOrder if the stamp does not increase; kInvalidArgument on a wrong image size.
+    Status add_frame(const StereoFrame& frame, Estimate& estimate);
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace facet

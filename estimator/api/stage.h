@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The stages of one frame's work, so that whoever owns a clock can time them: the estimator itself has none.
+#pragma once
+
+#include <cstdint>
+
+namespace facet {
+
+enum class Stage : std::uint8_t {
+    kPropagation,      ///< inertial integration and prediction
+    kTracking,         ///< front-end, every frame
+    kTriangulation,    ///< landmarks from the current poses, and outlier tests
+    kLinearization,    ///< factors, landmark elimination
+    kSolve,            ///< reduced system
+    kMarginalization,  ///< oldest keyframe into the prior
+    kCount
+};
+
+constexpr const char* to_string(Stage s) {
+    switch (s) {
+        case Stage::kPropagation: return "propagation";
+        case Stage::kTracking: return "tracking";
+        case Stage::kTriangulation: return "triangulation";
+        case Stage::kLinearization: return "linearization";
+        case Stage::kSolve: return "solve";
+        case Stage::kMarginalization: return "marginalization";
+        case Stage::kCount: break;
+    }
+    return "?";
+}
+
+/// Told when a stage begins and ends. Stages do not nest; one may run several times in a frame (times add up).
+class StageObserver {
+public:
+    virtual ~StageObserver() = default;
+    virtual void begin(Stage stage) = 0;
+    virtual void end(Stage stage) = 0;
+};
+
+}  // namespace facet

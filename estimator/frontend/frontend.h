@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The front-end: tracks corners in the left image, matches them in the right one, rejects outliers, picks keyframes.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <span>
+
+#include "estimator/frontend/frontend_config.h"
+#include "estimator/frontend/frontend_types.h"
+#include "estimator/geometry/stereo_rig.h"
+#include "platform/base/samples.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// Usage: configure once; process every frame in order of time. Thread-bound: one thread at a time, no globals.
+/// Deterministic: equal inputs give equal outputs to the bit. OpenCV stays behind this class; its exceptions become kCorrupt.
+class Frontend {
+public:
+    Frontend();
+    ~Frontend();
+    Frontend(const Frontend&) = delete;
+    Frontend& operator=(const Frontend&) = delete;
+
+    /// Allocates all buffers for the rig's image sizes. kInvalidArgument if a field is out of range.
+    Status configure(const FrontendConfig& config, const StereoRig& rig);
+
+    /// Forgets all tracks; landmark ids go on counting.
+    void reset();
+
+    /// Processes one frame.
+    /// @param frame      left image of the rig's size; the right one may be empty: then no stereo matches
+    /// @param q_Bp_B     rotation of the body from now to the previous frame (p_Bp = q * p_B), from the gyroscope
+    /// @param output     filled on kOk
+    /// @return kInvalidArgument on a wrong image size, kOutOfOrder if the stamp does not increase, kCorrupt if OpenCV threw.
+    Status process(const StereoFrame& frame, const Eigen::Quaterniond& q_Bp_B, FrontendOutput& output);
+
+    /// Ends the tracks the smoother has judged to be outliers; unknown ids are ignored.
+    void drop_tracks(std::span<const LandmarkId> landmarks);
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace facet

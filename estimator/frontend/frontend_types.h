@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What the front-end takes and gives: plain values, no OpenCV.
+#pragma once
+
+#include <Eigen/Core>
+#include <boost/container/static_vector.hpp>
+#include <cstdint>
+
+#include "estimator/api/capacity.h"
+#include "platform/base/timestamp.h"
+#include "platform/base/typed_id.h"
+
+namespace facet {
+
+/// One landmark seen in one stereo frame. Normalised coordinates are undistorted, (X/Z, Y/Z) in the camera's frame.
+struct FeatureObservation {
+    LandmarkId landmark;
+    Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();   ///< normalised, in C0 (-)
+    Eigen::Vector2d right_xy = Eigen::Vector2d::Zero();  ///< normalised, in C1 (-); only if has_right
+    Eigen::Vector2f left_px = Eigen::Vector2f::Zero();   ///< distorted pixel in the left image (px)
+    Eigen::Vector2f right_px = Eigen::Vector2f::Zero();  ///< distorted pixel in the right image (px); only if has_right
+    bool has_right = false;
+    std::uint32_t age_frames = 0;  ///< frames since the track began
+};
+
+/// The front-end's verdict on one frame. Observations are filled for every frame; right ones only at keyframes.
+struct FrontendOutput {
+    Timestamp stamp;
+    bool is_keyframe = false;
+    bool is_still = false;  ///< rotation-compensated median disparity since the last keyframe below the still threshold
+    double median_disparity_px = 0.0;  ///< since the last keyframe, rotation compensated (px)
+    int tracked = 0;         ///< tracks carried over from the previous frame
+    int lost = 0;            ///< tracks lost in this frame: left the image, failed forward-backward, or outliers
+    int outliers = 0;        ///< of these, rejected by the geometric tests
+    int detected = 0;        ///< new tracks begun in this frame
+    int stereo = 0;          ///< observations with a right match
+    boost::container::static_vector<FeatureObservation, kMaxFeatures> observations;
+};
+
+}  // namespace facet

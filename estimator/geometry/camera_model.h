@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Pinhole cameras with radial-tangential or equidistant distortion: project and unproject, with Jacobians.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// Lens distortion applied to the normalised image point (x, y) = (X/Z, Y/Z), r^2 = x^2 + y^2.
+enum class Distortion : std::uint8_t {
+    kNone,
+    /// coeffs k1 k2 p1 p2: x' = x (1 + k1 r^2 + k2 r^4) + 2 p1 x y + p2 (r^2 + 2 x^2); y' likewise. [Brown66]
+    kRadialTangential,
+    /// coeffs k1 k2 k3 k4: theta = atan(r), theta' = theta (1 + k1 theta^2 + ... + k4 theta^8). [Kannala06]
+    kEquidistant,
+};
+
+/// Intrinsic parameters of one camera (px).
+struct CameraIntrinsics {
+    int width = 0;
+    int height = 0;
+    double fx = 0.0;
+    double fy = 0.0;
+    double cx = 0.0;
+    double cy = 0.0;
+    Distortion distortion = Distortion::kNone;
+    std::array<double, 4> coeffs{};
+};
+
+/// A pinhole camera with distortion. Camera frame C: z forward, x right, y down. Pixel (0, 0) is the centre of the top
+/// left pixel. Immutable after construction; reentrant. No heap, no exceptions.
+class CameraModel {
+public:
+    CameraModel() = default;
+    explicit CameraModel(const CameraIntrinsics& intrinsics);
+
+    /// kInvalidArgument if a size, focal length or coefficient is not finite or not positive where it must be, or if
+    /// the distortion folds inside the image (its radial part is not increasing up to the image corner).
+    static Status validate(const CameraIntrinsics& intrinsics);
+
+    const CameraIntrinsics& intrinsics() const { return k_; }
+    /// Mean focal length (px): turns normalised residuals into pixels.
+    double focal_px() const { return 0.5 * (k_.fx + k_.fy); }
+
+    /// Pixel of a point in front of the camera.
+    ///   u = fx x' + cx, v = fy y' + cy with (x', y') = distort(X/Z, Y/Z)
+    /// @param p_C         point in C (m)
+    /// @param uv          pixel (px)
+    /// @param d_uv_d_p_C  2x3 (px/m); nullptr to skip
+    /// @return kDegenerate if Z <= 1e-6 or the point lies beyond the model's valid angle (outputs untouched).
+    Status project(const Eigen::Vector3d& p_C, Eigen::Vector2d& uv, Eigen::Matrix<double, 2, 3>* d_uv_d_p_C = nullptr) const;
+
+    /// Normalised undistorted point (x, y) = (X/Z, Y/Z) of a pixel, by Gauss-Newton on the distortion (at most 20 steps).
+    /// @param uv        pixel (px)
+    /// @param xy        normalised point (-)
+    /// @param d_xy_d_uv 2x2 (1/px); nullptr to skip
+    /// @return kDegenerate if the inversion does not reach 1e-10 (outputs untouched).
+    Status unproject(const Eigen::Vector2d& uv, Eigen::Vector2d& xy, Eigen::Matrix2d* d_xy_d_uv = nullptr) const;
+
+    /// Distorted normalised point and its 2x2 Jacobian (nullptr to skip).
+    Eigen::Vector2d distort(const Eigen::Vector2d& xy, Eigen::Matrix2d* d_out_d_xy = nullptr) const;
+
+    bool in_image(const Eigen::Vector2d& uv, double border_px) const {
+        return uv.x() >= border_px && uv.y() >= border_px && uv.x() <= k_.width - 1 - border_px &&
+               uv.y() <= k_.height - 1 - border_px;
+    }
+    /// Largest undistorted radius r the model is used for: where the distortion stops being increasing, or 10.
+    double max_radius() const { return max_radius_; }
+
+private:
+    CameraIntrinsics k_;
+    double max_radius_ = 10.0;
+};
+
+}  // namespace facet

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// On-manifold preintegration of inertial samples between two keyframes, with covariance and bias Jacobians. [Forster17]
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "estimator/geometry/stereo_rig.h"
+#include "platform/base/samples.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// Bias of the IMU: what it reads too much.
+struct ImuBias {
+    Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< (rad/s)
+    Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< (m/s^2)
+};
+
+/// Navigation state of the body. Tangent order [theta p v bg ba], each 3; see state_offset.
+struct NavState {
+    Eigen::Quaterniond q_W_B = Eigen::Quaterniond::Identity();
+    Eigen::Vector3d p_W_B = Eigen::Vector3d::Zero();  ///< (m)
+    Eigen::Vector3d v_W_B = Eigen::Vector3d::Zero();  ///< (m/s)
+    ImuBias bias;
+
+    Se3 T_W_B() const { return {q_W_B, p_W_B}; }
+    NavState box_plus(const Eigen::Matrix<double, 15, 1>& d) const;
+    /// The d with other = box_plus(d).
+    Eigen::Matrix<double, 15, 1> box_minus_to(const NavState& other) const;
+};
+
+/// Offsets of the parts in a state's tangent vector.
+inline constexpr int kTheta = 0;
+inline constexpr int kPos = 3;
+inline constexpr int kVel = 6;
+inline constexpr int kBiasGyro = 9;
+inline constexpr int kBiasAccel = 12;
+inline constexpr int kStateDim = 15;
+inline constexpr int kPoseDim = 6;
+
+/// World gravity (m/s^2): z is up.
+inline const Eigen::Vector3d kGravity_W{0.0, 0.0, -9.81};
+
+/// Relative motion from sample sums between times i and j, independent of the state at i. [Forster17] eq. (33)-(38):
+///   dR = prod Exp((w - bg) dt),  dv = sum dR (a - ba) dt,  dp = sum dv dt + 1/2 dR (a - ba) dt^2
+/// Integrated by the midpoint rule on consecutive samples (gyro and accel averaged over the step).
+/// Covariance order [theta p v], 9x9, of the error Exp(d_theta) on the right of dR; white noise only (bias walk is the
+/// factor's). Thread-bound. No heap.
+class Preintegration {
+public:
+    explicit Preintegration(const ImuBias& bias_linearised = {}) : bias_(bias_linearised) {}
+
+    /// Starts anew at this bias.
+    void reset(const ImuBias& bias_linearised);
+
+    /// Adds the step between two consecutive samples of one IMU.
+    /// @return kOutOfOrder if b is not after a (nothing added).
+    Status integrate(const ImuSample& a, const ImuSample& b, const ImuNoise& noise);
+
+    double dt_s() const { return dt_s_; }
+    const ImuBias& bias() const { return bias_; }
+    const Eigen::Quaterniond& delta_q() const { return dq_; }
+    const Eigen::Vector3d& delta_p() const { return dp_; }
+    const Eigen::Vector3d& delta_v() const { return dv_; }
+    const Eigen::Matrix<double, 9, 9>& covariance() const { return covariance_; }
+    /// d[theta p v] / d[bg ba], 9x6, theta on the right of dR.
+    const Eigen::Matrix<double, 9, 6>& d_delta_d_bias() const { return d_delta_d_bias_; }
+
+    /// Deltas corrected to first order for a bias other than the linearised one. [Forster17] eq. (44)
+    void corrected(const ImuBias& bias, Eigen::Quaterniond& dq, Eigen::Vector3d& dp, Eigen::Vector3d& dv) const;
+
+    /// State at j from the state at i (its bias is used and carried over).
+    NavState predict(const NavState& state_i) const;
+
+private:
+    ImuBias bias_;
+    double dt_s_ = 0.0;
+    Eigen::Quaterniond dq_ = Eigen::Quaterniond::Identity();
+    Eigen::Vector3d dp_ = Eigen::Vector3d::Zero();
+    Eigen::Vector3d dv_ = Eigen::Vector3d::Zero();
+    Eigen::Matrix<double, 9, 9> covariance_ = Eigen::Matrix<double, 9, 9>::Zero();
+    Eigen::Matrix<double, 9, 6> d_delta_d_bias_ = Eigen::Matrix<double, 9, 6>::Zero();
+};
+
+}  // namespace facet
