@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "app/sim/scene.h"
 #include "app/sim/spline.h"
@@ -28,6 +30,8 @@ public:
     /// Control points [x y z roll pitch yaw].
     using Spline = QuinticSpline<6>;
 
+    /// One second at the world's origin.
+    Flight() : Flight(Spline(1.0, std::vector<Spline::Vector>(6, Spline::Vector::Zero()))) {}
     explicit Flight(Spline spline) : spline_(std::move(spline)) {}
 
     double duration_s() const { return spline_.duration_s(); }
@@ -49,7 +53,7 @@ FlightReport inspect_flight(const Flight& flight, const Scene& scene);
 
 struct FlightPlan {
     double duration_s = 30.0;
-    double stand_s = 2.5;             ///< exactly motionless from the start
+    double stand_s = 2.5;  ///< exactly motionless from the start
     double max_speed_m_per_s = 1.5;
     double max_rate_rad_per_s = 1.05;
     std::uint64_t seed = 1;

@@ -52,11 +52,12 @@ Status check_options(const SimOptions& o, std::string& error) {
         error = fmt::format("--duration: {} s is outside 0.1 to 3600 s", o.duration_s);
     } else if (!(o.rate_hz >= 1.0 && o.rate_hz <= 200.0)) {
         error = fmt::format("--rate: {} Hz is outside 1 to 200 Hz", o.rate_hz);
-    } else if (o.samples < 1 || o.samples > 64) {
-        error = fmt::format("--samples: {} is outside 1 to 64", o.samples);
+    } else if (o.samples < 1 || o.samples > 32) {
+        error = fmt::format("--samples: {} is outside 1 to 32", o.samples);
     } else if (o.threads < 1 || o.threads > 64) {
         error = fmt::format("--threads: {} is outside 1 to 64", o.threads);
-    } else if (o.texture_size < 16 || o.texture_size > 4096 || !std::has_single_bit(static_cast<unsigned>(o.texture_size))) {
+    } else if (o.texture_size < 16 || o.texture_size > 4096 ||
+               !std::has_single_bit(static_cast<unsigned>(o.texture_size))) {
         error = fmt::format("texture size: {} is not a power of two from 16 to 4096", o.texture_size);
     } else if (!(o.stand_s >= 0.0 && o.stand_s <= 60.0)) {
         error = fmt::format("standing time: {} s is outside 0 to 60 s", o.stand_s);
@@ -93,6 +94,17 @@ Status prepare_folder(const SimOptions& o, std::string& error) {
         }
     }
     return Status::kOk;
+}
+
+SceneDetail scene_detail(const SimOptions& o) {
+    SceneDetail detail;
+    detail.texture_size = o.texture_size;
+    detail.threads = o.threads;
+    if (o.texture_size < 256) {  // a draft: coarse light too
+        detail.light_spacing_m = 0.5;
+        detail.light_samples = 4;
+    }
+    return detail;
 }
 
 std::vector<Timestamp> image_stamps(const SimOptions& o) {
@@ -168,15 +180,7 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     FACET_TRY(check_options(options, error));
     FACET_TRY(prepare_folder(options, error));
     const Clock::time_point start = Clock::now();
-
-    SceneDetail detail;
-    detail.texture_size = options.texture_size;
-    detail.threads = options.threads;
-    if (options.texture_size < 256) {  // a draft: coarse light too
-        detail.light_spacing_m = 0.5;
-        detail.light_samples = 4;
-    }
-    const Scene scene = make_scene(options.scene, detail);
+    const Scene scene = make_scene(options.scene, scene_detail(options));
     const std::vector<Timestamp> stamps = image_stamps(options);
     std::vector<double> times_s;
     for (const Timestamp stamp : stamps) {
@@ -184,13 +188,12 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     }
     const double end_s = times_s.back() + kTail_s;
 
-    FlightPlan plan;
-    plan.duration_s = end_s + kTail_s;
-    plan.stand_s = kFirstImage.seconds() + options.stand_s;
-    plan.seed = options.seed;
-    Flight flight{Flight::Spline(1.0, std::vector<Flight::Spline::Vector>(6, Flight::Spline::Vector::Zero()))};
+    const FlightPlan plan{
+        .duration_s = end_s + kTail_s, .stand_s = kFirstImage.seconds() + options.stand_s, .seed = options.seed};
+    Flight flight;
     if (!ok(plan_flight(scene, plan, flight))) {
-        error = fmt::format("--seed: found no flight through '{}' that keeps its distance; try another seed", options.scene);
+        error = fmt::format("--seed: found no flight through '{}' that keeps its distance; try another seed",
+                            options.scene);
         return Status::kDegenerate;
     }
     const StereoRig rig = euroc_rig();
@@ -220,7 +223,8 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     summary.prepare_s = seconds_since(start);
     const Clock::time_point rendering = Clock::now();
     double cpu_s = 0.0;
-    FACET_TRY(render_images({options, scene, flight, left, right, stamps, times_s, coarse.gains}, progress, cpu_s, error));
+    FACET_TRY(
+        render_images({options, scene, flight, left, right, stamps, times_s, coarse.gains}, progress, cpu_s, error));
     summary.render_s = seconds_since(rendering);
     summary.ms_per_image = 1e3 * cpu_s / (2.0 * summary.frames);
     return Status::kOk;

@@ -18,7 +18,7 @@ struct SimOptions {
     std::uint64_t seed = 1;      ///< of flight and noise; the scene itself is always the same
     double duration_s = 30.0;    ///< from first to last image [0.1, 3600]
     double rate_hz = 20.0;       ///< of the cameras [1, 200]
-    int samples = 5;             ///< rays per pixel [1, 64]; 5 leaves no visible sparkle at about 100 ms an image
+    int samples = 5;             ///< rays per pixel [1, 32]; 5 leave no visible sparkle
     int threads = 2;             ///< [1, 64]; the output does not depend on it
     bool noise = true;           ///< false: no image noise, no inertial noise and no bias
     bool force = false;          ///< replace mav0/ and truth/ in a folder that is not empty
@@ -31,9 +31,9 @@ struct SimSummary {
     int frames = 0;
     int planes = 0;
     FlightReport flight;
-    double prepare_s = 0.0;       ///< scene, light, flight (wall clock)
-    double render_s = 0.0;        ///< images (wall clock)
-    double ms_per_image = 0.0;    ///< processor time, rendering and writing
+    double prepare_s = 0.0;     ///< scene, light, flight (wall clock)
+    double render_s = 0.0;      ///< images (wall clock)
+    double ms_per_image = 0.0;  ///< processor time, rendering and writing
 };
 
 /// Called after each image, by one thread at a time: images done and in all.

@@ -10,13 +10,11 @@
 namespace facet::sim {
 namespace {
 
-Flight empty_flight() { return Flight(Flight::Spline(1.0, std::vector<Flight::Spline::Vector>(6, Flight::Spline::Vector::Zero()))); }
-
 Flight planned(std::string_view scene, std::uint64_t seed, double duration_s) {
     FlightPlan plan;
     plan.duration_s = duration_s;
     plan.seed = seed;
-    Flight flight = empty_flight();
+    Flight flight;
     REQUIRE(ok(plan_flight(draft_scene(scene), plan, flight)));
     return flight;
 }
@@ -75,7 +73,7 @@ TEST_CASE("A plan that no flight can keep is refused") {
     FlightPlan plan;
     plan.duration_s = 6.0;
     plan.max_speed_m_per_s = 0.02;  // the hover's wobble alone is faster
-    Flight flight = empty_flight();
+    Flight flight;
     CHECK(plan_flight(draft_scene("room"), plan, flight) == Status::kDegenerate);
     CHECK(flight.duration_s() == 1.0);
 }
