@@ -37,7 +37,7 @@ public:
 
 private:
     int dim_ = 0;
-    alignas(64) std::array<double, static_cast<std::size_t>(kMaxKeyframes * kStateDim) * kMaxKeyframes * kStateDim> h_;
+    alignas(64) std::array<double, static_cast<std::size_t>(kMaxKeyframes* kStateDim) * kMaxKeyframes * kStateDim> h_;
     alignas(64) std::array<double, kMaxKeyframes * kStateDim> g_;
 };
 

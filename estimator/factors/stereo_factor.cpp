@@ -22,9 +22,9 @@ bool sight_line(const Camera& camera, const Eigen::Vector3d& q_B, double rho, Ei
 
 }  // namespace
 
-Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const Se3& T_W_B, const Se3& T_W_B_lin,
-                        const CameraPose& host, const InverseDepthPoint& point, const HuberLoss& loss,
-                        StereoLinearization& out) {
+Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const Se3& T_W_B,
+                        const Se3& T_W_B_lin, const CameraPose& host, const InverseDepthPoint& point,
+                        const HuberLoss& loss, StereoLinearization& out) {
     const ScaledWorldPoint world(host, point);
     const Eigen::Matrix3d R_B_W = T_W_B.R().transpose();
     const Eigen::Matrix3d R_B_W_lin = T_W_B_lin.R().transpose();

@@ -23,7 +23,7 @@ struct StereoGeometry {
     Eigen::Matrix3d R_C1_B = Eigen::Matrix3d::Identity();
     Eigen::Vector3d p_B_C0 = Eigen::Vector3d::Zero();
     Eigen::Vector3d p_B_C1 = Eigen::Vector3d::Zero();
-    double scale_left = 1.0;   ///< focal length over pixel sigma: whitens normalised residuals
+    double scale_left = 1.0;  ///< focal length over pixel sigma: whitens normalised residuals
     double scale_right = 1.0;
 };
 
@@ -47,8 +47,8 @@ struct StereoLinearization {
 /// @param T_W_B_lin  pose at which the Jacobians are taken (first-estimate Jacobians); equal to T_W_B if free
 /// @param host       camera that hosts the point's chart
 /// @return kDegenerate if the point is behind a camera at either pose (outputs untouched). No heap. Reentrant.
-Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const Se3& T_W_B, const Se3& T_W_B_lin,
-                        const CameraPose& host, const InverseDepthPoint& point, const HuberLoss& loss,
-                        StereoLinearization& out);
+Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const Se3& T_W_B,
+                        const Se3& T_W_B_lin, const CameraPose& host, const InverseDepthPoint& point,
+                        const HuberLoss& loss, StereoLinearization& out);
 
 }  // namespace facet

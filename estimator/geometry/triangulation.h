@@ -17,7 +17,7 @@ struct Sighting {
 };
 
 struct TriangulationOptions {
-    int max_iterations = 5;       ///< Gauss-Newton steps
+    int max_iterations = 5;        ///< Gauss-Newton steps
     double huber_threshold = 1.5;  ///< standard deviations
     double max_rho = 10.0;         ///< nearest point accepted: 1 / depth (1/m)
     /// Standard deviation of a zero-mean prior on rho (1/m): keeps a landmark without parallax at infinity instead of

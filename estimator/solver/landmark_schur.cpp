@@ -46,7 +46,8 @@ Status LandmarkSchur::eliminate_into(ReducedSystem& system) {
     for (int i = 0; i < count_; ++i) {
         const PoseTerm& ti = terms_[i];
         for (int j = 0; j < i; ++j) {
-            system.add_pose_block(ti.keyframe, terms_[j].keyframe, -ti.h_pose_point * terms_[j].h_pose_point.transpose());
+            system.add_pose_block(ti.keyframe, terms_[j].keyframe,
+                                  -ti.h_pose_point * terms_[j].h_pose_point.transpose());
         }
         system.add_pose_block(ti.keyframe, ti.keyframe, ti.h_pose - ti.h_pose_point * ti.h_pose_point.transpose());
         system.add_pose_gradient(ti.keyframe, ti.g_pose - ti.h_pose_point * g_white);

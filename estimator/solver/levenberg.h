@@ -11,10 +11,10 @@
 namespace facet {
 
 struct LevenbergOptions {
-    int max_iterations = 6;            ///< solver steps tried, accepted or not: bounds the time
-    double initial_lambda = 1e-7;      ///< damping relative to the diagonal: nearly Gauss-Newton
-    double relative_decrease = 1e-5;   ///< stop when an accepted step gains less than this share of 1 + |cost|
-    double min_step = 1e-7;            ///< stop when no parameter moves more than this
+    int max_iterations = 6;           ///< solver steps tried, accepted or not: bounds the time
+    double initial_lambda = 1e-7;     ///< damping relative to the diagonal: nearly Gauss-Newton
+    double relative_decrease = 1e-5;  ///< stop when an accepted step gains less than this share of 1 + |cost|
+    double min_step = 1e-7;           ///< stop when no parameter moves more than this
 };
 
 struct LevenbergSummary {
@@ -40,7 +40,8 @@ struct LevenbergWorkspace {
 /// is accepted, that linearization is the next one. At the end `workspace.systems[current]` holds the system at the final
 /// states; the return value tells which. Bounded by max_iterations. No heap.
 template <class Problem>
-LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, LevenbergWorkspace& workspace, int& current) {
+LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, LevenbergWorkspace& workspace,
+                           int& current) {
     current = 0;
     LevenbergSummary summary;
     double lambda = options.initial_lambda;
@@ -73,7 +74,8 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
         const double ratio = gain / std::max(workspace.solver.predicted_decrease(), 1e-12);
         lambda *= std::max(0.1, 1.0 - std::pow(2.0 * std::min(ratio, 1.0) - 1.0, 3));
         growth = 4.0;
-        const bool converged = gain <= options.relative_decrease * (1.0 + std::abs(summary.final_cost)) || largest < options.min_step;
+        const bool converged =
+            gain <= options.relative_decrease * (1.0 + std::abs(summary.final_cost)) || largest < options.min_step;
         summary.final_cost = cost;
         if (converged) {
             break;

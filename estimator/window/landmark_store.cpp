@@ -16,12 +16,14 @@ void LandmarkStore::clear() {
 }
 
 Landmark* LandmarkStore::find(LandmarkId id) {
-    const auto it = std::lower_bound(order_.begin(), order_.end(), id, [](const Entry& e, LandmarkId i) { return e.id < i; });
+    const auto it =
+        std::lower_bound(order_.begin(), order_.end(), id, [](const Entry& e, LandmarkId i) { return e.id < i; });
     return it != order_.end() && it->id == id ? &slots_[it->slot] : nullptr;
 }
 
 Landmark* LandmarkStore::find_or_insert(LandmarkId id) {
-    const auto it = std::lower_bound(order_.begin(), order_.end(), id, [](const Entry& e, LandmarkId i) { return e.id < i; });
+    const auto it =
+        std::lower_bound(order_.begin(), order_.end(), id, [](const Entry& e, LandmarkId i) { return e.id < i; });
     if (it != order_.end() && it->id == id) {
         return &slots_[it->slot];
     }

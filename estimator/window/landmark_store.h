@@ -23,10 +23,10 @@ struct LandmarkObservation {
 struct Landmark {
     LandmarkId id;
     boost::container::static_vector<LandmarkObservation, kMaxKeyframes> observations;  ///< ascending keyframes
-    InverseDepthPoint point;  ///< chart: left camera of the first observation's keyframe
-    bool has_point = false;   ///< point is a usable first guess
-    bool is_active = false;   ///< takes part in the current optimization
-    double cost = 0.0;        ///< robust cost at its last linearization
+    InverseDepthPoint point;     ///< chart: left camera of the first observation's keyframe
+    bool has_point = false;      ///< point is a usable first guess
+    bool is_active = false;      ///< takes part in the current optimization
+    double cost = 0.0;           ///< robust cost at its last linearization
     double squared_error = 0.0;  ///< whitened squared residual at its last linearization
 };
 

@@ -7,7 +7,8 @@ namespace facet {
 namespace {
 
 /// Whitened distance of a measurement to the point's reprojection; infinite if the point is behind the camera.
-double reprojection_distance(const CameraPose& camera, const ScaledWorldPoint& point, const Eigen::Vector2d& xy, double scale) {
+double reprojection_distance(const CameraPose& camera, const ScaledWorldPoint& point, const Eigen::Vector2d& xy,
+                             double scale) {
     const Eigen::Vector3d q = camera.R_C_W * point.from(camera.p_W_C);
     if (!(q.z() > 0.0)) {
         return std::numeric_limits<double>::infinity();
@@ -40,8 +41,8 @@ OutlierCount remove_outliers(double threshold_px, WindowState& state, const Wind
                 continue;
             }
             if (o.measurement.has_right) {
-                const double right = reprojection_distance(problem.right_camera(o.keyframe), point, o.measurement.right_xy,
-                                                           geometry.scale_right);
+                const double right = reprojection_distance(problem.right_camera(o.keyframe), point,
+                                                           o.measurement.right_xy, geometry.scale_right);
                 if (right > threshold_px * problem.pixels_to_sigmas()) {
                     ++count.observations;
                     o.measurement.has_right = false;

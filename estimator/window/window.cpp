@@ -21,7 +21,8 @@ void Window::set_stage_observer(StageObserver* observer) {
     problem_.set_stage_observer(observer);
 }
 
-void Window::start(Timestamp stamp, const NavState& state, const Eigen::Matrix<double, kStateDim, kStateDim>& information,
+void Window::start(Timestamp stamp, const NavState& state,
+                   const Eigen::Matrix<double, kStateDim, kStateDim>& information,
                    std::span<const FeatureObservation> observations) {
     state_.keyframes.clear();
     state_.landmarks.clear();
@@ -74,7 +75,8 @@ WindowSummary Window::optimize() {
     const std::size_t count = state_.keyframes.size();
     if (count >= 2) {
         const Keyframe& j = state_.keyframes[count - 1];
-        summary.imu_squared_error = j.imu_from_previous.residual(state_.keyframes[count - 2].state, j.state).squaredNorm();
+        summary.imu_squared_error =
+            j.imu_from_previous.residual(state_.keyframes[count - 2].state, j.state).squaredNorm();
     }
     summary.marginalization_failed = marginalization_failed_;
     remove_outliers(summary);

@@ -139,8 +139,8 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     for (const LandmarkObservation& o : landmark.observations) {
         const Keyframe& keyframe = state_->keyframes[static_cast<std::size_t>(o.keyframe)];
         StereoLinearization l;
-        if (!ok(linearize_stereo(o.measurement, geometry_, keyframe.state.T_W_B(), keyframe.linearization_point().T_W_B(), host,
-                                 landmark.point, loss, l))) {
+        if (!ok(linearize_stereo(o.measurement, geometry_, keyframe.state.T_W_B(),
+                                 keyframe.linearization_point().T_W_B(), host, landmark.point, loss, l))) {
             return landmark.cost;
         }
         schur_.add(o.keyframe, l);
@@ -173,7 +173,8 @@ void WindowProblem::save() {
 
 void WindowProblem::apply(const ReducedSolver::Step& step) {
     for (std::size_t k = 0; k < state_->keyframes.size(); ++k) {
-        state_->keyframes[k].state = saved_[k].box_plus(step.segment<kStateDim>(kStateDim * static_cast<Eigen::Index>(k)));
+        state_->keyframes[k].state =
+            saved_[k].box_plus(step.segment<kStateDim>(kStateDim * static_cast<Eigen::Index>(k)));
     }
 }
 

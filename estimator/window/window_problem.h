@@ -16,7 +16,7 @@ namespace facet {
 /// How well the window fits, at its last linearization.
 struct WindowFit {
     int active_landmarks = 0;
-    int vision_rows = 0;            ///< scalar residuals of active landmarks minus three a landmark
+    int vision_rows = 0;                ///< scalar residuals of active landmarks minus three a landmark
     double vision_squared_error = 0.0;  ///< whitened, not robust
 };
 

@@ -18,7 +18,7 @@ struct Keyframe {
     Timestamp stamp;
     NavState state;
     NavState state_lin;
-    bool is_bound = false;       ///< the prior holds this keyframe: Jacobians stay at state_lin
+    bool is_bound = false;        ///< the prior holds this keyframe: Jacobians stay at state_lin
     ImuFactor imu_from_previous;  ///< not set for the oldest keyframe
 
     const NavState& linearization_point() const { return is_bound ? state_lin : state; }
