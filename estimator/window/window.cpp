@@ -70,8 +70,7 @@ WindowSummary Window::optimize() {
     problem_.select_landmarks();
     LevenbergOptions options;
     options.max_iterations = config_.max_iterations;
-    int current = 0;
-    summary.solver = levenberg(problem_, options, workspace_, current);
+    summary.solver = levenberg(problem_, options, workspace_, current_system_);
     const std::size_t count = state_.keyframes.size();
     if (count >= 2) {
         const Keyframe& j = state_.keyframes[count - 1];
@@ -82,6 +81,12 @@ WindowSummary Window::optimize() {
     remove_outliers(summary);
     summary.fit = problem_.fit();
     return summary;
+}
+
+Status Window::newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance) {
+    FACET_TRY(workspace_.solver.solve(workspace_.systems[current_system_], 0.0));
+    covariance = workspace_.solver.last_keyframe_covariance();
+    return Status::kOk;
 }
 
 void Window::remove_outliers(WindowSummary& summary) {

@@ -45,6 +45,10 @@ public:
     /// Landmarks whose newest observation optimize() has just rejected.
     std::span<const LandmarkId> rejected() const { return {rejected_.data(), rejected_.size()}; }
 
+    /// Marginal covariance of the newest keyframe's state after optimize(), 15x15, order [theta p v bg ba], of the error
+    /// in the tangent of the estimate. @return kDegenerate if the window's information is singular (untouched).
+    Status newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance);
+
     bool empty() const { return state_.keyframes.empty(); }
     const Keyframe& newest() const { return state_.keyframes.back(); }
     const WindowState& state() const { return state_; }
@@ -64,6 +68,7 @@ private:
     Marginalizer marginalizer_;
     LevenbergWorkspace workspace_;
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;
+    int current_system_ = 0;  ///< which workspace system holds the final linearization
     bool marginalization_failed_ = false;
 };
 

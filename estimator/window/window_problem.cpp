@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/window/window_problem.h"
 
+#include "estimator/geometry/triangulation.h"
 #include "estimator/window/stage_scope.h"
 
 namespace facet {
