@@ -33,9 +33,7 @@ Eigen::Matrix<double, 15, 1> NavState::box_minus_to(const NavState& other) const
     return d;
 }
 
-void Preintegration::reset(const ImuBias& bias_linearised) {
-    *this = Preintegration(bias_linearised);
-}
+void Preintegration::reset(const ImuBias& bias_linearised) { *this = Preintegration(bias_linearised); }
 
 // One step of length h with the mean rate w and mean specific force a of its two samples (bias taken off):
 //   dR+ = dR Exp(w h),  Rm = dR Exp(w h / 2),  dv+ = dv + Rm a h,  dp+ = dp + dv h + 1/2 Rm a h^2.
