@@ -30,10 +30,10 @@ ImuNoise make_noise() {
 }
 
 struct Run {
-    double rmse_m = 0.0;        ///< of the newest keyframe's position, over all keyframes, no alignment
+    double rmse_m = 0.0;  ///< of the newest keyframe's position, over all keyframes, no alignment
     double last_error_m = 0.0;
     double tilt_error_rad = 0.0;
-    double nees_pose = 0.0;     ///< mean over keyframes of the newest keyframe's pose, 6 degrees of freedom
+    double nees_pose = 0.0;  ///< mean over keyframes of the newest keyframe's pose, 6 degrees of freedom
     double chi2_per_row = 0.0;
     NavState last;
     int keyframes = 0;
