@@ -20,4 +20,15 @@ double PriorFactor::evaluate(const Eigen::Ref<const Eigen::VectorXd>& d, Eigen::
     return cost;
 }
 
+void PriorFactor::rebase_single(const Eigen::Matrix<double, kStateDim, 1>& d) {
+    using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;
+    FACET_ASSERT(keyframes() == 1);
+    StateMatrix jacobian = StateMatrix::Identity();
+    jacobian.block<3, 3>(kTheta, kTheta) = so3_right_jacobian_inverse(d.segment<3>(kTheta));
+    const StateMatrix h_old = h();
+    const Eigen::Matrix<double, kStateDim, 1> g_old = g();
+    g() = jacobian.transpose() * (g_old + h_old * d);
+    h() = jacobian.transpose() * h_old * jacobian;
+}
+
 }  // namespace facet

@@ -32,6 +32,10 @@ public:
     Vector g() { return {g_.data(), dim_}; }
     ConstVector g() const { return {g_.data(), dim_}; }
 
+    /// Moves keyframe 0's linearization point by its displacement d: g += H d in its block, with H and g turned into the
+    /// tangent there by Jr^-1(d_theta). Exact for the quadratic; only for a prior over one keyframe.
+    void rebase_single(const Eigen::Matrix<double, kStateDim, 1>& d);
+
     /// Cost at displacement d, and H d + g into `gradient` (both of dimension dim()).
     double evaluate(const Eigen::Ref<const Eigen::VectorXd>& d, Eigen::Ref<Eigen::VectorXd> gradient) const;
 

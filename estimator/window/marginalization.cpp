@@ -22,6 +22,15 @@ void bind(Keyframe& keyframe) {
     }
 }
 
+/// Binds the oldest keyframe; if it is free although the prior covers it (the first prior), the prior moves along.
+void bind_first(WindowState& state) {
+    Keyframe& first = state.keyframes[0];
+    if (!first.is_bound && state.prior.keyframes() == 1) {
+        state.prior.rebase_single(first.state_lin.box_minus_to(first.state));
+    }
+    bind(first);
+}
+
 /// Drops the observation of keyframe 0 and moves the others one keyframe down.
 void shift(Landmark& landmark, const WindowProblem& problem) {
     if (seen_by(landmark, 0)) {
@@ -79,7 +88,7 @@ Status marginalize_first_keyframe(const ReducedSystem& system, const Eigen::Ref<
 Status Marginalizer::marginalize_oldest(WindowState& state, WindowProblem& problem, ReducedSystem& system) {
     const int newest = static_cast<int>(state.keyframes.size()) - 1;
     FACET_ASSERT(newest >= 1);
-    bind(state.keyframes[0]);
+    bind_first(state);
     bind(state.keyframes[1]);
     for (int i = 0; i < state.landmarks.size(); ++i) {
         const Landmark& landmark = state.landmarks[i];

@@ -31,7 +31,6 @@ void Window::start(Timestamp stamp, const NavState& state,
     keyframe.stamp = stamp;
     keyframe.state = state;
     keyframe.state_lin = state;
-    keyframe.is_bound = true;
     state_.keyframes.push_back(keyframe);
     state_.prior.reset(1);
     state_.prior.h() = information;

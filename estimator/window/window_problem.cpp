@@ -109,6 +109,14 @@ double WindowProblem::add_prior(ReducedSystem& system) {
         prior_displacement_.segment<kStateDim>(kStateDim * k) = keyframe.state_lin.box_minus_to(keyframe.state);
     }
     const double cost = prior.evaluate(prior_displacement_, prior_gradient_);
+    if (prior.keyframes() == 1 && !state_->keyframes[0].is_bound) {
+        // The first prior may be far off in attitude: its exact Jacobian, until marginalization binds it.
+        Eigen::Matrix<double, kStateDim, kStateDim> jacobian = Eigen::Matrix<double, kStateDim, kStateDim>::Identity();
+        jacobian.block<3, 3>(kTheta, kTheta) = so3_right_jacobian_inverse(prior_displacement_.segment<3>(kTheta));
+        system.h().topLeftCorner<kStateDim, kStateDim>() += jacobian.transpose() * prior.h() * jacobian;
+        system.g().head<kStateDim>() += jacobian.transpose() * prior_gradient_.head<kStateDim>();
+        return cost;
+    }
     system.h().topLeftCorner(prior.dim(), prior.dim()) += prior.h();
     system.g().head(prior.dim()) += prior_gradient_;
     return cost;

@@ -13,12 +13,13 @@
 
 namespace facet {
 
-/// One keyframe. `state_lin` is where first-estimate Jacobians are taken once the prior binds the keyframe.
+/// One keyframe. `state_lin` is where the prior counts from, if it covers the keyframe, and where first-estimate Jacobians
+/// are taken once marginalization has bound it.
 struct Keyframe {
     Timestamp stamp;
     NavState state;
     NavState state_lin;
-    bool is_bound = false;        ///< the prior holds this keyframe: Jacobians stay at state_lin
+    bool is_bound = false;        ///< marginalization has used this keyframe: Jacobians stay at state_lin
     ImuFactor imu_from_previous;  ///< not set for the oldest keyframe
 
     const NavState& linearization_point() const { return is_bound ? state_lin : state; }

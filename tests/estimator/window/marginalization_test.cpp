@@ -58,3 +58,25 @@ TEST_CASE("marginalization refuses an undetermined keyframe and leaves the prior
     CHECK(marginalize_first_keyframe(*system, displacement, *prior) == Status::kDegenerate);
     CHECK(prior->h().isIdentity(0.0));
 }
+
+TEST_CASE("moving a single-keyframe prior to another linearization point leaves its cost where it was", "[prior]") {
+    std::mt19937 generator(9);
+    const auto prior = std::make_unique<PriorFactor>();
+    prior->reset(1);
+    const Eigen::MatrixXd j = random_matrix(20, kStateDim, generator);
+    prior->h() = j.transpose() * j;
+    prior->g() = random_matrix(kStateDim, 1, generator);
+    NavState x_0;
+    x_0.q_W_B = so3_exp({0.3, -0.2, 1.0});
+    const Eigen::Matrix<double, kStateDim, 1> d = 0.2 * random_matrix(kStateDim, 1, generator);
+    const NavState x_1 = x_0.box_plus(d);
+    const auto cost = [&](const NavState& lin, const NavState& x) {
+        Eigen::VectorXd gradient(kStateDim);
+        return prior->evaluate(lin.box_minus_to(x), gradient);
+    };
+    const Eigen::Matrix<double, kStateDim, 1> small = 1e-4 * random_matrix(kStateDim, 1, generator);
+    const double before = cost(x_0, x_1.box_plus(small)) - cost(x_0, x_1);
+    prior->rebase_single(d);
+    const double after = cost(x_1, x_1.box_plus(small)) - cost(x_1, x_1);
+    CHECK(after == Approx(before).epsilon(1e-3));
+}
