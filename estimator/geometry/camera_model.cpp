@@ -86,6 +86,9 @@ Status CameraModel::validate(const CameraIntrinsics& k) {
         return Status::kInvalidArgument;
     }
     const CameraModel model(k);
+    if (k.distortion == Distortion::kEquidistant && model.max_radius() >= kMaxRadius) {
+        return Status::kOk;  // never folds; a fisheye's corners may lie beyond the angle of use
+    }
     for (const double u : {0.0, k.width - 1.0}) {
         for (const double v : {0.0, k.height - 1.0}) {
             Eigen::Vector2d xy;
