@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The program: its commands and its exit codes.
+#include <CLI/CLI.hpp>
+
+#include "app/commands/eval_command.h"
+#include "app/commands/info_command.h"
+#include "app/commands/replay_command.h"
+#include "app/commands/run_guarded.h"
+#ifdef FACET_HAS_SIM
+#include "app/commands/sim_command.h"
+#endif
+
+int main(int argc, char** argv) {
+    CLI::App app("facet: stereo visual-inertial estimator", "facet");
+    app.set_version_flag("--version", std::string("facet ") + FACET_VERSION);
+    app.require_subcommand(1);
+    app.footer("Each command explains itself: facet COMMAND --help.\n"
+               "Exit codes: 0 done; 1 ran but failed its purpose; 2 bad usage or input.");
+    int exit_code = facet::kExitDone;
+    facet::add_replay_command(app, exit_code);
+    facet::add_eval_command(app, exit_code);
+#ifdef FACET_HAS_SIM
+    facet::add_sim_command(app, exit_code);
+#endif
+    facet::add_info_command(app, exit_code);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+            return app.exit(e);  // help or version
+        }
+        facet::print_error(e.what());
+        return facet::kExitBadInput;
+    }
+    return exit_code;
+}
