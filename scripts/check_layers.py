@@ -88,7 +88,7 @@ def is_private_frontend_header(path):
 def check_project_include(path, included, root):
     if not included.startswith(tuple(folder + "/" for folder in SOURCE_FOLDERS)):
         return f'"{included}" does not start at the project root'
-    if not (root / included).is_file():
+    if not (root / included).is_file() and not (root / f"{included}.in").is_file():
         return f'"{included}" does not exist'
     area = area_of(path)
     if is_private_frontend_header(included) and area not in ("estimator/frontend", "tests"):

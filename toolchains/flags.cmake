@@ -17,7 +17,8 @@ if(CCACHE_PROGRAM)
 endif()
 
 # Instruction set. Never -march=native: a binary must run, and give the same numbers, on another machine than the one
-# that built it. It is set for the whole build, not by target, because Eigen's alignment depends on it.
+# that built it. It is set for the whole build, not by target, because Eigen's alignment depends on it. These flags go to
+# CMAKE_CXX_FLAGS so that `facet info` shows them.
 #   x86-64-v3  AVX2 + FMA (Intel Haswell 2013, AMD Excavator 2015 and later)
 #   generic    the compiler's default: any x86-64
 # Other processors use their toolchain's default.
@@ -25,18 +26,15 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
   set(FACET_X86_BASELINE "x86-64-v3" CACHE STRING "x86-64 instruction set: x86-64-v3 or generic")
   set_property(CACHE FACET_X86_BASELINE PROPERTY STRINGS x86-64-v3 generic)
   if(FACET_X86_BASELINE STREQUAL "x86-64-v3")
-    add_compile_options(-march=x86-64-v3)
+    string(APPEND CMAKE_CXX_FLAGS " -march=x86-64-v3")
   elseif(NOT FACET_X86_BASELINE STREQUAL "generic")
     message(FATAL_ERROR "FACET_X86_BASELINE must be x86-64-v3 or generic, not '${FACET_X86_BASELINE}'")
   endif()
-  set(FACET_BASELINE "${FACET_X86_BASELINE}")
-else()
-  set(FACET_BASELINE "${CMAKE_SYSTEM_PROCESSOR}")
 endif()
 
 # No fusing of a*b+c behind our back: whether the compiler fuses depends on inlining, so the last bit would change with
 # the build type. Eigen's own kernels use FMA explicitly and are not affected.
-add_compile_options(-ffp-contract=off)
+string(APPEND CMAKE_CXX_FLAGS " -ffp-contract=off")
 
 add_library(facet_flags INTERFACE)
 target_compile_options(facet_flags INTERFACE -Wall -Wextra -Werror)
@@ -47,13 +45,3 @@ target_include_directories(facet_flags INTERFACE "${CMAKE_SOURCE_DIR}")
 add_library(facet_flags_pure INTERFACE)
 target_link_libraries(facet_flags_pure INTERFACE facet_flags)
 target_compile_options(facet_flags_pure INTERFACE -fno-exceptions -fno-rtti)
-
-# What `facet info` and --version say about this build: FACET_VERSION, FACET_BUILD_TYPE, FACET_BASELINE, FACET_SANITIZE,
-# FACET_COMPILER as string literals.
-add_library(facet_build_info INTERFACE)
-target_compile_definitions(facet_build_info INTERFACE
-  FACET_VERSION="${PROJECT_VERSION}"
-  FACET_BUILD_TYPE="${CMAKE_BUILD_TYPE}"
-  FACET_BASELINE="${FACET_BASELINE}"
-  FACET_SANITIZE="${FACET_SANITIZE}"
-  FACET_COMPILER="${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}")

@@ -108,6 +108,10 @@ class CheckLayers(unittest.TestCase):
     def test_includes_exist(self):
         self.expect_bad("estimator/geometry/a.cpp", '"estimator/geometry/nothing.h"', "does not exist")
 
+    def test_headers_made_by_cmake_have_a_template(self):
+        self.write("app/build_info.h.in", text="")
+        self.expect_good("app/a.cpp", '"app/build_info.h"')
+
     def test_pure_code_has_no_clock_thread_file_or_log(self):
         for header in ("thread", "chrono", "ctime", "iostream", "fstream", "cstdio", "sys/time.h", "unistd.h"):
             with self.subTest(header):
