@@ -35,6 +35,7 @@ struct ReplayArguments {
     std::string config;
     std::string camchain;
     std::string imu;
+    std::vector<std::string> settings;
     double start_s = 0.0;
     double duration_s = 0.0;
     bool quiet = false;
@@ -125,6 +126,9 @@ int replay(const ReplayArguments& args, bool has_duration) {
     if (!args.config.empty()) {
         load_config(args.config, options.config);
     }
+    for (const std::string& setting : args.settings) {
+        set_config(setting, options.config);
+    }
     require_in_range(options.config);
     options.start_s = args.start_s;
     options.duration_s = has_duration ? std::optional<double>(args.duration_s) : std::nullopt;
@@ -148,6 +152,8 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     command->add_option("--config", args->config,
                         "YAML file with parameters; 'facet info --config' prints all with defaults");
+    command->add_option("--set", args->settings, "KEY=VALUE: one parameter on top of --config; may be repeated")
+        ->allow_extra_args(false);
     CLI::Option* start = command->add_option("--start", args->start_s, "Skip this long after the first frame (s)");
     start->capture_default_str();
     CLI::Option* duration =

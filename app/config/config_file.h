@@ -13,6 +13,9 @@ namespace facet {
 /// range; `config` is then untouched.
 void load_config(const std::string& path, EstimatorConfig& config);
 
+/// Sets one parameter from "key=value". Throws InputError as load_config does, naming the argument.
+void set_config(const std::string& assignment, EstimatorConfig& config);
+
 /// All parameters as a YAML document, each with unit, range and meaning in a comment; load_config reads it back exactly.
 std::string print_config(const EstimatorConfig& config);
 

@@ -25,8 +25,8 @@ public:
             started_ = true;
             advance(read);
         }
-        while (ahead_.has_value()) {
-            Row current = std::move(*ahead_);
+        while (has_ahead_) {
+            Row current = std::move(ahead_);
             advance(read);
             if (last_.has_value() && current.stamp == *last_) {
                 warn(AslWarningKind::kDuplicate, current.line, "stamp is that of the row before; row skipped");
@@ -36,8 +36,8 @@ public:
                 warn(AslWarningKind::kOutOfOrder, current.line, "stamp goes back in time; row skipped");
                 continue;
             }
-            const bool after_next = ahead_.has_value() && ahead_->stamp < current.stamp;
-            if (after_next && (!last_.has_value() || ahead_->stamp > *last_)) {
+            const bool after_next = has_ahead_ && ahead_.stamp < current.stamp;
+            if (after_next && (!last_.has_value() || ahead_.stamp > *last_)) {
                 warn(AslWarningKind::kOutOfOrder, current.line, "stamp is after that of the next row; row skipped");
                 continue;
             }
@@ -51,16 +51,14 @@ public:
 private:
     template <class Read>
     void advance(const Read& read) {
-        Row row;
-        ahead_.reset();
-        if (read(row)) {
-            ahead_ = std::move(row);
-        }
+        ahead_ = Row();
+        has_ahead_ = read(ahead_);
     }
 
     bool started_ = false;
     std::optional<Timestamp> last_;
-    std::optional<Row> ahead_;
+    Row ahead_;
+    bool has_ahead_ = false;
 };
 
 }  // namespace facet
