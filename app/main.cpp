@@ -6,9 +6,7 @@
 #include "app/commands/info_command.h"
 #include "app/commands/replay_command.h"
 #include "app/commands/run_guarded.h"
-#ifdef FACET_HAS_SIM
 #include "app/commands/sim_command.h"
-#endif
 
 int main(int argc, char** argv) {
     CLI::App app("facet: stereo visual-inertial estimator", "facet");
@@ -19,9 +17,7 @@ int main(int argc, char** argv) {
     int exit_code = facet::kExitDone;
     facet::add_replay_command(app, exit_code);
     facet::add_eval_command(app, exit_code);
-#ifdef FACET_HAS_SIM
     facet::add_sim_command(app, exit_code);
-#endif
     facet::add_info_command(app, exit_code);
     try {
         app.parse(argc, argv);
