@@ -8,9 +8,9 @@
 namespace facet {
 namespace {
 
-constexpr double kGaugePosSigma_m = 1e-4;
-constexpr double kGaugeYawSigma_rad = 1e-4;
-constexpr double kMinForce_m_per_s2 = 1.0;
+constexpr double kGaugePosSigmaM = 1e-4;
+constexpr double kGaugeYawSigmaRad = 1e-4;
+constexpr double kMinForceMPerS2 = 1.0;
 constexpr double kMinHorizontal = 0.1;  // sine of 5.7 degrees
 constexpr int kMinSamples = 3;
 constexpr int kBlocks = 10;
@@ -140,10 +140,10 @@ struct PriorSigmas {
 
 void fill_prior(const PriorSigmas& sigmas, InitialState& out) {
     out.tilt_sigma_rad = sigmas.tilt_rad;
-    const Eigen::Vector3d inverse_W(1.0 / sigmas.tilt_rad, 1.0 / sigmas.tilt_rad, 1.0 / kGaugeYawSigma_rad);
+    const Eigen::Vector3d inverse_W(1.0 / sigmas.tilt_rad, 1.0 / sigmas.tilt_rad, 1.0 / kGaugeYawSigmaRad);
     out.sqrt_information.setZero();
     out.sqrt_information.block<3, 3>(kTheta, kTheta) = inverse_W.asDiagonal() * out.state.q_W_B.toRotationMatrix();
-    out.sqrt_information.diagonal().segment<3>(kPos).setConstant(1.0 / kGaugePosSigma_m);
+    out.sqrt_information.diagonal().segment<3>(kPos).setConstant(1.0 / kGaugePosSigmaM);
     out.sqrt_information.diagonal().segment<3>(kVel).setConstant(1.0 / sigmas.velocity_m_per_s);
     out.sqrt_information.diagonal().segment<3>(kBiasGyro).setConstant(1.0 / sigmas.gyro_bias_rad_per_s);
     out.sqrt_information.diagonal().segment<3>(kBiasAccel).setConstant(1.0 / sigmas.accel_bias_m_per_s2);
@@ -189,7 +189,7 @@ Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const Initiali
                       statistics.accel_std < config.still_accel_std_m_per_s2 &&
                       statistics.mean_w_B.norm() < config.still_gyro_mean_rad_per_s &&
                       std::abs(force - kGravity_W.norm()) < config.still_gravity_error_m_per_s2;
-    if (!result.is_still && turned.mean_B.norm() < kMinForce_m_per_s2) {
+    if (!result.is_still && turned.mean_B.norm() < kMinForceMPerS2) {
         return Status::kDegenerate;
     }
     if (result.is_still) {
