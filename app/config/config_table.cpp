@@ -49,8 +49,6 @@ const std::array kTable{
     ConfigEntry{FACET_FIELD(window.pixel_sigma_px), "px", 0.1, 5, "standard deviation of an observation"},
     ConfigEntry{FACET_FIELD(window.huber_threshold), "-", 0.5, 10, "robust loss on whitened observations"},
     ConfigEntry{FACET_FIELD(window.outlier_threshold_px), "px", 0.5, 20, "observations farther off after optimization are removed"},
-    ConfigEntry{FACET_FIELD(window.min_parallax_deg), "deg", 0, 10, "landmark left out below, unless seen in stereo"},
-    ConfigEntry{FACET_FIELD(window.max_depth_m), "m", 5, 1e4, "landmarks farther are treated as at this depth"},
     ConfigEntry{FACET_FIELD(imu_noise.gyro_noise_rad_per_s_per_sqrt_hz), "rad/s/sqrt(Hz)", 1e-7, 1, "gyro white noise; the calibration's unless given"},
     ConfigEntry{FACET_FIELD(imu_noise.gyro_walk_rad_per_s2_per_sqrt_hz), "rad/s^2/sqrt(Hz)", 0, 1, "gyro bias walk; the calibration's unless given"},
     ConfigEntry{FACET_FIELD(imu_noise.accel_noise_m_per_s2_per_sqrt_hz), "m/s^2/sqrt(Hz)", 1e-6, 10, "accelerometer white noise; the calibration's unless given"},

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/commands/sim_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "app/sim/scene.h"
+#include "app/sim/simulate.h"
+
+namespace facet {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Images done, rate and time left: a bar that redraws itself on a terminal, otherwise a line every tenth.
+class ProgressLine {
+public:
+    void show(int done, int total) {
+        const double elapsed_s = std::chrono::duration<double>(Clock::now() - start_).count();
+        const double rate = elapsed_s > 0.0 ? done / elapsed_s : 0.0;
+        const int left_s = rate > 0.0 ? static_cast<int>((total - done) / rate + 0.5) : 0;
+        const int percent = static_cast<int>(100LL * done / total);
+        if (terminal_) {
+            if (elapsed_s - shown_s_ < 0.1 && done < total) {
+                return;
+            }
+            shown_s_ = elapsed_s;
+            constexpr int kWidth = 30;
+            const int filled = kWidth * done / total;
+            fmt::print(stderr, "\rrender [{:#<{}}{:.<{}}] {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left ", "", filled, "", kWidth - filled,
+                       percent, done, total, rate, left_s / 60, left_s % 60);
+            if (done == total) {
+                fmt::print(stderr, "\n");
+            }
+            std::fflush(stderr);
+        } else if (percent / 10 > tenth_) {
+            tenth_ = percent / 10;
+            fmt::print(stderr, "render {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left\n", percent, done, total, rate, left_s / 60, left_s % 60);
+        }
+    }
+
+private:
+    bool terminal_ = isatty(STDERR_FILENO) != 0;
+    Clock::time_point start_ = Clock::now();
+    double shown_s_ = -1.0;
+    int tenth_ = 0;
+};
+
+int run(const sim::SimOptions& options) {
+    std::unique_ptr<ProgressLine> line;  // its clock starts with the first image
+    const auto progress = [&line](int done, int total) {
+        if (line == nullptr) {
+            line = std::make_unique<ProgressLine>();
+            return;
+        }
+        line->show(done, total);
+    };
+    sim::SimSummary summary;
+    std::string error;
+    if (!ok(sim::simulate(options, progress, summary, error))) {
+        fmt::print(stderr, "facet sim: {}\n", error);
+        return 2;
+    }
+    const sim::FlightReport& f = summary.flight;
+    fmt::print("{}: {} stereo frames of '{}', path {:.1f} m, up to {:.2f} m/s and {:.2f} rad/s, clearance {:.2f} m, {} planes\n", options.out,
+               summary.frames, options.scene, f.path_m, f.max_speed_m_per_s, f.max_rate_rad_per_s, f.min_clearance_m, summary.planes);
+    fmt::print("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of processor time an image\n", summary.prepare_s, summary.render_s,
+               summary.ms_per_image);
+    return 0;
+}
+
+}  // namespace
+
+void add_sim_command(CLI::App& app, int& exit_code) {
+    const auto options = std::make_shared<sim::SimOptions>();
+    CLI::App* sub = app.add_subcommand("sim", "Make a dataset with ground truth: ray-cast stereo images and inertial samples of a flight");
+    sub->add_option("--scene", options->scene, fmt::format("What to fly through: {}", fmt::join(sim::scene_names(), ", ")))
+        ->capture_default_str();
+    sub->add_option("--out", options->out, "Folder to write: mav0/ (EuRoC/ASL) and truth/")->required();
+    sub->add_option("--seed", options->seed, "Flight and noise; equal seeds give equal bytes")->capture_default_str();
+    sub->add_option("--duration", options->duration_s, "Seconds from first to last image; the first 2.5 s stand still")->capture_default_str();
+    sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
+    sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")->capture_default_str();
+    sub->add_option("--threads", options->threads, "Threads; the output does not depend on it")->capture_default_str();
+    sub->add_flag("!--no-noise", options->noise, "Exact images and inertial samples: no noise, no bias");
+    sub->add_flag("--force", options->force, "Replace mav0/ and truth/ in a folder that is not empty");
+    sub->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace facet
