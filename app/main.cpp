@@ -19,6 +19,10 @@ int main(int argc, char** argv) {
     facet::add_eval_command(app, exit_code);
     facet::add_sim_command(app, exit_code);
     facet::add_info_command(app, exit_code);
+    if (argc > 1 && argv[1][0] != '-' && app.get_subcommand_no_throw(argv[1]) == nullptr) {
+        facet::print_error((std::string(argv[1]) + ": no such command; facet --help lists them").c_str());
+        return facet::kExitBadInput;
+    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -85,10 +85,11 @@ RelativeError relative_error(std::span<const PosePair> pairs, double length_m) {
         const Se3 true_motion = pairs[i].truth.inverse() * pairs[j].truth;
         const Se3 motion = pairs[i].estimate.inverse() * pairs[j].estimate;
         const Se3 error = true_motion.inverse() * motion;
+        const double stretch_m = travelled[j] - travelled[i];
         translation.push_back(error.p.norm());
-        percent.push_back(100.0 * error.p.norm() / length_m);
+        percent.push_back(100.0 * error.p.norm() / stretch_m);
         rotation.push_back(angle_deg(error.q));
-        rotation_per_m.push_back(angle_deg(error.q) / length_m);
+        rotation_per_m.push_back(angle_deg(error.q) / stretch_m);
         // Turns seen from the world: R_W_Bj R_W_Bi^T; the estimate's world is turned into the true one first.
         const Eigen::Quaterniond true_turn = pairs[j].truth.q * pairs[i].truth.q.conjugate();
         const Eigen::Quaterniond turn = T_true_est.q * pairs[j].estimate.q * pairs[i].estimate.q.conjugate() *

@@ -34,7 +34,7 @@ AbsoluteError absolute_error(std::span<const PosePair> pairs, AlignmentMode mode
 struct RelativeError {
     double length_m = 0.0;
     ErrorStatistics translation_m;
-    ErrorStatistics translation_percent;  ///< of the length
+    ErrorStatistics translation_percent;  ///< of the stretch's true length
     ErrorStatistics rotation_deg;
     ErrorStatistics rotation_deg_per_m;
     ErrorStatistics yaw_deg;              ///< error of the turn about the world's z; needs the 4-DoF alignment

@@ -47,10 +47,15 @@ YamlNode YamlNode::child(const YAML::Node& node, const std::string& name) const 
 }
 
 YamlNode YamlNode::at(const std::string& key) const {
-    if (!has(key)) {
-        child(YAML::Node(YAML::NodeType::Undefined), key).fail("missing");
+    const std::string field = field_.empty() ? key : field_ + "." + key;
+    if (has(key)) {
+        for (const auto& item : node_) {  // the key's line, not that of a value that begins on the next one
+            if (item.first.IsScalar() && item.first.Scalar() == key) {
+                return {item.second, file_, field, line_of(item.first, line_)};
+            }
+        }
     }
-    return child(node_[key], key);
+    YamlNode(YAML::Node(), file_, field, line_).fail("missing");
 }
 
 double YamlNode::number() const {
