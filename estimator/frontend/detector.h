@@ -48,7 +48,7 @@ private:
     int border_ = 0;
     std::vector<float> score_;
     std::vector<std::uint8_t> blocked_;
-    std::vector<int> disc_;  ///< half width of the blocked disc, a row each
+    std::vector<int> disc_;              ///< half width of the blocked disc, a row each
     std::vector<Candidate> candidates_;  ///< kPerCell a cell, strongest first
     std::vector<int> count_;             ///< candidates of each cell
     std::vector<int> next_;              ///< first candidate not looked at

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/frontend/frontend.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
@@ -48,6 +49,8 @@ struct Frontend::Impl {
 
     void reset();
     Status process(const StereoFrame& frame, const Eigen::Quaterniond& q_Bp_B, FrontendOutput& output);
+    Eigen::Vector3d camera_velocity() const;
+    double median_inverse_depth();
     void follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output);
     void reject_mono_outliers(FrontendOutput& output);
     void measure_disparity(FrontendOutput& output);
@@ -77,14 +80,59 @@ void Frontend::Impl::remove(std::size_t index) {
     tracks.erase(tracks.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
+Eigen::Vector3d Frontend::Impl::camera_velocity() const {
+    // Rotation apart, a point of inverse depth rho moves by xy' = rho (v.z() xy - v.head<2>()), v the velocity of the
+    // camera in its own frame: linear in v. Robust least squares over the tracks that have both; Cauchy weights.
+    constexpr double kScale = 0.05;  // 1/s: about 1 px a frame at 20 Hz
+    Eigen::Vector3d v = Eigen::Vector3d::Zero();
+    for (int step = 0; step < 4; ++step) {
+        Eigen::Matrix3d h = 1e-6 * Eigen::Matrix3d::Identity();
+        Eigen::Vector3d g = Eigen::Vector3d::Zero();
+        for (const Track& track : tracks) {
+            if (track.has_depth && track.has_velocity) {
+                Eigen::Matrix<double, 2, 3> j;
+                j << -1.0, 0.0, track.xy.x(), 0.0, -1.0, track.xy.y();
+                j *= track.inverse_depth;
+                const double w = step == 0 ? 1.0 : 1.0 / (1.0 + (track.velocity - j * v).squaredNorm() / (kScale * kScale));
+                h += w * j.transpose() * j;
+                g += w * j.transpose() * track.velocity;
+            }
+        }
+        v = h.ldlt().solve(g);
+    }
+    return v;
+}
+
+double Frontend::Impl::median_inverse_depth() {
+    disparities.clear();
+    for (const Track& track : tracks) {
+        if (track.has_depth) {
+            disparities.push_back(track.inverse_depth);
+        }
+    }
+    if (disparities.empty()) {
+        return 0.0;
+    }
+    const auto middle = disparities.begin() + static_cast<std::ptrdiff_t>(disparities.size() / 2);
+    std::nth_element(disparities.begin(), middle, disparities.end());
+    return *middle;
+}
+
 void Frontend::Impl::follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output) {
     FrameMotion motion;
     motion.q_C_Cp = (rig.T_B_C0.q.conjugate() * q_Bp_B.conjugate() * rig.T_B_C0.q).normalized();
     motion.dt_s = dt_s;
+    // New tracks have no velocity of their own: that of the camera, and their depth, give them one.
+    const double usual = median_inverse_depth();
+    const Eigen::Vector3d v = camera_velocity();
     std::size_t kept = 0;
     for (std::size_t i = 0; i < tracks.size(); ++i) {
         Track track = tracks[i];
         track.has_right = false;
+        if (!track.has_velocity) {
+            const double rho = track.has_depth ? track.inverse_depth : usual;
+            track.velocity = rho * (v.z() * track.xy - v.head<2>());
+        }
         if (ok(tracker.follow(previous_left, left, motion, track))) {
             tracks[kept++] = track;
         } else {

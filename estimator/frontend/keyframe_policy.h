@@ -10,8 +10,8 @@ namespace facet {
 /// What the policy looks at in one frame, compared with the last keyframe.
 struct KeyframeEvidence {
     Timestamp stamp;
-    int live_tracks = 0;      ///< tracks of the last keyframe that are still alive
-    int keyframe_tracks = 0;  ///< tracks the last keyframe had
+    int live_tracks = 0;        ///< tracks of the last keyframe that are still alive
+    int keyframe_tracks = 0;    ///< tracks the last keyframe had
     double disparity_px = 0.0;  ///< rotation-compensated median
     bool has_right = false;
 };
@@ -24,7 +24,10 @@ struct KeyframeEvidence {
 /// Thread-bound. No heap.
 class KeyframePolicy {
 public:
-    void configure(const FrontendConfig& config) { config_ = config; reset(); }
+    void configure(const FrontendConfig& config) {
+        config_ = config;
+        reset();
+    }
     void reset() { has_keyframe_ = false; }
 
     /// True if the frame is to be a keyframe; it then becomes the last keyframe.

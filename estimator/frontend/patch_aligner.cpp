@@ -1,21 +1,85 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/frontend/patch_aligner.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace facet {
 namespace {
 
-using ConstArray = Eigen::Map<const Eigen::ArrayXf>;
-
-constexpr float kMinVariance = 4.0F;       // grey levels^2: below, a patch is noise
-constexpr float kMinCurvature = 2.0F;      // least eigenvalue of the normal matrix of the position, per pixel
+constexpr int kLanes = 8;                // pixels worked on together: two SSE or one AVX register
+constexpr float kMinVariance = 4.0F;     // grey levels^2: below, a patch is noise
+constexpr float kMinCurvature = 2.0F;    // least eigenvalue of the normal matrix of the position, per pixel
 constexpr float kMinGain = 0.15F;
 constexpr float kMaxGain = 6.0F;
-constexpr float kWeightSigma = 0.55F;      // of the window's half width
+constexpr float kWeightSigma = 0.8F;     // of the window's half width
 constexpr float kMaxAffineStep = 0.5F;
+constexpr float kGreyOrigin = 128.0F;    // subtracted first: keeps sums of squares small
+
+struct Pattern {
+    const float* u;
+    const float* v;
+    const float* weight;
+    int count;
+};
+
+/// Sums over the pattern at centre + A x of image values s, bilinearly interpolated:
+///   sums[0] = sum w s, sums[1] = sum w s^2, sums[2 + k] = sum planes[k] s for k < K.
+/// The pattern must lie inside the image. In groups of kLanes so that the compiler uses vector registers.
+template <int K>
+void accumulate(const ImageView& image, const Pattern& pattern, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A,
+                const float* planes, float* sums) {
+    float acc[K + 2][kLanes] = {};
+    const int stride = static_cast<int>(image.stride);
+    for (int i = 0; i < pattern.count; i += kLanes) {
+        float fu[kLanes];
+        float fv[kLanes];
+        std::int32_t at[kLanes];
+        for (int k = 0; k < kLanes; ++k) {
+            const float u = centre.x() + A(0, 0) * pattern.u[i + k] + A(0, 1) * pattern.v[i + k];
+            const float v = centre.y() + A(1, 0) * pattern.u[i + k] + A(1, 1) * pattern.v[i + k];
+            const std::int32_t iu = static_cast<std::int32_t>(u);
+            const std::int32_t iv = static_cast<std::int32_t>(v);
+            fu[k] = u - static_cast<float>(iu);
+            fv[k] = v - static_cast<float>(iv);
+            at[k] = iv * stride + iu;
+        }
+        std::uint32_t quad[kLanes];  // the four neighbours, a byte each
+        for (int k = 0; k < kLanes; ++k) {
+            std::uint16_t top = 0;
+            std::uint16_t bottom = 0;
+            std::memcpy(&top, image.data + at[k], 2);
+            std::memcpy(&bottom, image.data + at[k] + stride, 2);
+            quad[k] = static_cast<std::uint32_t>(top) | static_cast<std::uint32_t>(bottom) << 16U;
+        }
+        float s[kLanes];
+        for (int k = 0; k < kLanes; ++k) {
+            const float p0 = static_cast<float>(static_cast<std::int32_t>(quad[k] & 255U));
+            const float p1 = static_cast<float>(static_cast<std::int32_t>(quad[k] >> 8U & 255U));
+            const float q0 = static_cast<float>(static_cast<std::int32_t>(quad[k] >> 16U & 255U));
+            const float q1 = static_cast<float>(static_cast<std::int32_t>(quad[k] >> 24U));
+            const float top = p0 + fu[k] * (p1 - p0);
+            const float bottom = q0 + fu[k] * (q1 - q0);
+            s[k] = top + fv[k] * (bottom - top) - kGreyOrigin;
+        }
+        for (int k = 0; k < kLanes; ++k) {
+            const float ws = pattern.weight[i + k] * s[k];
+            acc[0][k] += ws;
+            acc[1][k] += ws * s[k];
+        }
+        for (int j = 0; j < K; ++j) {
+            const float* plane = planes + j * pattern.count + i;
+            for (int k = 0; k < kLanes; ++k) {
+                acc[2 + j][k] += plane[k] * s[k];
+            }
+        }
+    }
+    for (int j = 0; j < K + 2; ++j) {
+        sums[j] = ((acc[j][0] + acc[j][4]) + (acc[j][1] + acc[j][5])) + ((acc[j][2] + acc[j][6]) + (acc[j][3] + acc[j][7]));
+    }
+}
 
 }  // namespace
 
@@ -24,183 +88,169 @@ Status PatchAligner::configure(int window_px, int levels, int max_iterations, do
         return Status::kInvalidArgument;
     }
     window_ = window_px;
-    area_ = window_px * window_px;
     levels_ = levels;
     max_iterations_ = max_iterations;
     epsilon_px_ = static_cast<float>(epsilon_px);
-    weights_.resize(area_);
-    grid_x_.resize(area_);
-    grid_y_.resize(area_);
-    sampled_.resize(area_);
-    residual_.resize(area_);
+    weights_.clear();
+    grid_u_.clear();
+    grid_v_.clear();
     const int half = window_px / 2;
-    for (int i = 0; i < area_; ++i) {
-        grid_x_[i] = static_cast<float>(i % window_px - half);
-        grid_y_[i] = static_cast<float>(i / window_px - half);
+    const float sigma = kWeightSigma * (static_cast<float>(half) + 1.0F);
+    for (int v = -half; v <= half; ++v) {
+        for (int u = -half; u <= half; ++u) {
+            const float r2 = static_cast<float>(u * u + v * v);
+            if (r2 <= (static_cast<float>(half) + 0.5F) * (static_cast<float>(half) + 0.5F)) {
+                grid_u_.push_back(static_cast<float>(u));
+                grid_v_.push_back(static_cast<float>(v));
+                weights_.push_back(std::exp(-r2 / (2.0F * sigma * sigma)));
+            }
+        }
     }
-    const float sigma = kWeightSigma * static_cast<float>(half + 1);
-    weights_ = (-(grid_x_.square() + grid_y_.square()) / (2.0F * sigma * sigma)).exp();
-    weights_ *= static_cast<float>(area_) / weights_.sum();
+    while (weights_.size() % kLanes != 0) {
+        grid_u_.push_back(0.0F);
+        grid_v_.push_back(0.0F);
+        weights_.push_back(0.0F);
+    }
+    count_ = static_cast<int>(weights_.size());
+    weight_sum_ = 0.0F;
+    for (const float w : weights_) {
+        weight_sum_ += w;
+    }
+    work_.assign(static_cast<std::size_t>(3 * count_), 0.0F);
     return Status::kOk;
 }
 
 void PatchAligner::allocate(PatchTemplate& patch) const {
-    patch.pixels.assign(static_cast<std::size_t>(3 * levels_ * area_), 0.0F);
+    patch.planes.assign(static_cast<std::size_t>((7 + 3 * (levels_ - 1)) * count_), 0.0F);
 }
 
-Status PatchAligner::extract(const ImagePyramid& image, const Eigen::Vector2d& uv, PatchTemplate& patch) const {
+bool PatchAligner::extract_level(const ImageView& image, const Eigen::Vector2d& at, bool affine,
+                                 PatchTemplate::Level& level, float* planes, Eigen::Matrix<float, 6, 6>& inverse6) {
+    using Array = Eigen::Map<Eigen::ArrayXf>;
+    using ConstArray = Eigen::Map<const Eigen::ArrayXf>;
     const int half = window_ / 2;
-    const float inv_area = 1.0F / static_cast<float>(area_);
-    for (int l = 0; l < levels_; ++l) {
-        const ImageView& view = image.level(l);
-        PatchTemplate::Level& level = patch.levels[static_cast<std::size_t>(l)];
-        const Eigen::Vector2d at = uv / static_cast<double>(1 << l);
-        const int cu = static_cast<int>(std::lround(at.x()));
-        const int cv = static_cast<int>(std::lround(at.y()));
-        level.valid = cu - half >= 1 && cv - half >= 1 && cu + half + 1 < view.width && cv + half + 1 < view.height;
-        if (!level.valid) {
-            continue;
-        }
-        level.offset = (Eigen::Vector2d(cu, cv) - at).cast<float>();
-        float* grey = patch.pixels.data() + static_cast<std::ptrdiff_t>(l * 3 * area_);
-        float* du = grey + area_;
-        float* dv = du + area_;
-        for (int y = 0, i = 0; y < window_; ++y) {
-            const std::uint8_t* row = view.row(cv - half + y) + (cu - half);
-            const std::uint8_t* above = row - view.stride;
-            const std::uint8_t* below = row + view.stride;
-            for (int x = 0; x < window_; ++x, ++i) {
-                grey[i] = row[x];
-                du[i] = 0.5F * static_cast<float>(row[x + 1] - row[x - 1]);
-                dv[i] = 0.5F * static_cast<float>(below[x] - above[x]);
-            }
-        }
-        Eigen::Map<Eigen::ArrayXf> t(grey, area_);
-        const ConstArray gu(du, area_);
-        const ConstArray gv(dv, area_);
-        t -= (weights_ * t).sum() * inv_area;
-        level.contrast = (weights_ * t.square()).sum();
-        if (level.contrast < kMinVariance * static_cast<float>(area_)) {
-            level.valid = false;
-            continue;
-        }
-        // J = P [gu gv gu*x gu*y gv*x gv*y]; P removes the components along 1 and T.
-        Eigen::Matrix<float, 6, 1> along_one;
-        Eigen::Matrix<float, 6, 1> along_t;
-        const float ox = level.offset.x();
-        const float oy = level.offset.y();
-        const auto column = [&](int k) -> Eigen::ArrayXf {
-            switch (k) {
-                case 0: return gu;
-                case 1: return gv;
-                case 2: return gu * (grid_x_ + ox);
-                case 3: return gu * (grid_y_ + oy);
-                case 4: return gv * (grid_x_ + ox);
-                default: return gv * (grid_y_ + oy);
-            }
-        };
-        const int unknowns = l == 0 ? 6 : 2;
-        for (int a = 0; a < unknowns; ++a) {
-            const Eigen::ArrayXf ca = weights_ * column(a);
-            along_one[a] = ca.sum();
-            along_t[a] = (ca * t).sum();
-            for (int b = 0; b <= a; ++b) {
-                level.normal(a, b) = (ca * column(b)).sum();
-            }
-        }
-        for (int a = 0; a < unknowns; ++a) {
-            for (int b = 0; b <= a; ++b) {
-                level.normal(a, b) -= along_one[a] * along_one[b] * inv_area + along_t[a] * along_t[b] / level.contrast;
-                level.normal(b, a) = level.normal(a, b);
-            }
-        }
-        const float trace = level.normal(0, 0) + level.normal(1, 1);
-        const float det = level.normal(0, 0) * level.normal(1, 1) - level.normal(0, 1) * level.normal(0, 1);
-        const float least = 0.5F * (trace - std::sqrt(std::max(0.0F, trace * trace - 4.0F * det)));
-        level.valid = least > kMinCurvature * static_cast<float>(area_);
-    }
-    const bool inside = uv.x() >= border_px() && uv.y() >= border_px() && uv.x() <= image.level(0).width - 1 - border_px() &&
-                        uv.y() <= image.level(0).height - 1 - border_px();
-    if (patch.levels[0].valid) {
-        return Status::kOk;
-    }
-    return inside ? Status::kDegenerate : Status::kNotFound;
-}
-
-bool PatchAligner::sample(const ImageView& image, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A, float* out) const {
-    const float half = static_cast<float>(window_ / 2);
-    const Eigen::Array2f reach = (A.col(0).array().abs() + A.col(1).array().abs()) * half;
-    const bool inside = centre.x() - reach.x() >= 0.0F && centre.y() - reach.y() >= 0.0F &&
-                        centre.x() + reach.x() < static_cast<float>(image.width - 1) &&
-                        centre.y() + reach.y() < static_cast<float>(image.height - 1);
-    if (!inside) {
+    const int cu = static_cast<int>(std::lround(at.x()));
+    const int cv = static_cast<int>(std::lround(at.y()));
+    if (cu - half < 1 || cv - half < 1 || cu + half + 1 >= image.width || cv + half + 1 >= image.height) {
         return false;
     }
-    const float step_u = A(0, 0);
-    const float step_v = A(1, 0);
-    for (int y = 0; y < window_; ++y) {
-        const float dy = static_cast<float>(y) - half;
-        const float u0 = centre.x() + A(0, 1) * dy - step_u * half;
-        const float v0 = centre.y() + A(1, 1) * dy - step_v * half;
-        for (int x = 0; x < window_; ++x) {
-            const float u = std::max(0.0F, u0 + step_u * static_cast<float>(x));
-            const float v = std::max(0.0F, v0 + step_v * static_cast<float>(x));
-            const int iu = static_cast<int>(u);
-            const int iv = static_cast<int>(v);
-            const float fu = u - static_cast<float>(iu);
-            const float fv = v - static_cast<float>(iv);
-            const std::uint8_t* p = image.data + static_cast<std::ptrdiff_t>(iv) * image.stride + iu;
-            const std::uint8_t* q = p + image.stride;
-            const float top = static_cast<float>(p[0]) + fu * static_cast<float>(p[1] - p[0]);
-            const float bottom = static_cast<float>(q[0]) + fu * static_cast<float>(q[1] - q[0]);
-            *out++ = top + fv * (bottom - top);
+    level.offset = (Eigen::Vector2d(cu, cv) - at).cast<float>();
+    Array t(work_.data(), count_);
+    Array gu(work_.data() + count_, count_);
+    Array gv(work_.data() + 2 * count_, count_);
+    for (int i = 0; i < count_; ++i) {
+        const std::size_t k = static_cast<std::size_t>(i);
+        const std::uint8_t* p = image.row(cv + static_cast<int>(grid_v_[k])) + cu + static_cast<int>(grid_u_[k]);
+        t[i] = *p;
+        gu[i] = 0.5F * static_cast<float>(p[1] - p[-1]);
+        gv[i] = 0.5F * static_cast<float>(p[image.stride] - p[-image.stride]);
+    }
+    const ConstArray w(weights_.data(), count_);
+    t -= (w * t).sum() / weight_sum_;
+    Array wt(planes, count_);
+    wt = w * t;
+    level.contrast = (wt * t).sum();
+    if (!(level.contrast > kMinVariance * weight_sum_)) {
+        return false;
+    }
+    // J = P [gu gv gu*x gu*y gv*x gv*y]; P removes the components along 1 and T (in the weighted product).
+    const ConstArray x(grid_u_.data(), count_);
+    const ConstArray y(grid_v_.data(), count_);
+    const int unknowns = affine ? 6 : 2;
+    Eigen::Matrix<float, 6, 6> normal = Eigen::Matrix<float, 6, 6>::Identity();
+    for (int k = 0; k < unknowns; ++k) {
+        Array wj(planes + (1 + k) * count_, count_);
+        const Array& g = k == 0 || k == 2 || k == 3 ? gu : gv;
+        if (k < 2) {
+            wj = g;
+        } else if (k % 2 == 0) {
+            wj = g * (x + level.offset.x());
+        } else {
+            wj = g * (y + level.offset.y());
         }
+        const float along_one = (w * wj).sum() / weight_sum_;
+        const float along_t = (wt * wj).sum() / level.contrast;
+        wj = w * (wj - along_one - along_t * t);
+        // (P a)^T W b: the projection need be applied to one factor only.
+        normal(k, 0) = (wj * gu).sum();
+        normal(k, 1) = (wj * gv).sum();
+        if (affine) {
+            const float ox = level.offset.x();
+            const float oy = level.offset.y();
+            normal(k, 2) = (wj * gu * (x + ox)).sum();
+            normal(k, 3) = (wj * gu * (y + oy)).sum();
+            normal(k, 4) = (wj * gv * (x + ox)).sum();
+            normal(k, 5) = (wj * gv * (y + oy)).sum();
+        }
+    }
+    const float trace = normal(0, 0) + normal(1, 1);
+    const float det = normal(0, 0) * normal(1, 1) - normal(0, 1) * normal(1, 0);
+    const float least = 0.5F * (trace - std::sqrt(std::max(0.0F, trace * trace - 4.0F * det)));
+    if (!(least > kMinCurvature * weight_sum_)) {
+        return false;
+    }
+    level.inverse2 = normal.topLeftCorner<2, 2>().inverse();
+    if (affine) {
+        normal.diagonal() *= 1.0F + 1e-3F;
+        inverse6 = normal.inverse();
     }
     return true;
 }
 
+Status PatchAligner::extract(const ImagePyramid& image, const Eigen::Vector2d& uv, const ExtractOptions& options,
+                             PatchTemplate& patch) {
+    for (int l = 0; l < levels_; ++l) {
+        PatchTemplate::Level& level = patch.levels[static_cast<std::size_t>(l)];
+        float* out = patch.planes.data() + (planes(patch, l) - patch.planes.data());
+        level.valid = l <= options.coarsest && extract_level(image.level(l), uv / static_cast<double>(1 << l),
+                                                             options.affine && l == 0, level, out, patch.inverse6);
+    }
+    if (patch.levels[0].valid) {
+        return Status::kOk;
+    }
+    const ImageView& full = image.level(0);
+    const bool inside = uv.x() >= border_px() && uv.y() >= border_px() && uv.x() <= full.width - 1 - border_px() &&
+                        uv.y() <= full.height - 1 - border_px();
+    return inside ? Status::kDegenerate : Status::kNotFound;
+}
+
+bool PatchAligner::covers(const ImageView& image, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A) const {
+    const float half = static_cast<float>(window_ / 2);
+    const Eigen::Array2f reach = (A.col(0).array().abs() + A.col(1).array().abs()) * half;
+    return centre.x() - reach.x() >= 0.0F && centre.y() - reach.y() >= 0.0F &&
+           centre.x() + reach.x() < static_cast<float>(image.width - 1) &&
+           centre.y() + reach.y() < static_cast<float>(image.height - 1);
+}
+
 Status PatchAligner::align_level(const PatchTemplate& patch, const ImageView& image, int l, bool affine, PatchPose& pose,
-                                 float& correlation) {
+                                 float& correlation) const {
     const PatchTemplate::Level& level = patch.levels[static_cast<std::size_t>(l)];
-    const float scale = 1.0F / static_cast<float>(1 << l);
-    const float inv_area = 1.0F / static_cast<float>(area_);
-    const ConstArray t(pixels(patch, l, 0), area_);
-    const ConstArray gu(pixels(patch, l, 1), area_);
-    const ConstArray gv(pixels(patch, l, 2), area_);
-    Eigen::Vector2f at = (pose.uv * static_cast<double>(scale)).cast<float>();
+    const Pattern pattern{grid_u_.data(), grid_v_.data(), weights_.data(), count_};
+    const double scale = static_cast<double>(1 << l);
+    const float epsilon = l == 0 ? epsilon_px_ : std::max(epsilon_px_, 0.05F);
+    Eigen::Vector2f at = (pose.uv / scale).cast<float>();
     Eigen::Matrix2f A = pose.A;
     const Eigen::Vector2f start = at;
-    const Eigen::Matrix2f inverse2 = level.normal.topLeftCorner<2, 2>().inverse();
-    Eigen::LDLT<Eigen::Matrix<float, 6, 6>> normal6;
-    if (affine) {
-        Eigen::Matrix<float, 6, 6> damped = level.normal;
-        damped.diagonal() *= 1.0F + 1e-3F;
-        normal6.compute(damped);
-    }
     for (int step = 0; step < max_iterations_; ++step) {
-        if (!sample(image, at + A * level.offset, A, sampled_.data())) {
+        const Eigen::Vector2f centre = at + A * level.offset;
+        if (!covers(image, centre, A)) {
             return Status::kNotFound;
         }
-        sampled_ -= (weights_ * sampled_).sum() * inv_area;
-        const float gain = (weights_ * t * sampled_).sum() / level.contrast;
-        const float energy = (weights_ * sampled_.square()).sum();
-        if (!(gain > kMinGain && gain < kMaxGain)) {
+        float sums[9];
+        if (affine) {
+            accumulate<7>(image, pattern, centre, A, planes(patch, l), sums);
+        } else {
+            accumulate<3>(image, pattern, centre, A, planes(patch, l), sums);
+        }
+        const float gain = sums[2] / level.contrast;
+        const float energy = sums[1] - sums[0] * sums[0] / weight_sum_;
+        if (!(gain > kMinGain && gain < kMaxGain && energy > 0.0F)) {
             return Status::kDegenerate;
         }
-        correlation = gain * std::sqrt(level.contrast / energy);
-        residual_ = weights_ * (sampled_ / gain - t);
+        correlation = sums[2] / std::sqrt(level.contrast * energy);
         Eigen::Vector2f d;
         if (affine) {
-            Eigen::Matrix<float, 6, 1> b;
-            const float ox = level.offset.x();
-            const float oy = level.offset.y();
-            b[0] = (gu * residual_).sum();
-            b[1] = (gv * residual_).sum();
-            b[2] = (gu * residual_ * grid_x_).sum() + ox * b[0];
-            b[3] = (gu * residual_ * grid_y_).sum() + oy * b[0];
-            b[4] = (gv * residual_ * grid_x_).sum() + ox * b[1];
-            b[5] = (gv * residual_ * grid_y_).sum() + oy * b[1];
-            const Eigen::Matrix<float, 6, 1> delta = normal6.solve(b);
+            const Eigen::Matrix<float, 6, 1> delta = patch.inverse6 * Eigen::Map<const Eigen::Matrix<float, 6, 1>>(sums + 3) / gain;
             if (!(delta.tail<4>().cwiseAbs().maxCoeff() < kMaxAffineStep)) {
                 return Status::kDegenerate;
             }
@@ -209,43 +259,40 @@ Status PatchAligner::align_level(const PatchTemplate& patch, const ImageView& im
             A = A * change.inverse();
             d = delta.head<2>();
         } else {
-            d = inverse2 * Eigen::Vector2f((gu * residual_).sum(), (gv * residual_).sum());
+            d = level.inverse2 * Eigen::Vector2f(sums[3], sums[4]) / gain;
         }
         at -= A * d;
         // A step beyond the window means that the linearization has nothing to do with the image.
-        if (!((at - start).squaredNorm() < 0.25F * static_cast<float>(area_))) {
+        if (!((at - start).squaredNorm() < 0.25F * static_cast<float>(window_ * window_))) {
             return Status::kDegenerate;
         }
-        if (d.squaredNorm() < epsilon_px_ * epsilon_px_) {
+        if (d.squaredNorm() < epsilon * epsilon) {
             break;
         }
     }
     pose.A = A;
-    pose.uv = at.cast<double>() / static_cast<double>(scale);
+    pose.uv = at.cast<double>() * scale;
     return Status::kOk;
 }
 
 Status PatchAligner::align(const PatchTemplate& patch, const ImagePyramid& image, const AlignOptions& options,
-                           PatchPose& pose, float& correlation) {
+                           PatchPose& pose, float& correlation) const {
     PatchPose refined = pose;
     float value = 0.0F;
     for (int l = std::min(options.coarsest, levels_ - 1); l >= options.finest; --l) {
+        const bool last = l == options.finest;
         if (!patch.levels[static_cast<std::size_t>(l)].valid) {
-            if (l == options.finest) {
+            if (last) {
                 return Status::kDegenerate;
             }
             continue;
         }
-        const bool last = l == options.finest;
-        Status status = align_level(patch, image.level(l), l, false, refined, value);
-        if (last && ok(status) && options.affine && l == 0) {
-            status = align_level(patch, image.level(l), l, true, refined, value);
-        }
+        const Status status = align_level(patch, image.level(l), l, options.affine && l == 0, refined, value);
         if (last && !ok(status)) {
             return status;
         }
     }
-    if (value < options.min_correlation) {
+    if (!(value > options.min_correlation)) {
         return Status::kDegenerate;
     }
     pose = refined;
@@ -253,18 +300,20 @@ Status PatchAligner::align(const PatchTemplate& patch, const ImagePyramid& image
     return Status::kOk;
 }
 
-float PatchAligner::correlate(const PatchTemplate& patch, const ImagePyramid& image, int l, const PatchPose& pose) {
+float PatchAligner::correlate(const PatchTemplate& patch, const ImagePyramid& image, int l, const PatchPose& pose) const {
     const PatchTemplate::Level& level = patch.levels[static_cast<std::size_t>(l)];
-    const Eigen::Vector2f at = (pose.uv / static_cast<double>(1 << l)).cast<float>();
-    if (!level.valid || !sample(image.level(l), at + pose.A * level.offset, pose.A, sampled_.data())) {
+    const Eigen::Vector2f centre = (pose.uv / static_cast<double>(1 << l)).cast<float>() + pose.A * level.offset;
+    if (!level.valid || !covers(image.level(l), centre, pose.A)) {
         return -1.0F;
     }
-    sampled_ -= (weights_ * sampled_).sum() / static_cast<float>(area_);
-    const float energy = (weights_ * sampled_.square()).sum();
-    if (!(energy > kMinVariance * static_cast<float>(area_) * 0.25F)) {
+    float sums[3];
+    accumulate<1>(image.level(l), {grid_u_.data(), grid_v_.data(), weights_.data(), count_}, centre, pose.A,
+                  planes(patch, l), sums);
+    const float energy = sums[1] - sums[0] * sums[0] / weight_sum_;
+    if (!(energy > 0.25F * kMinVariance * weight_sum_)) {
         return -1.0F;
     }
-    return (weights_ * ConstArray(pixels(patch, l, 0), area_) * sampled_).sum() / std::sqrt(level.contrast * energy);
+    return sums[2] / std::sqrt(level.contrast * energy);
 }
 
 }  // namespace facet

@@ -17,30 +17,38 @@ struct PatchPose {
     Eigen::Vector2d uv = Eigen::Vector2d::Zero();  ///< position of the anchor point (px)
 };
 
-/// A patch around an anchor point, cut from each level of a pyramid. On every level it is cut on whole pixels, as near
-/// to the anchor as they are, so that its grey values are not interpolated; the remaining offset is kept.
+/// A patch around an anchor point, cut from levels of a pyramid, prepared for alignment. On every level it is cut on
+/// whole pixels, as near to the anchor as they are, so that its grey values are not interpolated; the remaining offset
+/// is kept. Filled by PatchAligner.
 struct PatchTemplate {
     struct Level {
-        bool valid = false;  ///< the patch with its gradients lay inside the image
-        Eigen::Vector2f offset = Eigen::Vector2f::Zero();  ///< patch centre minus anchor (px of this level)
-        float contrast = 0.0F;                             ///< weighted sum of squared grey values about their mean
-        Eigen::Matrix<float, 6, 6> normal = Eigen::Matrix<float, 6, 6>::Zero();  ///< J^T J, order [t, A row by row]
+        bool valid = false;     ///< the patch with its gradients lay inside the image and has texture
+        float contrast = 0.0F;  ///< weighted sum of squared grey values about their mean
+        Eigen::Vector2f offset = Eigen::Vector2f::Zero();    ///< patch centre minus anchor (px of this level)
+        Eigen::Matrix2f inverse2 = Eigen::Matrix2f::Zero();  ///< (J^T W J)^-1 of the position
     };
     std::array<Level, ImagePyramid::kMaxLevels> levels;
-    std::vector<float> pixels;  ///< per level: grey value about the mean, d/du, d/dv, window^2 each
+    Eigen::Matrix<float, 6, 6> inverse6 = Eigen::Matrix<float, 6, 6>::Zero();  ///< level 0, order [t, A row by row]
+    std::vector<float> planes;  ///< per level: W T, then the columns of W J (6 on level 0, 2 elsewhere)
+};
+
+/// What extract() is to prepare.
+struct ExtractOptions {
+    int coarsest = 2;     ///< levels 0 to this one
+    bool affine = false;  ///< level 0 for affine alignment too
 };
 
 struct AlignOptions {
-    int coarsest = 2;           ///< level to start at
-    int finest = 0;             ///< level to end at
-    bool affine = false;        ///< estimate A on level 0 as well; else keep it
+    int coarsest = 2;              ///< level to start at
+    int finest = 0;                ///< level to end at
+    bool affine = false;           ///< on level 0, estimate A too (extracted with affine); else keep it
     float min_correlation = 0.8F;  ///< least normalised correlation on the last level
 };
 
 /// Lucas-Kanade alignment, inverse compositional [Baker04], of
-///   I(A x + uv) = alpha T(x) + beta      for x in a Gaussian-weighted square window,
-/// over uv (and A on request). Gain and offset are eliminated exactly: the residual and the steepest-descent images are
-/// projected onto the complement of {1, T}. Fixed storage after configure(); no heap, no exceptions. Thread-bound.
+///   I(A x + uv) = alpha T(x) + beta      for x in a Gaussian-weighted disc,
+/// over uv (and A on request). Gain and offset are eliminated exactly: the steepest-descent images J are projected onto
+/// the complement of {1, T}, so that J^T W I / alpha is the right hand side of the normal equations. Fixed storage after configure(); no heap, no exceptions. Thread-bound.
 class PatchAligner {
 public:
     /// @param window_px  side of the window, odd
@@ -51,17 +59,18 @@ public:
 
     /// Cuts a patch at uv. Levels on which the patch leaves the image are marked invalid.
     /// @return kNotFound if level 0 is among them; kDegenerate if level 0 has too little texture (outputs then void).
-    Status extract(const ImagePyramid& image, const Eigen::Vector2d& uv, PatchTemplate& patch) const;
+    Status extract(const ImagePyramid& image, const Eigen::Vector2d& uv, const ExtractOptions& options,
+                   PatchTemplate& patch);
 
     /// Refines `pose` in `image`, coarse to fine.
     /// @param correlation  weighted normalised correlation on the last level
     /// @return kNotFound if the patch left the image; kDegenerate if it did not converge or correlates too little
     ///         (pose untouched in both cases).
     Status align(const PatchTemplate& patch, const ImagePyramid& image, const AlignOptions& options, PatchPose& pose,
-                 float& correlation);
+                 float& correlation) const;
 
     /// Weighted normalised correlation of one level at a pose, -1 if outside.
-    float correlate(const PatchTemplate& patch, const ImagePyramid& image, int level, const PatchPose& pose);
+    float correlate(const PatchTemplate& patch, const ImagePyramid& image, int level, const PatchPose& pose) const;
 
     int window_px() const { return window_; }
     /// Distance to the border a point must keep so that extract() succeeds on level 0 (px).
@@ -69,22 +78,24 @@ public:
 
 private:
     Status align_level(const PatchTemplate& patch, const ImageView& image, int level, bool affine, PatchPose& pose,
-                       float& correlation);
-    bool sample(const ImageView& image, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A, float* out) const;
-    const float* pixels(const PatchTemplate& patch, int level, int plane) const {
-        return patch.pixels.data() + static_cast<std::ptrdiff_t>((level * 3 + plane) * area_);
+                       float& correlation) const;
+    bool extract_level(const ImageView& image, const Eigen::Vector2d& at, bool affine, PatchTemplate::Level& level,
+                       float* planes, Eigen::Matrix<float, 6, 6>& inverse6);
+    bool covers(const ImageView& image, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A) const;
+    const float* planes(const PatchTemplate& patch, int level) const {
+        return patch.planes.data() + (level == 0 ? 0 : 7 + 3 * (level - 1)) * count_;
     }
 
     int window_ = 0;
-    int area_ = 0;
     int levels_ = 0;
+    int count_ = 0;  ///< pixels of the disc, padded to a multiple of kLanes with pixels of weight 0
     int max_iterations_ = 0;
     float epsilon_px_ = 0.0F;
-    Eigen::ArrayXf weights_;  ///< window^2, sums to window^2
-    Eigen::ArrayXf grid_x_;   ///< window^2, column offsets from the centre
-    Eigen::ArrayXf grid_y_;
-    Eigen::ArrayXf sampled_;  ///< workspace
-    Eigen::ArrayXf residual_;
+    float weight_sum_ = 0.0F;
+    std::vector<float> weights_;
+    std::vector<float> grid_u_;  ///< offsets from the patch centre (px)
+    std::vector<float> grid_v_;
+    std::vector<float> work_;  ///< 3 * count_: grey values and gradients while extracting
 };
 
 }  // namespace facet

@@ -113,7 +113,7 @@ Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right
     }
     found.p_C0 = ray.xy.homogeneous() / found.inverse_depth;
 
-    FACET_TRY(aligner_.extract(right, pose.uv, back_));
+    FACET_TRY(aligner_.extract(right, pose.uv, {1, false}, back_));
     PatchPose back{pose.A.inverse(), left_uv};
     AlignOptions back_options;
     back_options.coarsest = 1;
@@ -132,7 +132,7 @@ Status StereoMatcher::match(const ImagePyramid& left, const ImagePyramid& right,
     FACET_TRY(rig_.left.unproject(left_uv, ray.xy, &d_xy_d_uv));
     ray.direction_C1 = R_C1_C0_ * ray.xy.homogeneous();
     ray.d_direction_d_uv = R_C1_C0_.leftCols<2>() * d_xy_d_uv;
-    FACET_TRY(aligner_.extract(left, left_uv, patch_));
+    FACET_TRY(aligner_.extract(left, left_uv, {1, true}, patch_));
     if (known_inverse_depth >= 0.0 && ok(refine(left, right, ray, left_uv, known_inverse_depth, match))) {
         return Status::kOk;
     }

@@ -40,8 +40,8 @@ public:
 
 private:
     struct Ray {
-        Eigen::Vector2d xy;             ///< left, normalised
-        Eigen::Vector3d direction_C1;   ///< R_C1_C0 [xy; 1]
+        Eigen::Vector2d xy;            ///< left, normalised
+        Eigen::Vector3d direction_C1;  ///< R_C1_C0 [xy; 1]
         Eigen::Matrix<double, 3, 2> d_direction_d_uv;
     };
     bool place(const Ray& ray, double inverse_depth, PatchPose& pose) const;

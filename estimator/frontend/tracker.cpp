@@ -36,7 +36,7 @@ Status Tracker::start(const ImagePyramid& image, const Eigen::Vector2d& uv, Trac
     const int slot = free_.back();
     Eigen::Vector2d xy;
     FACET_TRY(camera_.unproject(uv, xy));
-    FACET_TRY(aligner_.extract(image, uv, templates_[static_cast<std::size_t>(slot)]));
+    FACET_TRY(aligner_.extract(image, uv, {config_.pyramid_levels - 1, true}, templates_[static_cast<std::size_t>(slot)]));
     free_.pop_back();
     track = Track{};
     track.slot = slot;
@@ -46,7 +46,7 @@ Status Tracker::start(const ImagePyramid& image, const Eigen::Vector2d& uv, Trac
 }
 
 void Tracker::anchor_again(const ImagePyramid& image, Track& track) {
-    if (ok(aligner_.extract(image, track.pose.uv, probe_))) {
+    if (ok(aligner_.extract(image, track.pose.uv, {config_.pyramid_levels - 1, true}, probe_))) {
         std::swap(probe_, templates_[static_cast<std::size_t>(track.slot)]);
         track.pose.A.setIdentity();
         track.correlation = 1.0F;
@@ -86,12 +86,10 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
     FACET_TRY(camera_.unproject(pose.uv, xy));
 
     // Backward: what is seen here must be found where the track was.
-    FACET_TRY(aligner_.extract(present, pose.uv, probe_));
-    PatchPose back{step.inverse(), track.pose.uv};
+    FACET_TRY(aligner_.extract(present, pose.uv, {0, false}, probe_));
+    PatchPose back{track.pose.A * pose.A.inverse(), track.pose.uv};
     float back_correlation = 0.0F;
-    AlignOptions back_options;
-    back_options.coarsest = 1;
-    FACET_TRY(aligner_.align(probe_, previous, back_options, back, back_correlation));
+    FACET_TRY(aligner_.align(probe_, previous, {.coarsest = 0}, back, back_correlation));
     if (!((back.uv - track.pose.uv).norm() < config_.forward_backward_px)) {
         return Status::kDegenerate;
     }
