@@ -12,17 +12,14 @@ int main(int argc, char** argv) {
     CLI::App app("facet: stereo visual-inertial estimator", "facet");
     app.set_version_flag("--version", std::string("facet ") + FACET_VERSION);
     app.require_subcommand(1);
-    app.footer("Each command explains itself: facet COMMAND --help.\n"
-               "Exit codes: 0 done; 1 ran but failed its purpose; 2 bad usage or input.");
+    app.footer(
+        "Each command explains itself: facet COMMAND --help.\n"
+        "Exit codes: 0 done; 1 ran but failed its purpose; 2 bad usage or input.");
     int exit_code = facet::kExitDone;
     facet::add_replay_command(app, exit_code);
     facet::add_eval_command(app, exit_code);
     facet::add_sim_command(app, exit_code);
     facet::add_info_command(app, exit_code);
-    if (argc > 1 && argv[1][0] != '-' && app.get_subcommand_no_throw(argv[1]) == nullptr) {
-        facet::print_error((std::string(argv[1]) + ": no such command; facet --help lists them").c_str());
-        return facet::kExitBadInput;
-    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
