@@ -9,7 +9,7 @@
 namespace facet {
 namespace {
 
-constexpr int kLanes = 8;                // pixels worked on together: two SSE or one AVX register
+constexpr int kLanes = 4;                // pixels worked on together: one SSE or NEON register
 constexpr float kMinVariance = 4.0F;     // grey levels^2: below, a patch is noise
 constexpr float kMinCurvature = 2.0F;    // least eigenvalue of the normal matrix of the position, per pixel
 constexpr float kMinGain = 0.15F;
@@ -25,59 +25,61 @@ struct Pattern {
     int count;
 };
 
+using Floats = float __attribute__((vector_size(4 * kLanes)));
+using Ints = std::int32_t __attribute__((vector_size(4 * kLanes)));
+
+Floats load(const float* p) {
+    Floats v;
+    std::memcpy(&v, p, sizeof(v));
+    return v;
+}
+
+/// The 2x2 pixels from p: bytes p[0], p[1], then those of the next row.
+std::int32_t load_quad(const std::uint8_t* p, std::ptrdiff_t stride) {
+    std::uint16_t top = 0;
+    std::uint16_t bottom = 0;
+    std::memcpy(&top, p, 2);
+    std::memcpy(&bottom, p + stride, 2);
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(top) | static_cast<std::uint32_t>(bottom) << 16U);
+}
+
 /// Sums over the pattern at centre + A x of image values s, bilinearly interpolated:
 ///   sums[0] = sum w s, sums[1] = sum w s^2, sums[2 + k] = sum planes[k] s for k < K.
-/// The pattern must lie inside the image. In groups of kLanes so that the compiler uses vector registers.
+/// The pattern must lie inside the image. This is where the front-end's time goes: vector types of the compiler, because
+/// scalar stores followed by vector loads stall. Offsets are exact in float: images have fewer than 2^24 pixels.
 template <int K>
 void accumulate(const ImageView& image, const Pattern& pattern, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A,
                 const float* planes, float* sums) {
-    float acc[K + 2][kLanes] = {};
-    const int stride = static_cast<int>(image.stride);
+    Floats acc[K + 2] = {};
+    const float stride = static_cast<float>(image.stride);
     for (int i = 0; i < pattern.count; i += kLanes) {
-        float fu[kLanes];
-        float fv[kLanes];
-        std::int32_t at[kLanes];
-        for (int k = 0; k < kLanes; ++k) {
-            const float u = centre.x() + A(0, 0) * pattern.u[i + k] + A(0, 1) * pattern.v[i + k];
-            const float v = centre.y() + A(1, 0) * pattern.u[i + k] + A(1, 1) * pattern.v[i + k];
-            const std::int32_t iu = static_cast<std::int32_t>(u);
-            const std::int32_t iv = static_cast<std::int32_t>(v);
-            fu[k] = u - static_cast<float>(iu);
-            fv[k] = v - static_cast<float>(iv);
-            at[k] = iv * stride + iu;
-        }
-        std::uint32_t quad[kLanes];  // the four neighbours, a byte each
-        for (int k = 0; k < kLanes; ++k) {
-            std::uint16_t top = 0;
-            std::uint16_t bottom = 0;
-            std::memcpy(&top, image.data + at[k], 2);
-            std::memcpy(&bottom, image.data + at[k] + stride, 2);
-            quad[k] = static_cast<std::uint32_t>(top) | static_cast<std::uint32_t>(bottom) << 16U;
-        }
-        float s[kLanes];
-        for (int k = 0; k < kLanes; ++k) {
-            const float p0 = static_cast<float>(static_cast<std::int32_t>(quad[k] & 255U));
-            const float p1 = static_cast<float>(static_cast<std::int32_t>(quad[k] >> 8U & 255U));
-            const float q0 = static_cast<float>(static_cast<std::int32_t>(quad[k] >> 16U & 255U));
-            const float q1 = static_cast<float>(static_cast<std::int32_t>(quad[k] >> 24U));
-            const float top = p0 + fu[k] * (p1 - p0);
-            const float bottom = q0 + fu[k] * (q1 - q0);
-            s[k] = top + fv[k] * (bottom - top) - kGreyOrigin;
-        }
-        for (int k = 0; k < kLanes; ++k) {
-            const float ws = pattern.weight[i + k] * s[k];
-            acc[0][k] += ws;
-            acc[1][k] += ws * s[k];
-        }
+        const Floats x = load(pattern.u + i);
+        const Floats y = load(pattern.v + i);
+        const Floats u = centre.x() + (A(0, 0) * x + A(0, 1) * y);
+        const Floats v = centre.y() + (A(1, 0) * x + A(1, 1) * y);
+        const Floats iu = __builtin_convertvector(__builtin_convertvector(u, Ints), Floats);
+        const Floats iv = __builtin_convertvector(__builtin_convertvector(v, Ints), Floats);
+        const Floats fu = u - iu;
+        const Floats fv = v - iv;
+        const Ints at = __builtin_convertvector(iv * stride + iu, Ints);
+        const Ints quad = {load_quad(image.data + at[0], image.stride), load_quad(image.data + at[1], image.stride),
+                           load_quad(image.data + at[2], image.stride), load_quad(image.data + at[3], image.stride)};
+        const Floats p0 = __builtin_convertvector(quad & 255, Floats);
+        const Floats p1 = __builtin_convertvector((quad >> 8) & 255, Floats);
+        const Floats q0 = __builtin_convertvector((quad >> 16) & 255, Floats);
+        const Floats q1 = __builtin_convertvector((quad >> 24) & 255, Floats);
+        const Floats top = p0 + fu * (p1 - p0);
+        const Floats bottom = q0 + fu * (q1 - q0);
+        const Floats s = top + fv * (bottom - top) - kGreyOrigin;
+        const Floats ws = load(pattern.weight + i) * s;
+        acc[0] += ws;
+        acc[1] += ws * s;
         for (int j = 0; j < K; ++j) {
-            const float* plane = planes + j * pattern.count + i;
-            for (int k = 0; k < kLanes; ++k) {
-                acc[2 + j][k] += plane[k] * s[k];
-            }
+            acc[2 + j] += load(planes + j * pattern.count + i) * s;
         }
     }
     for (int j = 0; j < K + 2; ++j) {
-        sums[j] = ((acc[j][0] + acc[j][4]) + (acc[j][1] + acc[j][5])) + ((acc[j][2] + acc[j][6]) + (acc[j][3] + acc[j][7]));
+        sums[j] = (acc[j][0] + acc[j][2]) + (acc[j][1] + acc[j][3]);
     }
 }
 
