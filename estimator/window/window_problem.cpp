@@ -113,7 +113,8 @@ double WindowProblem::add_prior(ReducedSystem& system) {
         // The first prior may be far off in attitude: its exact Jacobian, until marginalization binds it.
         Eigen::Matrix<double, kStateDim, kStateDim> jacobian = Eigen::Matrix<double, kStateDim, kStateDim>::Identity();
         jacobian.block<3, 3>(kTheta, kTheta) = so3_right_jacobian_inverse(prior_displacement_.segment<3>(kTheta));
-        system.h().topLeftCorner<kStateDim, kStateDim>() += jacobian.transpose() * prior.h() * jacobian;
+        const Eigen::Matrix<double, kStateDim, kStateDim> h = prior.h();
+        system.h().topLeftCorner<kStateDim, kStateDim>() += jacobian.transpose() * h * jacobian;
         system.g().head<kStateDim>() += jacobian.transpose() * prior_gradient_.head<kStateDim>();
         return cost;
     }

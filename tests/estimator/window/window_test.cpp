@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <memory>
 
+#include "tests/support/allocation_guard.h"
 #include "tests/support/synthetic_flight.h"
 
 using namespace facet;
@@ -150,6 +151,40 @@ TEST_CASE("a start in motion with gravity far off is worked out within a second"
     CHECK(up.cross(truth.q_W_B.conjugate() * Eigen::Vector3d::UnitZ()).norm() < 0.02);
     // Yaw is the gauge: compare speeds in the body.
     CHECK((estimate.q_W_B.conjugate() * estimate.v_W_B - truth.q_W_B.conjugate() * truth.v_W_B).norm() < 0.05);
+}
+
+TEST_CASE("the window allocates nothing once it exists", "[window]") {
+    SyntheticFlight::Options options;
+    options.pixel_sigma = 0.5;
+    SyntheticFlight flight(options);
+    const ImuNoise noise = make_noise();
+    WindowConfig config;
+    config.keyframes = 6;
+    const auto smoother = std::make_unique<Window>();
+    smoother->configure(config, flight.rig(), noise);
+    const auto first = flight.observe(0.0);
+    const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+    std::uint64_t allocations = 0;
+    {
+        const test::AllocationGuard guard;
+        smoother->start(test::at(0.0), flight.state(0.0), information, {first.data(), first.size()});
+        allocations += guard.allocations();
+    }
+    for (int k = 1; k <= 12; ++k) {  // twice the window: marginalization included
+        const double t = 0.2 * k;
+        const Preintegration p = flight.preintegrate(t - 0.2, t, smoother->newest().state.bias, noise);
+        const auto observations = flight.observe(t);
+        StateMatrix covariance;
+        const test::AllocationGuard guard;
+        const Status added = smoother->add_keyframe(test::at(t), p, {observations.data(), observations.size()});
+        const WindowSummary summary = smoother->optimize();
+        const Status known = smoother->newest_covariance(covariance);
+        allocations += guard.allocations();
+        REQUIRE(ok(added));
+        REQUIRE(ok(known));
+        REQUIRE(summary.fit.active_landmarks > 0);
+    }
+    CHECK(allocations == 0);
 }
 
 TEST_CASE("Monte Carlo: the newest pose is as uncertain as the window says", "[window]") {
