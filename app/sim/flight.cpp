@@ -163,23 +163,24 @@ private:
     std::vector<Flight::Spline::Vector> add_attitude(int still, int count) {
         constexpr double kFollow = 0.5;
         constexpr double kMaxTilt = 0.25;
+        constexpr double kNoseDown_rad = 0.15;
         std::vector<Flight::Spline::Vector> control;
         double roll_slow = 0.0;
-        double pitch_slow = 0.1;
+        double pitch_slow = kNoseDown_rad;
         for (int i = 0; i < count; ++i) {
             Flight::Spline::Vector c;
             double roll = 0.0;
-            double pitch = 0.1;
+            double pitch = kNoseDown_rad;
             if (i >= still) {
                 roll_slow = 0.93 * roll_slow + 0.03 * random_.normal();
-                pitch_slow = 0.1 + 0.93 * (pitch_slow - 0.1) + 0.045 * random_.normal();
+                pitch_slow = kNoseDown_rad + 0.93 * (pitch_slow - kNoseDown_rad) + 0.035 * random_.normal();
                 const Vector3d& next = points_[static_cast<std::size_t>(std::min(i + 2, static_cast<int>(points_.size()) - 1))];
                 const Vector3d a = (next - 2.0 * points_[i] + points_[i - 2]) / (4.0 * kStep_s * kStep_s);
                 const double forward = std::cos(yaws_[i]) * a.x() + std::sin(yaws_[i]) * a.y();
                 const double left = -std::sin(yaws_[i]) * a.x() + std::cos(yaws_[i]) * a.y();
                 const double limit = kTiltShare * plan_.max_rate_rad_per_s * kStep_s;
                 const double roll_wanted = std::clamp(roll_slow - kFollow * left / 9.81, -kMaxTilt, kMaxTilt);
-                const double pitch_wanted = std::clamp(pitch_slow + kFollow * forward / 9.81, 0.1 - kMaxTilt, 0.1 + kMaxTilt);
+                const double pitch_wanted = std::clamp(pitch_slow + kFollow * forward / 9.81, kNoseDown_rad - kMaxTilt, kNoseDown_rad + kMaxTilt);
                 roll = std::clamp(roll_wanted, control.back()[3] - limit, control.back()[3] + limit);
                 pitch = std::clamp(pitch_wanted, control.back()[4] - limit, control.back()[4] + limit);
             }

@@ -37,9 +37,9 @@ float brick(float x, float y, std::uint32_t seed) {
     const int i = static_cast<int>(std::floor(column)) & (kColumns - 1);
     const float tone = lattice_value(i, (j + kRows) % kRows, seed + 1);
     const float grain = fractal_noise(x, y, 24, 24, 5, seed + 2, 0.65F);
-    const float edge = std::min(to_border(column) / kRows * kColumns * 1.1F, to_border(row)) + 0.02F * grain;
-    const float face = 0.22F + 0.5F * tone * tone + 0.22F * grain + 0.08F * speckle(x, y, 512, seed);
-    return mix(0.74F + 0.2F * grain, face, smooth_step(0.06F, 0.10F, edge));
+    const float edge = std::min(to_border(column) * kRows / kColumns, to_border(row)) + 0.02F * grain;
+    const float face = 0.26F + 0.4F * tone + 0.24F * grain + 0.08F * speckle(x, y, 512, seed);
+    return mix(0.66F + 0.25F * grain, face, smooth_step(0.05F, 0.09F, edge));
 }
 
 float planks(float x, float y, std::uint32_t seed) {
@@ -90,9 +90,9 @@ float stone(float x, float y, std::uint32_t seed) {
     const float wx = x + 0.012F * fractal_noise(x, y, 8, 8, 3, seed);
     const float wy = y + 0.012F * fractal_noise(x, y, 8, 8, 3, seed + 1);
     const Cell cell = cell_noise(wx, wy, 7, 11, seed + 2, 0.85F);
-    const float rough = fractal_noise(x, y, 14, 14, 6, seed + 3, 0.78F);
-    const float face = 0.28F + 0.4F * cell.tone + 0.42F * rough;
-    return mix(0.18F + 0.25F * rough, face, smooth_step(0.02F, 0.09F, cell.second - cell.nearest + 0.06F * rough)) + 0.06F * speckle(x, y, 512, seed);
+    const float rough = fractal_noise(x, y, 14, 14, 6, seed + 3, 0.7F);
+    const float face = 0.28F + 0.42F * cell.tone + 0.38F * rough;
+    return mix(0.16F + 0.2F * rough, face, smooth_step(0.03F, 0.1F, cell.second - cell.nearest + 0.02F * rough)) + 0.06F * speckle(x, y, 512, seed);
 }
 
 float concrete(float x, float y, std::uint32_t seed) {

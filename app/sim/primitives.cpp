@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr float kNearest = 1e-4F;
-constexpr float kEdgeTolerance = 2e-5F;  // closes cracks between neighbouring triangles
+constexpr float kEdgeTolerance = 2e-5F;     // closes cracks between neighbouring rectangles
+constexpr float kCornerTolerance = 1e-4F;   // and between triangles, whose coordinates round more for being small
 
 Eigen::Vector3d planar_normal(const SurfaceShape& s) { return s.edge_u.cross(s.edge_v).normalized(); }
 
@@ -74,7 +75,7 @@ void intersect_planar(const Primitive& q, int index, RayPacket& r) {
     const F4 v = dot(g + 8, p) + g[11];
     switch (q.shape) {
         case Shape::kTriangle:
-            hit &= (u >= -kEdgeTolerance) & (v >= -kEdgeTolerance) & (u + v <= 1.0F + kEdgeTolerance);
+            hit &= (u >= -kCornerTolerance) & (v >= -kCornerTolerance) & (u + v <= 1.0F + kCornerTolerance);
             break;
         case Shape::kDisk: {
             const F4 a = 2.0F * u - 1.0F;
@@ -82,7 +83,9 @@ void intersect_planar(const Primitive& q, int index, RayPacket& r) {
             hit &= a * a + b * b <= 1.0F;
             break;
         }
-        default: hit &= (u >= 0.0F) & (u <= 1.0F) & (v >= 0.0F) & (v <= 1.0F); break;
+        default:
+            hit &= (u >= -kEdgeTolerance) & (u <= 1.0F + kEdgeTolerance) & (v >= -kEdgeTolerance) & (v <= 1.0F + kEdgeTolerance);
+            break;
     }
     r.t = hit ? t : r.t;
     r.primitive = hit ? I4{index, index, index, index} : r.primitive;

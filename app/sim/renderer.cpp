@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/sim/parallel.h"
 #include "app/sim/rng.h"
@@ -39,6 +40,22 @@ std::vector<Eigen::Vector2d> sample_offsets(int count) {
         o -= mean;
     }
     return offsets;
+}
+
+/// Times of a pixel's samples (exposures from its middle): the middles of equal slots, dealt out so that neighbours in time
+/// are not neighbours in place.
+std::vector<float> sample_times(int count) {
+    std::vector<std::pair<double, int>> order;
+    for (int i = 0; i < count; ++i) {
+        const double b = 0.25 + 0.5698402909980532 * i;
+        order.emplace_back(b - std::floor(b), i);
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<float> times(static_cast<std::size_t>(count));
+    for (int slot = 0; slot < count; ++slot) {
+        times[static_cast<std::size_t>(order[static_cast<std::size_t>(slot)].second)] = (static_cast<float>(slot) + 0.5F) / static_cast<float>(count) - 0.5F;
+    }
+    return times;
 }
 
 ExposureMotion exposure_motion(const Flight& flight, double t_s, const Se3& T_B_C, double exposure_s) {
@@ -82,6 +99,10 @@ Renderer::Renderer(const CameraModel& camera, const Se3& T_B_C, int samples, con
       tile_columns_((width_ + kTileWidth - 1) / kTileWidth),
       tile_rows_((height_ + kTileHeight - 1) / kTileHeight) {
     const std::vector<Eigen::Vector2d> offsets = sample_offsets(samples);
+    const std::vector<float> times = sample_times(samples);
+    for (int k = 0; k < kTilePixels; ++k) {
+        times_.insert(times_.end(), times.begin(), times.end());
+    }
     const int tile_samples = kTilePixels * samples_;
     rays_.reserve(static_cast<std::size_t>(3 * tile_samples) * static_cast<std::size_t>(tile_columns_ * tile_rows_));
     std::vector<float> tile(static_cast<std::size_t>(3 * tile_samples));
@@ -115,34 +136,18 @@ Vector3d Renderer::ray(double u, double v) const {
     return ok(status) ? Vector3d(xy.x(), xy.y(), 1.0).normalized() : Vector3d::UnitZ();
 }
 
-void Renderer::render_tile(const Scene& scene, const ExposureMotion& motion, int tile, std::uint32_t time_key, float* radiance) const {
+void Renderer::render_tile(const Scene& scene, const ExposureMotion& motion, int tile, float* radiance) const {
     const int count = kTilePixels * samples_;
     const float* x = rays_.data() + static_cast<std::size_t>(tile) * 3 * static_cast<std::size_t>(count);
     const float* y = x + count;
     const float* z = y + count;
-    const float slot = motion.exposure_s / static_cast<float>(samples_);
     const float spread = 0.8F / static_cast<float>(camera_.focal_px());
-    auto pixel = static_cast<std::uint32_t>(tile * kTilePixels);
-    int sample = 0;
-    std::uint32_t bits = mix32(time_key + pixel);
     RayPacket packets[Bvh::kMaxBundle];
     for (int first = 0; first < count; first += kLanes * Bvh::kMaxBundle) {
         const int bundle = std::min(Bvh::kMaxBundle, (count - first) / kLanes);
         for (int p = 0; p < bundle; ++p) {
-            F4 tau = splat(0.0F);
-            for (int lane = 0; lane < kLanes; ++lane) {
-                // Each pixel deals the time slots to its samples in an order of its own, and shifts all by a part of a slot.
-                const int turn = sample + static_cast<int>((bits & 0xffffU) * static_cast<std::uint32_t>(samples_) >> 16);
-                const int order = turn >= samples_ ? turn - samples_ : turn;
-                const float part = static_cast<float>(bits >> 16) * 0x1.0p-16F;
-                tau[lane] = slot * (static_cast<float>(order) + part) - 0.5F * motion.exposure_s;
-                if (++sample == samples_) {
-                    sample = 0;
-                    bits = mix32(time_key + ++pixel);
-                }
-            }
             const int i = first + p * kLanes;
-            packets[p] = moving_rays(motion, {load(x + i), load(y + i), load(z + i)}, tau);
+            packets[p] = moving_rays(motion, {load(x + i), load(y + i), load(z + i)}, motion.exposure_s * load(times_.data() + i));
         }
         scene.bvh().intersect_bundle({packets, static_cast<std::size_t>(bundle)});
         for (int p = 0; p < bundle; ++p) {
@@ -167,10 +172,9 @@ void Renderer::render(const Scene& scene, const Flight& flight, double t_s, doub
     const ExposureMotion motion = exposure_motion(flight, t_s, T_B_C_, photometry_.exposure_s);
     image.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
     std::vector<float> radiance(static_cast<std::size_t>(kTilePixels * samples_));
-    const auto time_key = static_cast<std::uint32_t>(mix64(noise_key));
     const float inverse = 1.0F / static_cast<float>(samples_);
     for (int tile = 0; tile < tile_columns_ * tile_rows_; ++tile) {
-        render_tile(scene, motion, tile, time_key, radiance.data());
+        render_tile(scene, motion, tile, radiance.data());
         for (int k = 0; k < kTilePixels; ++k) {
             const int u = tile % tile_columns_ * kTileWidth + k % kTileWidth;
             const int v = tile / tile_columns_ * kTileHeight + k / kTileWidth;

@@ -38,6 +38,8 @@ Eigen::Vector2d quasi_random(int i) {
     return {a - std::floor(a), b - std::floor(b)};
 }
 
+}  // namespace
+
 /// Gathers direct light with soft shadows and ambient light with occlusion at a point with a normal.
 class LightGatherer {
 public:
@@ -110,8 +112,6 @@ private:
     int samples_;
 };
 
-}  // namespace
-
 RayHit Scene::cast(const Vector3d& origin, const Vector3d& direction) const {
     const Vector3d directions[kLanes] = {direction, direction, direction, direction};
     RayPacket rays = fan(origin, directions, splat(RayPacket::kFar));
@@ -146,12 +146,7 @@ float Scene::radiance(int primitive, const float* p, const float* direction, flo
     const float t = look.t[0] + hit.u * look.t[1] + hit.v * look.t[2];
     // A slanted footprint is long one way only: its samples share the stretch with the filter.
     const float width = footprint / std::sqrt(std::max(hit.cos, 0.05F)) * look.texels_per_metre;
-    float albedo = look.albedo_offset + look.albedo_slope * textures_[look.texture].sample(s, t, width);
-    if (look.blotches > 0.0F) {
-        constexpr float kScale = 0.2887F;  // of the tile: the sum repeats nowhere in sight
-        const float slow = textures_[0].sample(kScale * s + 0.13F * t, kScale * t - 0.13F * s, 0.3F * width);
-        albedo *= 1.0F + look.blotches * (slow * (2.0F / 255.0F) - 1.0F);
-    }
+    const float albedo = look.albedo_offset + look.albedo_slope * textures_[look.texture].sample(s, t, width);
     return albedo * (look.emission + light_at(look, hit.u, hit.v));
 }
 
@@ -171,6 +166,18 @@ float Scene::light_at(const Look& look, float u, float v) const {
     return low + fy * (high - low);
 }
 
+float Scene::blotch(const Look& look, double u, double v) const {
+    // In texture coordinates, turned and stretched so that the sum with the texture repeats nowhere in sight.
+    constexpr float kScale = 0.2887F;
+    constexpr float kTurn = 0.13F;
+    const auto uf = static_cast<float>(u);
+    const auto vf = static_cast<float>(v);
+    const float s = look.s[0] + uf * look.s[1] + vf * look.s[2];
+    const float t = look.t[0] + uf * look.t[1] + vf * look.t[2];
+    const float slow = textures_[0].sample(kScale * s + kTurn * t, kScale * t - kTurn * s, 0.0F);
+    return 1.0F + look.blotches * (slow * (2.0F / 255.0F) - 1.0F);
+}
+
 void Scene::bake_light(std::span<const AreaLight> lights, double ambient, std::span<const Vector3d> vertices,
                        std::span<const Vector3d> normals, const SceneDetail& detail) {
     const LightGatherer gatherer(bvh_, lights, ambient, detail.light_samples);
@@ -183,10 +190,10 @@ void Scene::bake_light(std::span<const AreaLight> lights, double ambient, std::s
         Look& look = looks_[i];
         const Surface& surface = surfaces_[bvh_.primitives()[i].surface];
         if (surface.shape.shape == Shape::kTriangle) {
-            const float a = vertex_light[surface.corners[0]];
+            const float a = blotch(look, 0, 0) * vertex_light[surface.corners[0]];
             look.light[0] = a;
-            look.light[1] = vertex_light[surface.corners[1]] - a;
-            look.light[2] = vertex_light[surface.corners[2]] - a;
+            look.light[1] = blotch(look, 1, 0) * vertex_light[surface.corners[1]] - a;
+            look.light[2] = blotch(look, 0, 1) * vertex_light[surface.corners[2]] - a;
             continue;
         }
         const Eigen::Vector2d extent = surface_extent(surface.shape);
@@ -200,18 +207,25 @@ void Scene::bake_light(std::span<const AreaLight> lights, double ambient, std::s
     }
     light_.assign(total, 0.0F);
     parallel_for(static_cast<int>(looks_.size()), detail.threads, [&](int i) {
-        const Look& look = looks_[i];
-        const SurfaceShape& shape = shapes_[bvh_.primitives()[i].surface];
-        for (int y = 0; y < look.light_height; ++y) {
-            for (int x = 0; x < look.light_width; ++x) {
-                // Border nodes sit a little inside, so that they are not dark for lying in the neighbour's plane.
-                const double inset = is_planar(shape.shape) ? 0.03 / std::max(1.0, shape.edge_u.norm()) : 0.0;
-                const double u = std::clamp(static_cast<double>(x) / (look.light_width - 1), inset, 1.0 - inset);
-                const double v = std::clamp(static_cast<double>(y) / (look.light_height - 1), 0.01, 0.99);
-                light_[look.light_offset + y * look.light_width + x] = gatherer.at(surface_point(shape, u, v), surface_normal(shape, u, v));
-            }
+        if (looks_[i].light_width > 0) {
+            bake_light_map(gatherer, looks_[i], shapes_[bvh_.primitives()[i].surface]);
         }
     });
+}
+
+void Scene::bake_light_map(const LightGatherer& gatherer, const Look& look, const SurfaceShape& shape) {
+    for (int y = 0; y < look.light_height; ++y) {
+        for (int x = 0; x < look.light_width; ++x) {
+            const double u = static_cast<double>(x) / (look.light_width - 1);
+            const double v = static_cast<double>(y) / (look.light_height - 1);
+            // Border nodes gather a little inside, so that they are not dark for lying in the neighbour's plane.
+            const double inset = is_planar(shape.shape) ? 0.03 / std::max(1.0, shape.edge_u.norm()) : 0.0;
+            const double ui = std::clamp(u, inset, 1.0 - inset);
+            const double vi = std::clamp(v, 0.01, 0.99);
+            light_[look.light_offset + y * look.light_width + x] =
+                blotch(look, u, v) * gatherer.at(surface_point(shape, ui, vi), surface_normal(shape, ui, vi));
+        }
+    }
 }
 
 }  // namespace facet::sim

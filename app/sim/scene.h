@@ -21,7 +21,7 @@ struct Material {
     double tile_m = 2.0;      ///< side of the texture's square (m); 0 = stretched once over the surface
     float dark = 0.05F;
     float bright = 0.8F;
-    float blotches = 0.35F;   ///< strength of the slow second texture that hides the repetition
+    float blotches = 0.35F;   ///< strength of slow stains that hide the repetition; baked into the light
     float emission = 0.0F;    ///< glows as if this irradiance fell on it (lamps, windows)
 };
 using MaterialId = int;
@@ -113,6 +113,8 @@ private:
     };
     float radiance(int primitive, const float* p, const float* direction, float footprint) const;
     float light_at(const Look& look, float u, float v) const;
+    float blotch(const Look& look, double u, double v) const;
+    void bake_light_map(const class LightGatherer& gatherer, const Look& look, const SurfaceShape& shape);
     void bake_light(std::span<const AreaLight> lights, double ambient, std::span<const Eigen::Vector3d> vertices,
                     std::span<const Eigen::Vector3d> normals, const SceneDetail& detail);
 

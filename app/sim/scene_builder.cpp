@@ -14,7 +14,8 @@ namespace {
 using Eigen::Vector3d;
 
 
-bool is_large(Pattern p) { return p != Pattern::kPoster && p != Pattern::kPhoto && p != Pattern::kCarton && p != Pattern::kDoor; }
+/// Large tiles get all texels, so that one is about 2 mm everywhere.
+bool is_large(const Material& m) { return m.tile_m > 1.25; }
 
 }  // namespace
 
@@ -95,7 +96,7 @@ void SceneBuilder::lamp(const std::string& name, MaterialId m, const Vector3d& c
 void SceneBuilder::bake_textures(const SceneDetail& detail) {
     scene_.textures_.push_back(bake_pattern(Pattern::kBlotches, 5, std::max(detail.texture_size / 4, 16), detail.threads));
     for (const Material& m : materials_) {
-        const int size = is_large(m.pattern) ? detail.texture_size : std::max(detail.texture_size / 2, 16);
+        const int size = is_large(m) ? detail.texture_size : std::max(detail.texture_size / 2, 16);
         scene_.textures_.push_back(bake_pattern(m.pattern, m.seed, size, detail.threads));
     }
 }

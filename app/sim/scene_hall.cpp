@@ -40,7 +40,7 @@ HallMaterials make_materials(SceneBuilder& b) {
     m.carton = b.material({Pattern::kCarton, 20, 0.0, 0.02F, 0.7F, 0.0F, 0.0F});
     m.poster = b.material({Pattern::kPoster, 21, 0.0, 0.02F, 0.8F, 0.0F, 0.0F});
     m.panel = b.material({Pattern::kConcrete, 22, 3.0, 0.05F, 0.6F, 0.5F, 0.0F});
-    m.lamp = b.material({Pattern::kPlain, 23, 2.0, 0.5F, 0.9F, 0.0F, 3.0F});
+    m.lamp = b.material({Pattern::kPlain, 23, 2.0, 0.5F, 0.9F, 0.0F, 1.6F});
     return m;
 }
 
@@ -112,9 +112,11 @@ void add_shell(SceneBuilder& b, const HallMaterials& m) {
                           {"wall.east", m.concrete, {kX, kY, 0}, {0, -2 * kY, 0}, {-1, 0, 0}},
                           {"wall.west", m.stone, {-kX, -kY, 0}, {0, 2 * kY, 0}, {1, 0, 0}}};
     for (const Wall& w : walls) {
-        const double length = w.along.norm();
-        const auto point = [&w](double u, double v) {
-            const Vector3d base = w.corner + u * w.along + Vector3d(0, 0, (kHeight + 0.6) * v - 0.4);
+        constexpr double kBeyond = 0.7;  // walls run into each other behind their corners: no gaps
+        const double length = w.along.norm() + 2.0 * kBeyond;
+        const Vector3d along = w.along.normalized();
+        const auto point = [&](double u, double v) {
+            const Vector3d base = w.corner + (u * length - kBeyond) * along + Vector3d(0, 0, (kHeight + 0.6) * v - 0.4);
             const double bulge = 0.32 * bumps(base.x(), base.y(), base.z(), 1.9, 4, 33);
             return Vector3d(base + bulge * w.inward);
         };
@@ -237,7 +239,7 @@ void add_clutter(SceneBuilder& b, const HallMaterials& m) {
         const double radius = random.uniform(0.12, 0.42);
         const double x = random.uniform(-8.5, 8.5);
         const double y = random.uniform(-4.6, 4.6);
-        add_boulder(b, i % 3 == 0 ? m.concrete : m.stone, {x, y, ground_height(x, y) + 0.3 * radius}, radius, 90 + i);
+        add_boulder(b, i % 3 == 0 ? m.earth : m.rust, {x, y, ground_height(x, y) + 0.3 * radius}, radius, 90 + i);
     }
 }
 

@@ -40,8 +40,8 @@ RoomMaterials make_materials(SceneBuilder& b) {
     m.hazard = b.material({Pattern::kHazard, 24, 0.9, 0.03F, 0.75F, 0.2F, 0.0F});
     m.books = b.material({Pattern::kBooks, 25, 1.0, 0.03F, 0.75F, 0.0F, 0.0F});
     m.door = b.material({Pattern::kDoor, 26, 0.0, 0.03F, 0.7F, 0.0F, 0.0F});
-    m.window = b.material({Pattern::kWindow, 27, 0.0, 0.1F, 0.8F, 0.0F, 1.2F});
-    m.lamp = b.material({Pattern::kPlain, 28, 2.0, 0.5F, 0.9F, 0.0F, 3.0F});
+    m.window = b.material({Pattern::kWindow, 27, 0.0, 0.1F, 0.8F, 0.0F, 0.7F});
+    m.lamp = b.material({Pattern::kPlain, 28, 2.0, 0.5F, 0.9F, 0.0F, 1.6F});
     m.dark = b.material({Pattern::kFabric, 29, 0.5, 0.02F, 0.25F, 0.2F, 0.0F});
     for (int i = 0; i < 6; ++i) {
         const auto seed = 40U + static_cast<std::uint32_t>(i);
@@ -171,7 +171,7 @@ Scene make_room(const SceneDetail& detail) {
     b.ambient(0.42);
     FlightVolume volume;
     volume.low = {-3.2, -2.2, 0.8};
-    volume.high = {3.2, 2.2, 2.4};
+    volume.high = {3.2, 2.2, 2.1};
     volume.start = {-0.2, -0.6, 1.35};
     volume.start_yaw_rad = 1.9;
     volume.clearance_m = 0.4;

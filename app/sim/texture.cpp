@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include "platform/base/assert.h"
 
@@ -20,7 +19,6 @@ Texture::Texture(int size, const std::vector<float>& base) {
             texels_.push_back(static_cast<std::uint8_t>(std::clamp(value, 0.0F, 1.0F) * 255.0F + 0.5F));
         }
         if (n == 1) {
-            mean_ = level[0];
             return;
         }
         const int half = n / 2;
@@ -39,9 +37,9 @@ float Texture::bilinear(int level, float s, float t) const {
     const int shift = log2_size_ - level;
     const int mask = (1 << shift) - 1;
     const auto scale = static_cast<float>(1 << shift);
-    // The offset keeps the argument positive, so that truncation is floor.
-    const float x = (s + 64.0F) * scale - 0.5F;
-    const float y = (t + 64.0F) * scale - 0.5F;
+    // One period on top keeps the argument positive, so that truncation is floor.
+    const float x = (s + 1.0F) * scale - 0.5F;
+    const float y = (t + 1.0F) * scale - 0.5F;
     const int ix = static_cast<int>(x);
     const int iy = static_cast<int>(y);
     const float fx = x - static_cast<float>(ix);
@@ -61,12 +59,12 @@ float Texture::sample(float s, float t, float footprint) const {
     // log2 from the exponent and a linear mantissa: within 0.09, continuous, cheap.
     const auto bits = std::bit_cast<std::uint32_t>(texels);
     const float lod = static_cast<float>(bits) * 0x1.0p-23F - 127.0F;
-    s -= std::floor(s);
-    t -= std::floor(t);
+    s = fraction(s);
+    t = fraction(t);
     const int level = std::min(static_cast<int>(lod), log2_size_);
     const float fine = bilinear(level, s, t);
     const float blend = lod - static_cast<float>(level);
-    if (blend < 0.03F || level == log2_size_) {
+    if (blend < 0.05F || level == log2_size_) {
         return fine;
     }
     return fine + blend * (bilinear(level + 1, s, t) - fine);

@@ -17,17 +17,18 @@ public:
 
     int size() const { return 1 << log2_size_; }
 
-    /// Mean of the texture around (s, t) over about `footprint` (in units of the square), in [0, 255].
+    /// Mean of the texture around (s, t) over about `footprint` (in units of the square), in [0, 255]. |s|, |t| < 2^31.
     float sample(float s, float t, float footprint) const;
 
-    /// Mean of all texels, in [0, 1].
-    float mean() const { return mean_; }
-
 private:
+    /// x - floor(x); |x| < 2^31.
+    static float fraction(float x) {
+        const float rest = x - static_cast<float>(static_cast<int>(x));
+        return rest < 0.0F ? rest + 1.0F : rest;
+    }
     float bilinear(int level, float s, float t) const;
 
     int log2_size_ = 0;
-    float mean_ = 0.0F;
     std::vector<std::uint8_t> texels_;    ///< all levels, finest first
     std::vector<std::uint32_t> offsets_;  ///< of each level
 };

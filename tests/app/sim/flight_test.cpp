@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Flights: exact derivatives, standing start, limits and clearance, dependence on the seed.
+#include "app/sim/flight.h"
+
+#include <catch2/catch.hpp>
+
+#include "draft_scene.h"
+#include "estimator/geometry/so3.h"
+
+namespace facet::sim {
+namespace {
+
+Flight empty_flight() { return Flight(Flight::Spline(1.0, std::vector<Flight::Spline::Vector>(6, Flight::Spline::Vector::Zero()))); }
+
+Flight planned(std::string_view scene, std::uint64_t seed, double duration_s) {
+    FlightPlan plan;
+    plan.duration_s = duration_s;
+    plan.seed = seed;
+    Flight flight = empty_flight();
+    REQUIRE(ok(plan_flight(draft_scene(scene), plan, flight)));
+    return flight;
+}
+
+TEST_CASE("Velocity, acceleration and body rate agree with numeric differentiation") {
+    const Flight flight = planned("room", 5, 12.0);
+    const double h = 1e-5;
+    for (double t = 2.0; t < 11.5; t += 0.11) {
+        const FlightState before = flight.evaluate(t - h);
+        const FlightState at = flight.evaluate(t);
+        const FlightState after = flight.evaluate(t + h);
+        CHECK((at.v_W - (after.T_W_B.p - before.T_W_B.p) / (2.0 * h)).norm() < 1e-7);
+        CHECK((at.a_W - (after.v_W - before.v_W) / (2.0 * h)).norm() < 1e-6);
+        CHECK((at.w_B - so3_log(before.T_W_B.q.conjugate() * after.T_W_B.q) / (2.0 * h)).norm() < 1e-7);
+    }
+}
+
+TEST_CASE("Flights start standing, level within the mount, camera forward") {
+    const Flight flight = planned("hall", 1, 8.0);
+    const FlightState start = flight.evaluate(0.0);
+    for (double t = 0.0; t < 2.5; t += 0.1) {
+        const FlightState s = flight.evaluate(t);
+        CHECK(s.v_W.norm() < 1e-12);
+        CHECK(s.a_W.norm() < 1e-12);
+        CHECK(s.w_B.norm() < 1e-12);
+        CHECK((s.T_W_B.p - start.T_W_B.p).norm() < 1e-12);
+    }
+    CHECK((start.T_W_B.q * Eigen::Vector3d::UnitX()).z() > 0.98);           // the sensor's x points up
+    CHECK(std::abs((start.T_W_B.q * Eigen::Vector3d::UnitZ()).z()) < 0.2);  // its z, the view, nearly level
+}
+
+TEST_CASE("Planned flights keep clearance and limits in both scenes") {
+    for (const std::string_view name : scene_names()) {
+        for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+            const Scene& scene = draft_scene(name);
+            const FlightReport report = inspect_flight(planned(name, seed, 31.0), scene);
+            CHECK(report.min_clearance_m >= scene.flight_volume().clearance_m);
+            CHECK(report.max_speed_m_per_s <= 1.5);
+            CHECK(report.max_speed_m_per_s > 0.7);
+            CHECK(report.max_rate_rad_per_s <= 1.05);
+            CHECK(report.max_rate_rad_per_s > 0.4);
+            CHECK(report.path_m > 8.0);
+        }
+    }
+}
+
+TEST_CASE("The seed alone decides the flight") {
+    const Flight a = planned("room", 7, 10.0);
+    const Flight b = planned("room", 7, 10.0);
+    const Flight c = planned("room", 8, 10.0);
+    CHECK((a.evaluate(9.0).T_W_B.p - b.evaluate(9.0).T_W_B.p).norm() == 0.0);
+    CHECK((a.evaluate(9.0).T_W_B.p - c.evaluate(9.0).T_W_B.p).norm() > 0.05);
+}
+
+TEST_CASE("A plan that no flight can keep is refused") {
+    FlightPlan plan;
+    plan.duration_s = 6.0;
+    plan.max_speed_m_per_s = 0.02;  // the hover's wobble alone is faster
+    Flight flight = empty_flight();
+    CHECK(plan_flight(draft_scene("room"), plan, flight) == Status::kDegenerate);
+    CHECK(flight.duration_s() == 1.0);
+}
+
+}  // namespace
+}  // namespace facet::sim
