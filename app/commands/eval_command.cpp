@@ -98,10 +98,12 @@ int evaluate_files(const EvalArguments& args) {
 void add_eval_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("eval", "Compare an estimated trajectory with the ground truth");
     auto args = std::make_shared<EvalArguments>();
-    command->add_option("--groundtruth", args->groundtruth,
-                        "Dataset with state_groundtruth_estimate0/data.csv, or such a .csv, or a .tum file")
+    command
+        ->add_option("--groundtruth", args->groundtruth,
+                     "Dataset with state_groundtruth_estimate0/data.csv, or such a .csv, or a .tum file")
         ->required();
-    command->add_option("--estimate", args->estimate, "Folder with trajectory.tum, or a file in TUM format")->required();
+    command->add_option("--estimate", args->estimate, "Folder with trajectory.tum, or a file in TUM format")
+        ->required();
     command->add_option("--json", args->json, "Also write the figures to this file");
     command->add_option("--rpe-lengths", args->rpe_lengths_m, "Path lengths of the relative errors (m)")
         ->delimiter(',')

@@ -21,11 +21,12 @@ void print_build() {
     fmt::print("compiler     {}\n", build_info::kCompiler);
     fmt::print("target       {}\n", build_info::kSystem);
     fmt::print("build        {}: {}\n", build_info::kBuildType, build_info::kFlags);
-    fmt::print("libraries    Eigen {}, OpenCV {}, Boost {}, libpng {}, yaml-cpp {}, fmt {}.{}.{}, nlohmann-json {}.{}.{}, "
-               "CLI11 {}\n",
-               build_info::kEigen, build_info::kOpenCv, build_info::kBoost, PNG_LIBPNG_VER_STRING, build_info::kYamlCpp,
-               FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100, NLOHMANN_JSON_VERSION_MAJOR,
-               NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH, CLI11_VERSION);
+    fmt::print(
+        "libraries    Eigen {}, OpenCV {}, Boost {}, libpng {}, yaml-cpp {}, fmt {}.{}.{}, nlohmann-json {}.{}.{}, "
+        "CLI11 {}\n",
+        build_info::kEigen, build_info::kOpenCv, build_info::kBoost, PNG_LIBPNG_VER_STRING, build_info::kYamlCpp,
+        FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100, NLOHMANN_JSON_VERSION_MAJOR,
+        NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH, CLI11_VERSION);
     fmt::print("capacities   {} features a frame, {} keyframes, {} landmarks, {} inertial samples between keyframes\n",
                kMaxFeatures, kMaxKeyframes, kMaxLandmarks, kMaxImuSamples);
     fmt::print("modes        s\n");

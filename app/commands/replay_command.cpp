@@ -144,9 +144,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("replay", "Run a recorded log (EuRoC/ASL folder) through the estimator");
     auto args = std::make_shared<ReplayArguments>();
     command->add_option("DATASET", args->dataset, "Folder that holds mav0/, or is it (cam0, cam1, imu0)")->required();
-    command->add_option("--out", args->out,
-                        "Folder for the results, created if missing: trajectory.tum, trajectory.csv, timing.csv, "
-                        "health.csv, summary.json, warnings.txt")
+    command
+        ->add_option("--out", args->out,
+                     "Folder for the results, created if missing: trajectory.tum, trajectory.csv, timing.csv, "
+                     "health.csv, summary.json, warnings.txt")
         ->required();
     command->add_option("--mode", args->mode, "s: structureless landmarks (sp and spr are not in this build)")
         ->capture_default_str();
@@ -158,11 +159,13 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     start->capture_default_str();
     CLI::Option* duration =
         command->add_option("--duration", args->duration_s, "Use only this much of the log (s); all by default");
-    command->add_option("--calibration", args->camchain,
-                        "Kalibr camchain.yaml (T_cam_imu: IMU to camera) instead of the log's cam0 and cam1/sensor.yaml");
+    command->add_option(
+        "--calibration", args->camchain,
+        "Kalibr camchain.yaml (T_cam_imu: IMU to camera) instead of the log's cam0 and cam1/sensor.yaml");
     command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
-    command->footer("Exit codes: 0 done; 1 no estimate, lost at the end, not finite, or interrupted; 2 bad usage or input.");
+    command->footer(
+        "Exit codes: 0 done; 1 no estimate, lost at the end, not finite, or interrupted; 2 bad usage or input.");
     command->callback([args, duration, &exit_code] {
         exit_code = run_guarded([&] { return replay(*args, duration->count() > 0); });
     });

@@ -32,15 +32,16 @@ public:
             shown_s_ = elapsed_s;
             constexpr int kWidth = 30;
             const int filled = kWidth * done / total;
-            fmt::print(stderr, "\rrender [{:#<{}}{:.<{}}] {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left ", "", filled, "", kWidth - filled,
-                       percent, done, total, rate, left_s / 60, left_s % 60);
+            fmt::print(stderr, "\rrender [{:#<{}}{:.<{}}] {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left ", "", filled,
+                       "", kWidth - filled, percent, done, total, rate, left_s / 60, left_s % 60);
             if (done == total) {
                 fmt::print(stderr, "\n");
             }
             std::fflush(stderr);
         } else if (percent / 10 > tenth_) {
             tenth_ = percent / 10;
-            fmt::print(stderr, "render {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left\n", percent, done, total, rate, left_s / 60, left_s % 60);
+            fmt::print(stderr, "render {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left\n", percent, done, total, rate,
+                       left_s / 60, left_s % 60);
         }
     }
 
@@ -67,10 +68,13 @@ int run(const sim::SimOptions& options) {
         return 2;
     }
     const sim::FlightReport& f = summary.flight;
-    fmt::print("{}: {} stereo frames of '{}', path {:.1f} m, up to {:.2f} m/s and {:.2f} rad/s, clearance {:.2f} m, {} planes\n", options.out,
-               summary.frames, options.scene, f.path_m, f.max_speed_m_per_s, f.max_rate_rad_per_s, f.min_clearance_m, summary.planes);
-    fmt::print("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of processor time an image\n", summary.prepare_s, summary.render_s,
-               summary.ms_per_image);
+    fmt::print(
+        "{}: {} stereo frames of '{}', path {:.1f} m, up to {:.2f} m/s and {:.2f} rad/s, clearance {:.2f} m, {} "
+        "planes\n",
+        options.out, summary.frames, options.scene, f.path_m, f.max_speed_m_per_s, f.max_rate_rad_per_s,
+        f.min_clearance_m, summary.planes);
+    fmt::print("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of processor time an image\n", summary.prepare_s,
+               summary.render_s, summary.ms_per_image);
     return 0;
 }
 
@@ -78,14 +82,18 @@ int run(const sim::SimOptions& options) {
 
 void add_sim_command(CLI::App& app, int& exit_code) {
     const auto options = std::make_shared<sim::SimOptions>();
-    CLI::App* sub = app.add_subcommand("sim", "Make a dataset with ground truth: ray-cast stereo images and inertial samples of a flight");
-    sub->add_option("--scene", options->scene, fmt::format("What to fly through: {}", fmt::join(sim::scene_names(), ", ")))
+    CLI::App* sub = app.add_subcommand(
+        "sim", "Make a dataset with ground truth: ray-cast stereo images and inertial samples of a flight");
+    sub->add_option("--scene", options->scene,
+                    fmt::format("What to fly through: {}", fmt::join(sim::scene_names(), ", ")))
         ->capture_default_str();
     sub->add_option("--out", options->out, "Folder to write: mav0/ (EuRoC/ASL) and truth/")->required();
     sub->add_option("--seed", options->seed, "Flight and noise; equal seeds give equal bytes")->capture_default_str();
-    sub->add_option("--duration", options->duration_s, "Seconds from first to last image; the first 2.5 s stand still")->capture_default_str();
+    sub->add_option("--duration", options->duration_s, "Seconds from first to last image; the first 2.5 s stand still")
+        ->capture_default_str();
     sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
-    sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")->capture_default_str();
+    sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")
+        ->capture_default_str();
     sub->add_option("--threads", options->threads, "Threads; the output does not depend on it")->capture_default_str();
     sub->add_flag("!--no-noise", options->noise, "Exact images and inertial samples: no noise, no bias");
     sub->add_flag("--force", options->force, "Replace mav0/ and truth/ in a folder that is not empty");

@@ -102,8 +102,8 @@ void set_config(const std::string& assignment, EstimatorConfig& config) {
     const std::string key = assignment.substr(0, equals);
     const ConfigEntry* entry = find_entry(key);
     if (equals == std::string::npos || entry == nullptr) {
-        throw InputError(fmt::format("--set {}: {}", assignment,
-                                     equals == std::string::npos ? "must be KEY=VALUE" : "unknown key"));
+        throw InputError(
+            fmt::format("--set {}: {}", assignment, equals == std::string::npos ? "must be KEY=VALUE" : "unknown key"));
     }
     read_entry(YamlNode(YAML::Node(assignment.substr(equals + 1)), "--set", key, 1), *entry, config);
 }

@@ -7,7 +7,7 @@ namespace facet {
 namespace {
 
 /// Key and accessor of a field, from its name alone.
-#define FACET_FIELD(path) #path, ConfigField(+[](EstimatorConfig& config) -> auto& { return config.path; })
+#define FACET_FIELD(path) #path, ConfigField(+[](EstimatorConfig & config) -> auto& { return config.path; })
 
 // clang-format off
 const std::array kTable{
@@ -50,10 +50,10 @@ const std::array kTable{
     ConfigEntry{FACET_FIELD(window.huber_threshold), "-", 0.5, 10, "robust loss on whitened observations"},
     ConfigEntry{FACET_FIELD(window.outlier_threshold_px), "px", 0.5, 20, "observations farther off after optimization are removed"},
     ConfigEntry{FACET_FIELD(imu_noise.gyro_noise_rad_per_s_per_sqrt_hz), "rad/s/sqrt(Hz)", 1e-7, 1, "gyro white noise; the calibration's unless given"},
-    ConfigEntry{FACET_FIELD(imu_noise.gyro_walk_rad_per_s2_per_sqrt_hz), "rad/s^2/sqrt(Hz)", 0, 1, "gyro bias walk; the calibration's unless given"},
+    ConfigEntry{FACET_FIELD(imu_noise.gyro_walk_rad_per_s2_per_sqrt_hz), "rad/s^2/sqrt(Hz)", 1e-9, 1, "gyro bias walk; the calibration's unless given"},
     ConfigEntry{FACET_FIELD(imu_noise.accel_noise_m_per_s2_per_sqrt_hz), "m/s^2/sqrt(Hz)", 1e-6, 10, "accelerometer white noise; the calibration's unless given"},
-    ConfigEntry{FACET_FIELD(imu_noise.accel_walk_m_per_s3_per_sqrt_hz), "m/s^3/sqrt(Hz)", 0, 10, "accelerometer bias walk; the calibration's unless given"},
-    ConfigEntry{FACET_FIELD(imu_noise.rate_hz), "Hz", 10, 10000, "nominal rate of the IMU; the calibration's unless given"},
+    ConfigEntry{FACET_FIELD(imu_noise.accel_walk_m_per_s3_per_sqrt_hz), "m/s^3/sqrt(Hz)", 1e-8, 10, "accelerometer bias walk; the calibration's unless given"},
+    ConfigEntry{FACET_FIELD(imu_noise.rate_hz), "Hz", 20, 10000, "nominal rate of the IMU; the calibration's unless given"},
 };
 // clang-format on
 

@@ -16,9 +16,9 @@ using ConfigField = std::variant<int& (*)(EstimatorConfig&), std::uint32_t& (*)(
 
 /// One parameter. A bool has min 0 and max 1.
 struct ConfigEntry {
-    const char* key;      ///< as in the YAML file, dots between levels
+    const char* key;  ///< as in the YAML file, dots between levels
     ConfigField field;
-    const char* unit;     ///< "-" if none
+    const char* unit;  ///< "-" if none
     double min;
     double max;
     const char* meaning;

@@ -92,8 +92,8 @@ RelativeError relative_error(std::span<const PosePair> pairs, double length_m) {
         rotation_per_m.push_back(angle_deg(error.q) / stretch_m);
         // Turns seen from the world: R_W_Bj R_W_Bi^T; the estimate's world is turned into the true one first.
         const Eigen::Quaterniond true_turn = pairs[j].truth.q * pairs[i].truth.q.conjugate();
-        const Eigen::Quaterniond turn = T_true_est.q * pairs[j].estimate.q * pairs[i].estimate.q.conjugate() *
-                                        T_true_est.q.conjugate();
+        const Eigen::Quaterniond turn =
+            T_true_est.q * pairs[j].estimate.q * pairs[i].estimate.q.conjugate() * T_true_est.q.conjugate();
         yaw.push_back(std::abs(so3_log((turn * true_turn.conjugate()).normalized()).z()) * kDegPerRad);
     }
     return {.length_m = length_m,

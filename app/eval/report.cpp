@@ -22,8 +22,7 @@ Json to_json(const AbsoluteError& e) {
     return {{"alignment", to_string(e.mode)},
             {"translation_m", to_json(e.translation_m)},
             {"rotation_deg", to_json(e.rotation_deg)},
-            {"transform",
-             {{"p", {t.p.x(), t.p.y(), t.p.z()}}, {"q_xyzw", {t.q.x(), t.q.y(), t.q.z(), t.q.w()}}}}};
+            {"transform", {{"p", {t.p.x(), t.p.y(), t.p.z()}}, {"q_xyzw", {t.q.x(), t.q.y(), t.q.z(), t.q.w()}}}}};
 }
 
 Json to_json(const RelativeError& e) {
@@ -56,12 +55,11 @@ std::string relative_row(const RelativeError& e) {
 
 std::string text_report(const Evaluation& e) {
     const Coverage& c = e.coverage;
-    std::string text =
-        fmt::format("matched      {} of {} estimates, ground truth {} poses\n", e.matched, e.estimate_poses,
-                    e.truth_poses) +
-        fmt::format("path         {:.3f} m in {:.3f} s\n", e.path_m, e.duration_s) +
-        fmt::format("coverage     {:.2f} % of the time{}, {:.2f} % of all ground truth\n", 100.0 * c.time,
-                    c.has_frames ? " with frames" : "", 100.0 * c.truth_span);
+    std::string text = fmt::format("matched      {} of {} estimates, ground truth {} poses\n", e.matched,
+                                   e.estimate_poses, e.truth_poses) +
+                       fmt::format("path         {:.3f} m in {:.3f} s\n", e.path_m, e.duration_s) +
+                       fmt::format("coverage     {:.2f} % of the time{}, {:.2f} % of all ground truth\n",
+                                   100.0 * c.time, c.has_frames ? " with frames" : "", 100.0 * c.truth_span);
     if (c.has_frames) {
         text += fmt::format("             {} of {} frames ({:.2f} %)\n", c.frames_matched, c.frames,
                             100.0 * c.frame_share());
@@ -69,7 +67,8 @@ std::string text_report(const Evaluation& e) {
     if (e.matched == 0) {
         return text + "no estimate matches the ground truth: no errors to report\n";
     }
-    text += "                  median       mean       RMSE        max\n" + absolute_rows(e.se3) + absolute_rows(e.yaw4);
+    text +=
+        "                  median       mean       RMSE        max\n" + absolute_rows(e.se3) + absolute_rows(e.yaw4);
     text += fmt::format("scale        {:.5f} (what SIM(3) would choose; not applied)\n", e.scale);
     text += fmt::format("end drift    {:.4f} m ({:.3f} % of the path), first poses made equal\n", e.end_drift_m,
                         e.drift_percent());

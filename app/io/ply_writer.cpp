@@ -18,11 +18,14 @@ void put_word(std::vector<char>& out, std::uint32_t word) {
 }  // namespace
 
 Status write_ply(const std::string& path, const std::string& comment, std::span<const Eigen::Vector3f> vertices,
-                 std::span<const Eigen::Vector3i> triangles, std::span<const Eigen::Matrix<std::uint8_t, 3, 1>> colours) {
+                 std::span<const Eigen::Vector3i> triangles,
+                 std::span<const Eigen::Matrix<std::uint8_t, 3, 1>> colours) {
     const auto count = static_cast<int>(vertices.size());
-    const bool indices_ok = std::all_of(triangles.begin(), triangles.end(),
-                                        [count](const Eigen::Vector3i& t) { return t.minCoeff() >= 0 && t.maxCoeff() < count; });
-    if (!indices_ok || (!colours.empty() && colours.size() != vertices.size()) || comment.find('\n') != std::string::npos) {
+    const bool indices_ok = std::all_of(triangles.begin(), triangles.end(), [count](const Eigen::Vector3i& t) {
+        return t.minCoeff() >= 0 && t.maxCoeff() < count;
+    });
+    if (!indices_ok || (!colours.empty() && colours.size() != vertices.size()) ||
+        comment.find('\n') != std::string::npos) {
         return Status::kInvalidArgument;
     }
     std::ofstream file(path, std::ios::binary);

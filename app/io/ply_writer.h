@@ -19,6 +19,7 @@ namespace facet {
 /// @return kInvalidArgument if an index is out of range, colours do not match the vertices or the comment has a line break
 ///         (nothing written); kIo if the file cannot be written.
 Status write_ply(const std::string& path, const std::string& comment, std::span<const Eigen::Vector3f> vertices,
-                 std::span<const Eigen::Vector3i> triangles, std::span<const Eigen::Matrix<std::uint8_t, 3, 1>> colours = {});
+                 std::span<const Eigen::Vector3i> triangles,
+                 std::span<const Eigen::Matrix<std::uint8_t, 3, 1>> colours = {});
 
 }  // namespace facet

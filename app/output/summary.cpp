@@ -15,11 +15,7 @@ using Json = nlohmann::ordered_json;
 Json to_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
 Json to_json(const TimingStatistics& s) {
-    return {{"count", s.count},
-            {"mean", s.mean_ms},
-            {"median", s.median_ms},
-            {"p99", s.p99_ms},
-            {"max", s.max_ms}};
+    return {{"count", s.count}, {"mean", s.mean_ms}, {"median", s.median_ms}, {"p99", s.p99_ms}, {"max", s.max_ms}};
 }
 
 Json final_state(const Estimate& last) {
@@ -98,6 +94,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"frames", summary.frames},
                  {"frames_not_ready", summary.frames_not_ready},
                  {"frames_refused", summary.frames_refused},
+                 {"frames_by_state", Json(summary.frames_by_state)},
                  {"keyframes", summary.keyframes},
                  {"estimates", summary.estimates},
                  {"coverage", summary.coverage()},

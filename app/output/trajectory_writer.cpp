@@ -34,8 +34,8 @@ void TrajectoryWriter::write(const Estimate& estimate) {
                p.z(), q.x(), q.y(), q.z(), q.w());
     csv_.print("{},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", estimate.stamp.ns, p.x(), p.y(), p.z(), q.w(),
                q.x(), q.y(), q.z());
-    csv_.print(",{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}\n", v.x(), v.y(), v.z(), bg.x(),
-               bg.y(), bg.z(), ba.x(), ba.y(), ba.z());
+    csv_.print(",{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}\n", v.x(), v.y(), v.z(), bg.x(), bg.y(),
+               bg.z(), ba.x(), ba.y(), ba.z());
 }
 
 void TrajectoryWriter::close() {

@@ -19,15 +19,17 @@ bool is_finite(const NavState& s) {
            s.bias.accel.allFinite();
 }
 
-bool is_usable(TrackingState state) {
-    return state == TrackingState::kTracking || state == TrackingState::kDegraded;
-}
+bool is_usable(TrackingState state) { return state == TrackingState::kTracking || state == TrackingState::kDegraded; }
 
 /// One run: the estimator, its observer and the files it fills.
 class Replay {
 public:
     explicit Replay(const ReplayOptions& options)
-        : options_(options), warnings_(options.out), trajectory_(options.out), timing_(options.out), health_(options.out) {
+        : options_(options),
+          warnings_(options.out),
+          trajectory_(options.out),
+          timing_(options.out),
+          health_(options.out) {
         summary_.dataset = options.dataset;
         summary_.mode = options.mode;
         summary_.calibration = options.calibration.source;
@@ -66,7 +68,8 @@ void Replay::open_log() {
     log_options.left_size = {left.width, left.height};
     log_options.right_size = {right.width, right.height};
     std::string error;
-    if (!ok(log_.open(options_.dataset, log_options, [this](const AslWarning& w) { warnings_.add(w); }, error))) {
+    if (!ok(log_.open(
+            options_.dataset, log_options, [this](const AslWarning& w) { warnings_.add(w); }, error))) {
         throw InputError(error);
     }
     summary_.frames_listed = log_.frame_count();
@@ -75,9 +78,27 @@ void Replay::open_log() {
     }
 }
 
+/// Section of the parameters that its module refuses, also for reasons the single ranges do not tell; empty if none.
+std::string refused_section(const EstimatorConfig& config) {
+    if (!ok(config.frontend.validate())) {
+        return "frontend";
+    }
+    if (!ok(config.initializer.validate())) {
+        return "initializer";
+    }
+    if (!ok(config.window.validate())) {
+        return "window";
+    }
+    return ok(config.validate()) ? "" : "imu_noise";
+}
+
 void Replay::configure() {
+    if (const std::string section = refused_section(options_.config); !section.empty()) {
+        throw InputError(fmt::format("parameters '{}.*': one is out of range, or two contradict each other", section));
+    }
     if (!ok(estimator_.configure(options_.config, options_.calibration.rig))) {
-        throw InputError("the estimator refuses this configuration and calibration: a value is out of range");
+        throw InputError(
+            fmt::format("calibration ({}): the estimator refuses these cameras", options_.calibration.source));
     }
     estimator_.set_stage_observer(&timer_);
 }
@@ -104,12 +125,13 @@ void Replay::feed(const StereoFrame& frame) {
         ++summary_.frames_not_ready;
     } else if (!ok(status)) {
         ++summary_.frames_refused;
-        warnings_.add("refused_frame", fmt::format("frame {}: refused by the estimator: {}", frame.stamp.ns,
-                                                   to_string(status)));
+        warnings_.add("refused_frame",
+                      fmt::format("frame {}: refused by the estimator: {}", frame.stamp.ns, to_string(status)));
     }
     const bool is_keyframe = ok(status) && estimate.health.is_keyframe;
     summary_.keyframes += is_keyframe ? 1 : 0;
     summary_.timed.push_back({is_keyframe, timing});
+    ++summary_.frames_by_state[to_string(estimate.health.state)];
     timing_.write(frame.stamp, is_keyframe, timing);
     health_.write(frame.stamp, estimate.health);
     if (ok(status) && is_usable(estimate.health.state)) {
@@ -123,7 +145,8 @@ void Replay::feed(const StereoFrame& frame) {
 void Replay::keep(const Estimate& estimate) {
     if (!is_finite(estimate.state)) {
         summary_.not_finite = true;
-        warnings_.add("not_finite_estimate", fmt::format("frame {}: estimate is not finite; not written", estimate.stamp.ns));
+        warnings_.add("not_finite_estimate",
+                      fmt::format("frame {}: estimate is not finite; not written", estimate.stamp.ns));
         summary_.last.health = estimate.health;
         return;
     }

@@ -16,9 +16,8 @@ void WarningLog::add(const std::string& kind, const std::string& text) {
     if (count > kShownPerKind + 1) {
         return;
     }
-    const std::string line = count <= kShownPerKind
-                                 ? "warning: " + text
-                                 : "warning: more of kind " + kind + " follow; see warnings.txt";
+    const std::string line =
+        count <= kShownPerKind ? "warning: " + text : "warning: more of kind " + kind + " follow; see warnings.txt";
     if (progress_ != nullptr) {
         progress_->note(line);
     } else {

@@ -39,36 +39,44 @@ void put_matrix(Text& text, const Eigen::Matrix4d& t) {
 Text camera_yaml(int index, const CameraIntrinsics& k, double rate_hz) {
     Text text;
     auto out = std::back_inserter(text);
-    fmt::format_to(out, "%YAML:1.0\n# General sensor definitions.\nsensor_type: camera\ncomment: simulated cam{}\n\n", index);
+    fmt::format_to(out, "%YAML:1.0\n# General sensor definitions.\nsensor_type: camera\ncomment: simulated cam{}\n\n",
+                   index);
     fmt::format_to(out, "# Sensor extrinsics wrt. the body-frame.\n");
     put_matrix(text, euroc_T_B_C(index));
-    fmt::format_to(out, "\n# Camera specific definitions.\nrate_hz: {:.12g}\nresolution: [{}, {}]\ncamera_model: pinhole\n", rate_hz, k.width,
-                   k.height);
+    fmt::format_to(out,
+                   "\n# Camera specific definitions.\nrate_hz: {:.12g}\nresolution: [{}, {}]\ncamera_model: pinhole\n",
+                   rate_hz, k.width, k.height);
     fmt::format_to(out, "intrinsics: [{:.12g}, {:.12g}, {:.12g}, {:.12g}] #fu, fv, cu, cv\n", k.fx, k.fy, k.cx, k.cy);
     fmt::format_to(out, "distortion_model: {}\n",
                    k.distortion == Distortion::kEquidistant ? "equidistant" : "radial-tangential");
-    fmt::format_to(out, "distortion_coefficients: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\n", k.coeffs[0], k.coeffs[1], k.coeffs[2],
-                   k.coeffs[3]);
+    fmt::format_to(out, "distortion_coefficients: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\n", k.coeffs[0], k.coeffs[1],
+                   k.coeffs[2], k.coeffs[3]);
     return text;
 }
 
 Text imu_yaml(const ImuNoise& noise) {
     Text text;
     auto out = std::back_inserter(text);
-    fmt::format_to(out, "%YAML:1.0\n#Default imu sensor yaml file\nsensor_type: imu\ncomment: simulated, ADIS16448 noise\n\n");
+    fmt::format_to(
+        out, "%YAML:1.0\n#Default imu sensor yaml file\nsensor_type: imu\ncomment: simulated, ADIS16448 noise\n\n");
     fmt::format_to(out, "# Sensor extrinsics wrt. the body-frame.\n");
     put_matrix(text, Eigen::Matrix4d::Identity());
     fmt::format_to(out, "rate_hz: {:.12g}\n\n# inertial sensor noise model parameters (static)\n", noise.rate_hz);
-    fmt::format_to(out, "gyroscope_noise_density: {:.12g}     # [ rad / s / sqrt(Hz) ]\n", noise.gyro_noise_rad_per_s_per_sqrt_hz);
-    fmt::format_to(out, "gyroscope_random_walk: {:.12g}       # [ rad / s^2 / sqrt(Hz) ]\n", noise.gyro_walk_rad_per_s2_per_sqrt_hz);
-    fmt::format_to(out, "accelerometer_noise_density: {:.12g}  # [ m / s^2 / sqrt(Hz) ]\n", noise.accel_noise_m_per_s2_per_sqrt_hz);
-    fmt::format_to(out, "accelerometer_random_walk: {:.12g}    # [ m / s^3 / sqrt(Hz) ]\n", noise.accel_walk_m_per_s3_per_sqrt_hz);
+    fmt::format_to(out, "gyroscope_noise_density: {:.12g}     # [ rad / s / sqrt(Hz) ]\n",
+                   noise.gyro_noise_rad_per_s_per_sqrt_hz);
+    fmt::format_to(out, "gyroscope_random_walk: {:.12g}       # [ rad / s^2 / sqrt(Hz) ]\n",
+                   noise.gyro_walk_rad_per_s2_per_sqrt_hz);
+    fmt::format_to(out, "accelerometer_noise_density: {:.12g}  # [ m / s^2 / sqrt(Hz) ]\n",
+                   noise.accel_noise_m_per_s2_per_sqrt_hz);
+    fmt::format_to(out, "accelerometer_random_walk: {:.12g}    # [ m / s^3 / sqrt(Hz) ]\n",
+                   noise.accel_walk_m_per_s3_per_sqrt_hz);
     return text;
 }
 
 Text groundtruth_yaml() {
     Text text;
-    fmt::format_to(std::back_inserter(text), "%YAML:1.0\nsensor_type: visual-inertial\ncomment: the spline the images and the IMU come from\n");
+    fmt::format_to(std::back_inserter(text),
+                   "%YAML:1.0\nsensor_type: visual-inertial\ncomment: the spline the images and the IMU come from\n");
     put_matrix(text, Eigen::Matrix4d::Identity());
     return text;
 }
@@ -87,13 +95,14 @@ Text imu_csv(std::span<const ImuRecord> imu) {
     Text text;
     auto out = std::back_inserter(text);
     fmt::format_to(out,
-                   "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],"
+                   "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m "
+                   "s^-2],a_RS_S_y [m s^-2],"
                    "a_RS_S_z [m s^-2]\n");
     for (const ImuRecord& r : imu) {
         const Eigen::Vector3d& w = r.sample.w_B;
         const Eigen::Vector3d& a = r.sample.a_B;
-        fmt::format_to(out, "{},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g}\n", r.sample.stamp.ns, w.x(), w.y(), w.z(), a.x(), a.y(),
-                       a.z());
+        fmt::format_to(out, "{},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g}\n", r.sample.stamp.ns, w.x(), w.y(),
+                       w.z(), a.x(), a.y(), a.z());
     }
     return text;
 }
@@ -101,16 +110,18 @@ Text imu_csv(std::span<const ImuRecord> imu) {
 Text groundtruth_csv(std::span<const ImuRecord> imu) {
     Text text;
     auto out = std::back_inserter(text);
-    fmt::format_to(out,
-                   "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], v_RS_R_x [m s^-1], "
-                   "v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], b_w_RS_S_z [rad s^-1], "
-                   "b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]\n");
+    fmt::format_to(
+        out,
+        "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], v_RS_R_x [m "
+        "s^-1], "
+        "v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], b_w_RS_S_z [rad s^-1], "
+        "b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]\n");
     for (const ImuRecord& r : imu) {
         const Eigen::Vector3d& p = r.state.T_W_B.p;
         const Eigen::Quaterniond& q = r.state.T_W_B.q;
         const Eigen::Vector3d& v = r.state.v_W;
-        fmt::format_to(out, "{},{:.9f},{:.9f},{:.9f},{:.10f},{:.10f},{:.10f},{:.10f},{:.9f},{:.9f},{:.9f}", r.sample.stamp.ns, p.x(), p.y(),
-                       p.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z());
+        fmt::format_to(out, "{},{:.9f},{:.9f},{:.9f},{:.10f},{:.10f},{:.10f},{:.10f},{:.9f},{:.9f},{:.9f}",
+                       r.sample.stamp.ns, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z());
         for (const Eigen::Vector3d& b : {r.bias.gyro, r.bias.accel}) {
             fmt::format_to(out, ",{:.8f},{:.8f},{:.8f}", b.x(), b.y(), b.z());
         }
@@ -141,7 +152,8 @@ Status write_asl(const std::string& out, const AslContent& content, std::string&
     for (int camera = 0; camera < 2; ++camera) {
         const std::string folder = fmt::format("{}/cam{}", mav0, camera);
         const CameraModel& model = camera == 0 ? content.rig->left : content.rig->right;
-        FACET_TRY(save(folder + "/sensor.yaml", camera_yaml(camera, model.intrinsics(), content.camera_rate_hz), failed));
+        FACET_TRY(
+            save(folder + "/sensor.yaml", camera_yaml(camera, model.intrinsics(), content.camera_rate_hz), failed));
         FACET_TRY(save(folder + "/data.csv", camera_csv(content.image_stamps), failed));
     }
     FACET_TRY(save(mav0 + "/imu0/sensor.yaml", imu_yaml(content.imu_noise), failed));

@@ -33,9 +33,9 @@ struct BundleBounds {
     F4 origin_high[3] = {splat(-1e30F), splat(-1e30F), splat(-1e30F)};
     F4 inverse_low[3] = {splat(1e30F), splat(1e30F), splat(1e30F)};
     F4 inverse_high[3] = {splat(-1e30F), splat(-1e30F), splat(-1e30F)};
-    float near_origin[3];   ///< the origin that meets the box last, forward along the axis
+    float near_origin[3];  ///< the origin that meets the box last, forward along the axis
     float far_origin[3];
-    float slow[3];          ///< least and largest |inverse direction|
+    float slow[3];  ///< least and largest |inverse direction|
     float fast[3];
     bool usable[3];
     bool backward[3];
@@ -167,8 +167,8 @@ void Bvh::split(std::span<Item> items, int first, int node, int depth) {
         FACET_ASSERT(items.size() < 30000);
         return;
     }
-    const auto middle =
-        std::partition(items.begin(), items.end(), [&](const Item& item) { return bins.of(item, best.axis) <= best.bin; });
+    const auto middle = std::partition(items.begin(), items.end(),
+                                       [&](const Item& item) { return bins.of(item, best.axis) <= best.bin; });
     const auto left_count = static_cast<int>(middle - items.begin());
     const auto child = static_cast<int>(nodes_.size());
     nodes_.resize(nodes_.size() + 2);
@@ -244,7 +244,8 @@ void Bvh::intersect_bundle(std::span<RayPacket> packets) const {
         if (bounds.misses(node.low, node.high, farthest)) {
             continue;
         }
-        while (entry.first < count && !touches(node, packets[entry.first].origin, inv[entry.first], packets[entry.first].t)) {
+        while (entry.first < count &&
+               !touches(node, packets[entry.first].origin, inv[entry.first], packets[entry.first].t)) {
             ++entry.first;
         }
         if (entry.first == count) {

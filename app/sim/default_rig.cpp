@@ -20,9 +20,21 @@ Eigen::Matrix4d euroc_T_B_C(int camera) {
 }
 
 StereoRig euroc_rig() {
-    CameraIntrinsics left{752,     480,     458.654, 457.296, 367.215, 248.375, Distortion::kRadialTangential,
+    CameraIntrinsics left{752,
+                          480,
+                          458.654,
+                          457.296,
+                          367.215,
+                          248.375,
+                          Distortion::kRadialTangential,
                           {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05}};
-    CameraIntrinsics right{752,     480,     457.587, 456.134, 379.999, 255.238, Distortion::kRadialTangential,
+    CameraIntrinsics right{752,
+                           480,
+                           457.587,
+                           456.134,
+                           379.999,
+                           255.238,
+                           Distortion::kRadialTangential,
                            {-0.28368365, 0.07451284, -0.00010473, -3.555907e-05}};
     return {CameraModel(left), CameraModel(right), Se3::from_matrix(euroc_T_B_C(0)), Se3::from_matrix(euroc_T_B_C(1))};
 }

@@ -12,9 +12,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStep_s = 0.35;       // knot spacing: sets how sharply the flight can turn
+constexpr double kStep_s = 0.35;  // knot spacing: sets how sharply the flight can turn
 constexpr int kMaxDraws = 20;
-constexpr double kYawShare = 0.8;     // of the rate limit; with twice kTiltShare the sum stays below the limit
+constexpr double kYawShare = 0.8;  // of the rate limit; with twice kTiltShare the sum stays below the limit
 constexpr double kTiltShare = 0.27;
 constexpr double kInspectStep_s = 0.02;
 
@@ -22,7 +22,8 @@ constexpr double kInspectStep_s = 0.02;
 /// is something to see; the spline rounds the corners.
 class Pilot {
 public:
-    Pilot(const Scene& scene, const FlightPlan& plan, std::uint64_t seed) : scene_(scene), plan_(plan), random_(seed, 11) {}
+    Pilot(const Scene& scene, const FlightPlan& plan, std::uint64_t seed)
+        : scene_(scene), plan_(plan), random_(seed, 11) {}
 
     Flight fly() {
         const FlightVolume& volume = scene_.flight_volume();
@@ -87,7 +88,8 @@ private:
         const QuinticSpline<3> path(kStep_s, {points_.begin() + static_cast<std::ptrdiff_t>(from), points_.end()});
         for (double t = 0.0; t <= path.duration_s(); t += kInspectStep_s) {
             const auto s = path.evaluate(t);
-            if (s.d1.norm() > plan_.max_speed_m_per_s || scene_.clearance(s.x, 2.0) < scene_.flight_volume().clearance_m) {
+            if (s.d1.norm() > plan_.max_speed_m_per_s ||
+                scene_.clearance(s.x, 2.0) < scene_.flight_volume().clearance_m) {
                 return false;
             }
         }
@@ -98,7 +100,8 @@ private:
         Vector3d target = position_;
         if (random_.uniform() > 0.12 && pick_target(target)) {
             const double speed = random_.uniform(0.3, 0.93) * plan_.max_speed_m_per_s;
-            const int steps = std::max(1, static_cast<int>(std::round((target - position_).norm() / (speed * kStep_s))));
+            const int steps =
+                std::max(1, static_cast<int>(std::round((target - position_).norm() / (speed * kStep_s))));
             look_around(target);
             const Vector3d from = position_;
             for (int i = 1; i <= steps; ++i) {
@@ -127,7 +130,8 @@ private:
             const int checks = static_cast<int>(length / 0.1) + 1;
             bool free = true;
             for (int i = 1; i <= checks && free; ++i) {
-                free = scene_.clearance(position_ + (static_cast<double>(i) / checks) * (p - position_), 2.0) > volume.clearance_m + 0.06;
+                free = scene_.clearance(position_ + (static_cast<double>(i) / checks) * (p - position_), 2.0) >
+                       volume.clearance_m + 0.06;
             }
             if (free) {
                 target = p;
@@ -148,7 +152,8 @@ private:
                 for (const double bearing : {-0.45, 0.0, 0.45}) {
                     const Vector3d d(std::cos(yaw + bearing), std::sin(yaw + bearing), -0.1);
                     const RayHit hit = scene_.cast(from, d.normalized());
-                    score += std::min(hit.distance, 2.0) - 0.25 * std::max(0.0, hit.distance - 5.0) - (hit.distance < 1.1 ? 2.0 : 0.0);
+                    score += std::min(hit.distance, 2.0) - 0.25 * std::max(0.0, hit.distance - 5.0) -
+                             (hit.distance < 1.1 ? 2.0 : 0.0);
                 }
             }
             if (k == 0 || score > best) {
@@ -174,13 +179,15 @@ private:
             if (i >= still) {
                 roll_slow = 0.93 * roll_slow + 0.03 * random_.normal();
                 pitch_slow = kNoseDown_rad + 0.93 * (pitch_slow - kNoseDown_rad) + 0.035 * random_.normal();
-                const Vector3d& next = points_[static_cast<std::size_t>(std::min(i + 2, static_cast<int>(points_.size()) - 1))];
+                const Vector3d& next =
+                    points_[static_cast<std::size_t>(std::min(i + 2, static_cast<int>(points_.size()) - 1))];
                 const Vector3d a = (next - 2.0 * points_[i] + points_[i - 2]) / (4.0 * kStep_s * kStep_s);
                 const double forward = std::cos(yaws_[i]) * a.x() + std::sin(yaws_[i]) * a.y();
                 const double left = -std::sin(yaws_[i]) * a.x() + std::cos(yaws_[i]) * a.y();
                 const double limit = kTiltShare * plan_.max_rate_rad_per_s * kStep_s;
                 const double roll_wanted = std::clamp(roll_slow - kFollow * left / 9.81, -kMaxTilt, kMaxTilt);
-                const double pitch_wanted = std::clamp(pitch_slow + kFollow * forward / 9.81, kNoseDown_rad - kMaxTilt, kNoseDown_rad + kMaxTilt);
+                const double pitch_wanted = std::clamp(pitch_slow + kFollow * forward / 9.81, kNoseDown_rad - kMaxTilt,
+                                                       kNoseDown_rad + kMaxTilt);
                 roll = std::clamp(roll_wanted, control.back()[3] - limit, control.back()[3] + limit);
                 pitch = std::clamp(pitch_wanted, control.back()[4] - limit, control.back()[4] + limit);
             }
@@ -216,7 +223,8 @@ FlightState Flight::evaluate(double t_s) const {
     out.a_W = s.d2.head<3>();
     // w_F = Rx^T (Ry^T (e_z yaw') + e_y pitch') + e_x roll'
     const Vector3d w_F =
-        q_roll.conjugate() * (q_pitch.conjugate() * Vector3d(0, 0, s.d1[5]) + Vector3d(0, s.d1[4], 0)) + Vector3d(s.d1[3], 0, 0);
+        q_roll.conjugate() * (q_pitch.conjugate() * Vector3d(0, 0, s.d1[5]) + Vector3d(0, s.d1[4], 0)) +
+        Vector3d(s.d1[3], 0, 0);
     out.w_B = q_F_B.conjugate() * w_F;
     return out;
 }
@@ -241,7 +249,8 @@ Status plan_flight(const Scene& scene, const FlightPlan& plan, Flight& flight) {
     for (int draw = 0; draw < kMaxDraws; ++draw) {
         Flight candidate = Pilot(scene, plan, hash64(plan.seed, static_cast<std::uint64_t>(draw))).fly();
         const FlightReport report = inspect_flight(candidate, scene);
-        if (report.min_clearance_m >= scene.flight_volume().clearance_m && report.max_speed_m_per_s <= plan.max_speed_m_per_s &&
+        if (report.min_clearance_m >= scene.flight_volume().clearance_m &&
+            report.max_speed_m_per_s <= plan.max_speed_m_per_s &&
             report.max_rate_rad_per_s <= plan.max_rate_rad_per_s) {
             flight = std::move(candidate);
             return Status::kOk;

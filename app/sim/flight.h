@@ -49,7 +49,7 @@ FlightReport inspect_flight(const Flight& flight, const Scene& scene);
 
 struct FlightPlan {
     double duration_s = 30.0;
-    double stand_s = 2.5;             ///< exactly motionless from the start
+    double stand_s = 2.5;  ///< exactly motionless from the start
     double max_speed_m_per_s = 1.5;
     double max_rate_rad_per_s = 1.05;
     std::uint64_t seed = 1;

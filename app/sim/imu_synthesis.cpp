@@ -19,8 +19,8 @@ Eigen::Vector3d normal3(RandomStream& random) {
 
 }  // namespace
 
-std::vector<ImuRecord> synthesise_imu(const Flight& flight, double end_s, Timestamp epoch, const ImuNoise* noise, double rate_hz,
-                                      std::uint64_t seed) {
+std::vector<ImuRecord> synthesise_imu(const Flight& flight, double end_s, Timestamp epoch, const ImuNoise* noise,
+                                      double rate_hz, std::uint64_t seed) {
     RandomStream random(seed, 21);
     const double dt = 1.0 / rate_hz;
     const auto count = static_cast<int>(std::floor(end_s * rate_hz + 1e-9)) + 1;

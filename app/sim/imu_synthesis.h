@@ -13,10 +13,10 @@ namespace facet::sim {
 
 /// A sample with the truth it was made from.
 struct ImuRecord {
-    double t_s = 0.0;    ///< time in the flight
-    ImuSample sample;    ///< stamp = epoch + t
+    double t_s = 0.0;  ///< time in the flight
+    ImuSample sample;  ///< stamp = epoch + t
     FlightState state;
-    ImuBias bias;        ///< in the sample
+    ImuBias bias;  ///< in the sample
 };
 
 /// Samples at k / rate from 0 to the last tick not after end_s:
@@ -24,7 +24,7 @@ struct ImuRecord {
 /// White noise of standard deviation density * sqrt(rate); the bias starts at a value drawn once (about 0.03 rad/s gyro,
 /// 0.06 m/s^2 accelerometer, as on EuRoC's sensor) and takes a random walk of density * sqrt(dt) per sample. Heap.
 /// @param noise  nullptr: exact samples without bias
-std::vector<ImuRecord> synthesise_imu(const Flight& flight, double end_s, Timestamp epoch, const ImuNoise* noise, double rate_hz,
-                                      std::uint64_t seed);
+std::vector<ImuRecord> synthesise_imu(const Flight& flight, double end_s, Timestamp epoch, const ImuNoise* noise,
+                                      double rate_hz, std::uint64_t seed);
 
 }  // namespace facet::sim

@@ -10,7 +10,8 @@ namespace facet::sim {
 namespace {
 
 std::uint32_t lattice_bits(int x, int y, std::uint32_t seed) {
-    return mix32(static_cast<std::uint32_t>(x) * 0x9e3779b1U + mix32(static_cast<std::uint32_t>(y) * 0x85ebca77U + seed));
+    return mix32(static_cast<std::uint32_t>(x) * 0x9e3779b1U +
+                 mix32(static_cast<std::uint32_t>(y) * 0x85ebca77U + seed));
 }
 
 float lattice_gradient(int x, int y, std::uint32_t seed, float dx, float dy) {
@@ -65,7 +66,8 @@ float gradient_noise(float x, float y, int px, int py, std::uint32_t seed) {
     const float dy = gy - floor_y;
     const float u = fade(dx);
     const float top = mix(lattice_gradient(x0, y0, seed, dx, dy), lattice_gradient(x1, y0, seed, dx - 1.0F, dy), u);
-    const float low = mix(lattice_gradient(x0, y1, seed, dx, dy - 1.0F), lattice_gradient(x1, y1, seed, dx - 1.0F, dy - 1.0F), u);
+    const float low =
+        mix(lattice_gradient(x0, y1, seed, dx, dy - 1.0F), lattice_gradient(x1, y1, seed, dx - 1.0F, dy - 1.0F), u);
     return mix(top, low, fade(dy));
 }
 

@@ -17,13 +17,16 @@ float fraction(float x) { return x - std::floor(x); }
 /// Distance to the nearest border of the unit cell that holds x.
 float to_border(float x) { return std::min(fraction(x), 1.0F - fraction(x)); }
 float speckle(float x, float y, int n, std::uint32_t seed) {
-    return lattice_value(static_cast<int>(x * static_cast<float>(n)), static_cast<int>(y * static_cast<float>(n)), seed) - 0.5F;
+    return lattice_value(static_cast<int>(x * static_cast<float>(n)), static_cast<int>(y * static_cast<float>(n)),
+                         seed) -
+           0.5F;
 }
 
 float plaster(float x, float y, std::uint32_t seed, float contrast) {
     const float stain = fractal_noise(x, y, 3, 3, 7, seed, 0.6F);
-    const float pits = smooth_step(0.32F, 0.12F, cell_noise(x, y, 40, 40, seed + 3).nearest) *
-                       smooth_step(0.55F, 0.9F, lattice_value(static_cast<int>(x * 40), static_cast<int>(y * 40), seed + 5));
+    const float pits =
+        smooth_step(0.32F, 0.12F, cell_noise(x, y, 40, 40, seed + 3).nearest) *
+        smooth_step(0.55F, 0.9F, lattice_value(static_cast<int>(x * 40), static_cast<int>(y * 40), seed + 5));
     return 0.62F + contrast * (0.45F * stain - 0.35F * pits + 0.12F * speckle(x, y, 512, seed));
 }
 
@@ -53,7 +56,8 @@ float planks(float x, float y, std::uint32_t seed) {
     const auto shift = static_cast<std::uint32_t>(i * 2 + piece) * 17U + seed;
     const float wave = x + 0.02F * gradient_noise(x, y, 4, 6, shift);
     const float grain = fractal_noise(wave, y, 96, 3, 3, shift, 0.7F) + 0.4F * fractal_noise(x, y, 16, 8, 5, shift);
-    const float knot_distance = std::hypot((fraction(across) - 0.3F - 0.4F * cut) * 0.8F, (fraction(along) - 0.2F - 0.6F * tone) * 6.0F);
+    const float knot_distance =
+        std::hypot((fraction(across) - 0.3F - 0.4F * cut) * 0.8F, (fraction(along) - 0.2F - 0.6F * tone) * 6.0F);
     const float knot = smooth_step(0.22F, 0.1F, knot_distance) * (0.6F + 0.4F * std::sin(90.0F * knot_distance));
     const float gap = std::min(to_border(across), 4.0F * to_border(along));
     const float nail_x = std::min(std::abs(fraction(across) - 0.2F), std::abs(fraction(across) - 0.8F));
@@ -92,15 +96,18 @@ float stone(float x, float y, std::uint32_t seed) {
     const Cell cell = cell_noise(wx, wy, 7, 11, seed + 2, 0.85F);
     const float rough = fractal_noise(x, y, 14, 14, 6, seed + 3, 0.7F);
     const float face = 0.28F + 0.42F * cell.tone + 0.38F * rough;
-    return mix(0.16F + 0.2F * rough, face, smooth_step(0.03F, 0.1F, cell.second - cell.nearest + 0.02F * rough)) + 0.06F * speckle(x, y, 512, seed);
+    return mix(0.16F + 0.2F * rough, face, smooth_step(0.03F, 0.1F, cell.second - cell.nearest + 0.02F * rough)) +
+           0.06F * speckle(x, y, 512, seed);
 }
 
 float concrete(float x, float y, std::uint32_t seed) {
     const float stain = fractal_noise(x, y, 4, 4, 7, seed, 0.62F);
     const float crack_field = std::abs(fractal_noise(x, y, 3, 3, 5, seed + 1, 0.6F));
-    const float crack = smooth_step(0.018F, 0.004F, crack_field) * smooth_step(-0.1F, 0.2F, gradient_noise(x, y, 4, 4, seed + 2));
+    const float crack =
+        smooth_step(0.018F, 0.004F, crack_field) * smooth_step(-0.1F, 0.2F, gradient_noise(x, y, 4, 4, seed + 2));
     const float seam = smooth_step(0.008F, 0.003F, std::min(to_border(x * 2.0F) * 0.5F, to_border(y * 3.0F) / 3.0F));
-    const float hole = smooth_step(0.022F, 0.017F, std::hypot(fraction(x * 4.0F) * 0.25F - 0.125F, fraction(y * 3.0F) / 3.0F - 0.1667F));
+    const float hole = smooth_step(
+        0.022F, 0.017F, std::hypot(fraction(x * 4.0F) * 0.25F - 0.125F, fraction(y * 3.0F) / 3.0F - 0.1667F));
     const float drip = 0.2F * fractal_noise(x, y, 40, 2, 4, seed + 4) * smooth_step(0.0F, 0.5F, stain);
     const float face = 0.52F + 0.3F * stain + drip + 0.1F * speckle(x, y, 512, seed);
     return face * (1.0F - 0.7F * crack) * (1.0F - 0.5F * seam) * (1.0F - 0.75F * hole);
@@ -123,7 +130,8 @@ float carton(float x, float y, std::uint32_t seed) {
     }
     for (std::uint32_t k = 0; k < 3; ++k) {  // labels: a light field, a bar code, lines of print
         const float cx = 0.08F + 0.55F * lattice_value(static_cast<int>(k), 0, seed + 9);
-        const float cy = 0.06F + 0.28F * static_cast<float>(k) + 0.08F * lattice_value(static_cast<int>(k), 1, seed + 9);
+        const float cy =
+            0.06F + 0.28F * static_cast<float>(k) + 0.08F * lattice_value(static_cast<int>(k), 1, seed + 9);
         const float u = (x - cx) / 0.32F;
         const float v = (y - cy) / 0.2F;
         if (u < 0.0F || u > 1.0F || v < 0.0F || v > 1.0F) {
@@ -133,7 +141,8 @@ float carton(float x, float y, std::uint32_t seed) {
         if (v > 0.55F && v < 0.9F && u > 0.08F && u < 0.92F) {
             value = lattice_value(static_cast<int>(u * 36.0F), static_cast<int>(k), seed + 10) > 0.5F ? 0.08F : 0.88F;
         } else if (v > 0.1F && v < 0.5F && fraction(v * 10.0F) > 0.4F && u > 0.08F && u < 0.9F) {
-            value = lattice_value(static_cast<int>(u * 22.0F), static_cast<int>(v * 10.0F), seed + 11) > 0.35F ? 0.12F : 0.88F;
+            value = lattice_value(static_cast<int>(u * 22.0F), static_cast<int>(v * 10.0F), seed + 11) > 0.35F ? 0.12F
+                                                                                                               : 0.88F;
         }
     }
     return value + 0.05F * speckle(x, y, 256, seed);
@@ -206,10 +215,12 @@ float books(float x, float y, std::uint32_t seed) {
     if (std::abs(v - 0.15F - 0.4F * band) < 0.04F || (v > 0.5F && v < 0.55F && band > 0.5F)) {
         tone = 1.0F - tone;
     }
-    if (u > 0.35F && u < 0.65F && v > 0.2F && v < tall - 0.12F && lattice_value(i * 31 + row, static_cast<int>(v * 60.0F), seed + 3) > 0.5F) {
+    if (u > 0.35F && u < 0.65F && v > 0.2F && v < tall - 0.12F &&
+        lattice_value(i * 31 + row, static_cast<int>(v * 60.0F), seed + 3) > 0.5F) {
         tone = tone > 0.5F ? tone - 0.45F : tone + 0.45F;
     }
-    return mix(0.03F, tone, smooth_step(0.03F, 0.1F, std::min(u, 1.0F - u))) + 0.06F * fractal_noise(x, y, 30, 30, 3, seed);
+    return mix(0.03F, tone, smooth_step(0.03F, 0.1F, std::min(u, 1.0F - u))) +
+           0.06F * fractal_noise(x, y, 30, 30, 3, seed);
 }
 
 float poster(float x, float y, std::uint32_t seed) {
@@ -237,7 +248,8 @@ float poster(float x, float y, std::uint32_t seed) {
     }
     if (y < 0.28F && y > 0.06F && x > 0.08F && x < 0.92F) {  // print
         const float line = y / 0.035F;
-        const bool ink = fraction(line) > 0.45F && lattice_value(static_cast<int>(x * 70.0F), static_cast<int>(line), seed) > 0.4F;
+        const bool ink =
+            fraction(line) > 0.45F && lattice_value(static_cast<int>(x * 70.0F), static_cast<int>(line), seed) > 0.4F;
         value = ink ? 0.08F : 0.85F;
     }
     return value + 0.05F * fractal_noise(x, y, 6, 6, 6, seed, 0.7F);

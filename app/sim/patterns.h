@@ -9,23 +9,23 @@
 namespace facet::sim {
 
 enum class Pattern : std::uint8_t {
-    kPlain,     ///< nearly uniform plaster: hard to track on purpose
-    kPlaster,   ///< stained wall
+    kPlain,    ///< nearly uniform plaster: hard to track on purpose
+    kPlaster,  ///< stained wall
     kBrick,
     kPlanks,
     kTiles,
     kStone,     ///< masonry of uneven stones
     kConcrete,  ///< form lines, holes, cracks
     kFabric,
-    kCarton,    ///< printed cardboard
-    kMetal,     ///< riveted plates with rust streaks
-    kEarth,     ///< gravel and soil
-    kHazard,    ///< worn diagonal stripes
-    kPanel,     ///< ceiling panels
-    kBooks,     ///< rows of book spines
-    kPoster,    ///< flat shapes and lines of print
-    kPhoto,     ///< a landscape photograph
-    kWindow,    ///< a window with mullions, a skyline behind
+    kCarton,  ///< printed cardboard
+    kMetal,   ///< riveted plates with rust streaks
+    kEarth,   ///< gravel and soil
+    kHazard,  ///< worn diagonal stripes
+    kPanel,   ///< ceiling panels
+    kBooks,   ///< rows of book spines
+    kPoster,  ///< flat shapes and lines of print
+    kPhoto,   ///< a landscape photograph
+    kWindow,  ///< a window with mullions, a skyline behind
     kDoor,
     kBlotches,  ///< slow variation only, for multiplying others
 };

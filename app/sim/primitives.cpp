@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr float kNearest = 1e-4F;
-constexpr float kEdgeTolerance = 2e-5F;     // closes cracks between neighbouring rectangles
-constexpr float kCornerTolerance = 1e-4F;   // and between triangles, whose coordinates round more for being small
+constexpr float kEdgeTolerance = 2e-5F;    // closes cracks between neighbouring rectangles
+constexpr float kCornerTolerance = 1e-4F;  // and between triangles, whose coordinates round more for being small
 
 Eigen::Vector3d planar_normal(const SurfaceShape& s) { return s.edge_u.cross(s.edge_v).normalized(); }
 
@@ -84,7 +84,8 @@ void intersect_planar(const Primitive& q, int index, RayPacket& r) {
             break;
         }
         default:
-            hit &= (u >= -kEdgeTolerance) & (u <= 1.0F + kEdgeTolerance) & (v >= -kEdgeTolerance) & (v <= 1.0F + kEdgeTolerance);
+            hit &= (u >= -kEdgeTolerance) & (u <= 1.0F + kEdgeTolerance) & (v >= -kEdgeTolerance) &
+                   (v <= 1.0F + kEdgeTolerance);
             break;
     }
     r.t = hit ? t : r.t;
@@ -145,7 +146,9 @@ float turn(float y, float x) {
     const float ay = std::abs(y);
     const float z = std::min(ax, ay) / std::max(std::max(ax, ay), 1e-30F);
     const float z2 = z * z;
-    float a = z * (0.99997726F + z2 * (-0.33262347F + z2 * (0.19354346F + z2 * (-0.11643287F + z2 * (0.05265332F - z2 * 0.01172120F)))));
+    float a =
+        z * (0.99997726F +
+             z2 * (-0.33262347F + z2 * (0.19354346F + z2 * (-0.11643287F + z2 * (0.05265332F - z2 * 0.01172120F)))));
     a = ay > ax ? 1.57079633F - a : a;
     a = x < 0.0F ? 3.14159265F - a : a;
     return 0.5F + std::copysign(a, y) * 0.15915494F;
@@ -283,7 +286,8 @@ SurfaceHit locate(const Primitive& primitive, const float* p, const float* direc
     }
     const float* axis = g + 4;
     const float* x = g + 8;
-    const float y[3] = {axis[1] * x[2] - axis[2] * x[1], axis[2] * x[0] - axis[0] * x[2], axis[0] * x[1] - axis[1] * x[0]};
+    const float y[3] = {axis[1] * x[2] - axis[2] * x[1], axis[2] * x[0] - axis[0] * x[2],
+                        axis[0] * x[1] - axis[1] * x[0]};
     const float axial = dot3(axis, d);
     const float radial[3] = {d[0] - axial * axis[0], d[1] - axial * axis[1], d[2] - axial * axis[2]};
     return {turn(dot3(y, d), dot3(x, d)), axial / g[7], std::abs(dot3(radial, direction)) * inverse_radius};

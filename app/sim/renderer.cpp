@@ -53,7 +53,8 @@ std::vector<float> sample_times(int count) {
     std::sort(order.begin(), order.end());
     std::vector<float> times(static_cast<std::size_t>(count));
     for (int slot = 0; slot < count; ++slot) {
-        times[static_cast<std::size_t>(order[static_cast<std::size_t>(slot)].second)] = (static_cast<float>(slot) + 0.5F) / static_cast<float>(count) - 0.5F;
+        times[static_cast<std::size_t>(order[static_cast<std::size_t>(slot)].second)] =
+            (static_cast<float>(slot) + 0.5F) / static_cast<float>(count) - 0.5F;
     }
     return times;
 }
@@ -147,7 +148,8 @@ void Renderer::render_tile(const Scene& scene, const ExposureMotion& motion, int
         const int bundle = std::min(Bvh::kMaxBundle, (count - first) / kLanes);
         for (int p = 0; p < bundle; ++p) {
             const int i = first + p * kLanes;
-            packets[p] = moving_rays(motion, {load(x + i), load(y + i), load(z + i)}, motion.exposure_s * load(times_.data() + i));
+            packets[p] = moving_rays(motion, {load(x + i), load(y + i), load(z + i)},
+                                     motion.exposure_s * load(times_.data() + i));
         }
         scene.bvh().intersect_bundle({packets, static_cast<std::size_t>(bundle)});
         for (int p = 0; p < bundle; ++p) {
@@ -157,10 +159,12 @@ void Renderer::render_tile(const Scene& scene, const ExposureMotion& motion, int
 }
 
 std::uint8_t Renderer::expose(float radiance, double gain, int pixel, std::uint64_t noise_key) const {
-    const float signal = static_cast<float>(gain * photometry_.gain) * vignette_[static_cast<std::size_t>(pixel)] * radiance;
+    const float signal =
+        static_cast<float>(gain * photometry_.gain) * vignette_[static_cast<std::size_t>(pixel)] * radiance;
     float grey = std::min(signal, 255.0F);
     if (photometry_.noise) {
-        const double variance = photometry_.read_noise_dn * photometry_.read_noise_dn + photometry_.shot_noise_dn * grey;
+        const double variance =
+            photometry_.read_noise_dn * photometry_.read_noise_dn + photometry_.shot_noise_dn * grey;
         const std::uint64_t bits = mix64(noise_key + 0x9e3779b97f4a7c15ULL * static_cast<std::uint64_t>(pixel + 1));
         grey += std::sqrt(static_cast<float>(variance)) * irwin_hall_normal(bits);
     }
@@ -191,7 +195,8 @@ void Renderer::render(const Scene& scene, const Flight& flight, double t_s, doub
     }
 }
 
-CoarsePass coarse_pass(const Scene& scene, const Flight& flight, const Renderer& camera, const std::vector<double>& times_s, int threads) {
+CoarsePass coarse_pass(const Scene& scene, const Flight& flight, const Renderer& camera,
+                       const std::vector<double>& times_s, int threads) {
     constexpr int kSpacing_px = 16;
     constexpr double kTarget_grey = 95.0;
     constexpr double kFollow = 0.12;  // of the way in log gain, each frame
@@ -206,7 +211,8 @@ CoarsePass coarse_pass(const Scene& scene, const Flight& flight, const Renderer&
     pass.hits.resize(rays.size() * times_s.size());
     std::vector<double> means(times_s.size());
     parallel_for(static_cast<int>(times_s.size()), threads, [&](int frame) {
-        const ExposureMotion motion = exposure_motion(flight, times_s[static_cast<std::size_t>(frame)], camera.T_B_C(), 0.0);
+        const ExposureMotion motion =
+            exposure_motion(flight, times_s[static_cast<std::size_t>(frame)], camera.T_B_C(), 0.0);
         double sum = 0.0;
         for (std::size_t i = 0; i < rays.size(); i += kLanes) {
             V4 d{};
@@ -222,10 +228,12 @@ CoarsePass coarse_pass(const Scene& scene, const Flight& flight, const Renderer&
             scene.shade(packet, static_cast<float>(kSpacing_px / camera.focal_px()), radiance);
             for (int k = 0; k < kLanes; ++k) {
                 sum += std::min(radiance[k], 1.5F);
-                CoarseHit& hit = pass.hits[static_cast<std::size_t>(frame) * rays.size() + i + static_cast<std::size_t>(k)];
+                CoarseHit& hit =
+                    pass.hits[static_cast<std::size_t>(frame) * rays.size() + i + static_cast<std::size_t>(k)];
                 hit.surface = -1;
                 if (packet.primitive[k] >= 0) {
-                    const Primitive& primitive = scene.bvh().primitives()[static_cast<std::size_t>(packet.primitive[k])];
+                    const Primitive& primitive =
+                        scene.bvh().primitives()[static_cast<std::size_t>(packet.primitive[k])];
                     const V4 p = packet.origin + packet.t * packet.direction;
                     const float point[3] = {p.x[k], p.y[k], p.z[k]};
                     const float direction[3] = {packet.direction.x[k], packet.direction.y[k], packet.direction.z[k]};

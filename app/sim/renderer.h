@@ -79,6 +79,7 @@ struct CoarsePass {
     std::vector<double> gains;
     std::vector<CoarseHit> hits;  ///< of all frames
 };
-CoarsePass coarse_pass(const Scene& scene, const Flight& flight, const Renderer& camera, const std::vector<double>& times_s, int threads);
+CoarsePass coarse_pass(const Scene& scene, const Flight& flight, const Renderer& camera,
+                       const std::vector<double>& times_s, int threads);
 
 }  // namespace facet::sim

@@ -34,7 +34,8 @@ constexpr std::uint32_t mix32(std::uint32_t x) {
 /// Nearly standard normal from 64 bits: the sum of four 16-bit uniforms, scaled to variance 1. Bounded by +-3.46, which
 /// pixel noise does not mind; cheap. Reentrant.
 constexpr float irwin_hall_normal(std::uint64_t bits) {
-    const auto sum = static_cast<float>((bits & 0xffffU) + ((bits >> 16) & 0xffffU) + ((bits >> 32) & 0xffffU) + (bits >> 48));
+    const auto sum =
+        static_cast<float>((bits & 0xffffU) + ((bits >> 16) & 0xffffU) + ((bits >> 32) & 0xffffU) + (bits >> 48));
     return (sum * (1.0F / 65536.0F) - 2.0F) * 1.7320508F;
 }
 

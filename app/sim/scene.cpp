@@ -13,13 +13,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLift_m = 0.004;         // light is gathered this far above the surface
-constexpr double kAmbientReach_m = 4.0;   // surroundings nearer than this darken the ambient light
+constexpr double kLift_m = 0.004;        // light is gathered this far above the surface
+constexpr double kAmbientReach_m = 4.0;  // surroundings nearer than this darken the ambient light
 
 /// Four rays from one point.
 RayPacket fan(const Vector3d& from, const Vector3d* directions, F4 reach) {
     RayPacket r;
-    r.origin = {splat(static_cast<float>(from.x())), splat(static_cast<float>(from.y())), splat(static_cast<float>(from.z()))};
+    r.origin = {splat(static_cast<float>(from.x())), splat(static_cast<float>(from.y())),
+                splat(static_cast<float>(from.z()))};
     for (int i = 0; i < kLanes; ++i) {
         r.direction.x[i] = static_cast<float>(directions[i].x());
         r.direction.y[i] = static_cast<float>(directions[i].y());
@@ -67,8 +68,8 @@ private:
                 const Vector3d to_light = light.centre + q.x() * light.half_u + q.y() * light.half_v - p;
                 const double distance = to_light.norm();
                 directions[i] = to_light / distance;
-                weights[i] = std::max(0.0, directions[i].dot(normal)) * std::max(0.0, -directions[i].dot(light.normal)) /
-                             (distance * distance + 0.05);
+                weights[i] = std::max(0.0, directions[i].dot(normal)) *
+                             std::max(0.0, -directions[i].dot(light.normal)) / (distance * distance + 0.05);
                 reach[i] = static_cast<float>(distance - 2.0 * kLift_m);
             }
             if (weights[0] + weights[1] + weights[2] + weights[3] <= 0.0) {
@@ -95,7 +96,8 @@ private:
                 const Eigen::Vector2d q = quasi_random(first + i);
                 const double radius = std::sqrt(q.x());
                 const double angle = 2.0 * std::numbers::pi * q.y();
-                directions[i] = radius * std::cos(angle) * x + radius * std::sin(angle) * y + std::sqrt(1.0 - q.x()) * normal;
+                directions[i] =
+                    radius * std::cos(angle) * x + radius * std::sin(angle) * y + std::sqrt(1.0 - q.x()) * normal;
             }
             RayPacket rays = fan(p, directions, splat(static_cast<float>(kAmbientReach_m)));
             bvh_.intersect(rays);
@@ -198,7 +200,8 @@ void Scene::bake_light(std::span<const AreaLight> lights, double ambient, std::s
         }
         const Eigen::Vector2d extent = surface_extent(surface.shape);
         const auto nodes = [&](double length, int least) {
-            return static_cast<std::uint16_t>(std::clamp(static_cast<int>(std::ceil(length / detail.light_spacing_m)) + 1, least, 250));
+            return static_cast<std::uint16_t>(
+                std::clamp(static_cast<int>(std::ceil(length / detail.light_spacing_m)) + 1, least, 250));
         };
         look.light_width = nodes(extent.x(), is_planar(surface.shape.shape) ? 3 : 9);
         look.light_height = nodes(extent.y(), 3);

@@ -18,11 +18,11 @@ namespace facet::sim {
 struct Material {
     Pattern pattern = Pattern::kPlain;
     std::uint32_t seed = 0;
-    double tile_m = 2.0;      ///< side of the texture's square (m); 0 = stretched once over the surface
+    double tile_m = 2.0;  ///< side of the texture's square (m); 0 = stretched once over the surface
     float dark = 0.05F;
     float bright = 0.8F;
-    float blotches = 0.35F;   ///< strength of slow stains that hide the repetition; baked into the light
-    float emission = 0.0F;    ///< glows as if this irradiance fell on it (lamps, windows)
+    float blotches = 0.35F;  ///< strength of slow stains that hide the repetition; baked into the light
+    float emission = 0.0F;   ///< glows as if this irradiance fell on it (lamps, windows)
 };
 using MaterialId = int;
 
@@ -62,9 +62,9 @@ struct FlightVolume {
 
 /// Cost of preparation: small values for tests.
 struct SceneDetail {
-    int texture_size = 1024;       ///< texels of the large textures
-    double light_spacing_m = 0.08; ///< of the light bake
-    int light_samples = 16;        ///< shadow rays per lamp and point, and twice as many towards the surroundings
+    int texture_size = 1024;        ///< texels of the large textures
+    double light_spacing_m = 0.08;  ///< of the light bake
+    int light_samples = 16;         ///< shadow rays per lamp and point, and twice as many towards the surroundings
     int threads = 1;
 };
 
@@ -139,11 +139,12 @@ public:
     /// Box turned by yaw about z; sides are named .top .bottom .front (+x) .back .left (+y) .right.
     void box(const std::string& name, MaterialId sides, MaterialId top, const Eigen::Vector3d& centre,
              const Eigen::Vector3d& size, double yaw_rad = 0.0);
-    void box(const std::string& name, MaterialId m, const Eigen::Vector3d& centre, const Eigen::Vector3d& size, double yaw_rad = 0.0) {
+    void box(const std::string& name, MaterialId m, const Eigen::Vector3d& centre, const Eigen::Vector3d& size,
+             double yaw_rad = 0.0) {
         box(name, m, m, centre, size, yaw_rad);
     }
-    void cylinder(const std::string& name, MaterialId m, const Eigen::Vector3d& base, const Eigen::Vector3d& axis, double radius,
-                  bool caps = false);
+    void cylinder(const std::string& name, MaterialId m, const Eigen::Vector3d& base, const Eigen::Vector3d& axis,
+                  double radius, bool caps = false);
     void sphere(const std::string& name, MaterialId m, const Eigen::Vector3d& centre, double radius);
     void mesh(const std::string& name, MaterialId m, const Mesh& mesh);
     /// A lamp: bright rectangle facing along half_u x half_v, and its light.

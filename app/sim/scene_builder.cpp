@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-
 /// Large tiles get all texels, so that one is about 2 mm everywhere.
 bool is_large(const Material& m) { return m.tile_m > 1.25; }
 
@@ -33,13 +32,14 @@ void SceneBuilder::add(std::string name, MaterialId m, const SurfaceShape& shape
     scene_.surfaces_.push_back(std::move(surface));
 }
 
-void SceneBuilder::rectangle(std::string name, MaterialId m, const Vector3d& origin, const Vector3d& edge_u, const Vector3d& edge_v) {
+void SceneBuilder::rectangle(std::string name, MaterialId m, const Vector3d& origin, const Vector3d& edge_u,
+                             const Vector3d& edge_v) {
     FACET_ASSERT(std::abs(edge_u.dot(edge_v)) < 1e-9);
     add(std::move(name), m, {Shape::kRectangle, origin, edge_u, edge_v, 0.0});
 }
 
-void SceneBuilder::box(const std::string& name, MaterialId sides, MaterialId top, const Vector3d& centre, const Vector3d& size,
-                       double yaw_rad) {
+void SceneBuilder::box(const std::string& name, MaterialId sides, MaterialId top, const Vector3d& centre,
+                       const Vector3d& size, double yaw_rad) {
     const Eigen::Matrix3d r = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
     const Vector3d x = r.col(0) * size.x();
     const Vector3d y = r.col(1) * size.y();
@@ -54,7 +54,8 @@ void SceneBuilder::box(const std::string& name, MaterialId sides, MaterialId top
     rectangle(name + ".right", sides, low, x, z);
 }
 
-void SceneBuilder::cylinder(const std::string& name, MaterialId m, const Vector3d& base, const Vector3d& axis, double radius, bool caps) {
+void SceneBuilder::cylinder(const std::string& name, MaterialId m, const Vector3d& base, const Vector3d& axis,
+                            double radius, bool caps) {
     const Vector3d side = axis.unitOrthogonal();
     add(name + ".side", m, {Shape::kCylinder, base, side, axis, radius});
     if (caps) {
@@ -87,14 +88,15 @@ void SceneBuilder::mesh(const std::string& name, MaterialId m, const Mesh& mesh)
     }
 }
 
-void SceneBuilder::lamp(const std::string& name, MaterialId m, const Vector3d& centre, const Vector3d& half_u, const Vector3d& half_v,
-                        double power) {
+void SceneBuilder::lamp(const std::string& name, MaterialId m, const Vector3d& centre, const Vector3d& half_u,
+                        const Vector3d& half_v, double power) {
     rectangle(name, m, centre - half_u - half_v, 2.0 * half_u, 2.0 * half_v);
     lights_.push_back({centre, half_u, half_v, half_u.cross(half_v).normalized(), power});
 }
 
 void SceneBuilder::bake_textures(const SceneDetail& detail) {
-    scene_.textures_.push_back(bake_pattern(Pattern::kBlotches, 5, std::max(detail.texture_size / 4, 16), detail.threads));
+    scene_.textures_.push_back(
+        bake_pattern(Pattern::kBlotches, 5, std::max(detail.texture_size / 4, 16), detail.threads));
     for (const Material& m : materials_) {
         const int size = is_large(m) ? detail.texture_size : std::max(detail.texture_size / 2, 16);
         scene_.textures_.push_back(bake_pattern(m.pattern, m.seed, size, detail.threads));

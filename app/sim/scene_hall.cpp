@@ -73,13 +73,15 @@ Mesh grid_mesh(int columns, int rows, const std::function<Vector3d(double, doubl
 }
 
 double bumps(double x, double y, double z, double scale, int octaves, std::uint32_t seed) {
-    return solid_noise(static_cast<float>(x / scale), static_cast<float>(y / scale), static_cast<float>(z / scale), octaves, seed);
+    return solid_noise(static_cast<float>(x / scale), static_cast<float>(y / scale), static_cast<float>(z / scale),
+                       octaves, seed);
 }
 
 struct Heap {
     double x, y, radius, height;
 };
-constexpr Heap kHeaps[] = {{-6.5, 3.6, 2.4, 1.5}, {1.5, -4.2, 2.2, 1.3}, {6.8, 2.8, 2.6, 1.7}, {-2.2, 4.6, 1.5, 0.8}, {-7.6, -3.9, 1.7, 1.0}};
+constexpr Heap kHeaps[] = {
+    {-6.5, 3.6, 2.4, 1.5}, {1.5, -4.2, 2.2, 1.3}, {6.8, 2.8, 2.6, 1.7}, {-2.2, 4.6, 1.5, 0.8}, {-7.6, -3.9, 1.7, 1.0}};
 
 double ground_height(double x, double y) {
     double z = 0.12 * bumps(x, y, 0.0, 1.7, 4, 31);
@@ -94,13 +96,14 @@ double ground_height(double x, double y) {
 
 void add_shell(SceneBuilder& b, const HallMaterials& m) {
     b.mesh("ground", m.earth,
-           grid_mesh(130, 80,
-                     [](double u, double v) {
-                         const double x = kX * (2 * u - 1);
-                         const double y = kY * (2 * v - 1);
-                         return Vector3d(x * 1.02, y * 1.02, ground_height(x, y));
-                     },
-                     [](double u, double v) { return Vector2d(2 * kX * u, 2 * kY * v); }));
+           grid_mesh(
+               130, 80,
+               [](double u, double v) {
+                   const double x = kX * (2 * u - 1);
+                   const double y = kY * (2 * v - 1);
+                   return Vector3d(x * 1.02, y * 1.02, ground_height(x, y));
+               },
+               [](double u, double v) { return Vector2d(2 * kX * u, 2 * kY * v); }));
     // Walls bulge by decimetres; each is a sheet along `along`, pushed along its inward normal.
     struct Wall {
         const char* name;
@@ -120,17 +123,19 @@ void add_shell(SceneBuilder& b, const HallMaterials& m) {
             const double bulge = 0.32 * bumps(base.x(), base.y(), base.z(), 1.9, 4, 33);
             return Vector3d(base + bulge * w.inward);
         };
-        b.mesh(w.name, w.material,
-               grid_mesh(static_cast<int>(length / 0.28), 26, point, [&](double u, double v) { return Vector2d(length * u, kHeight * v); }));
+        b.mesh(w.name, w.material, grid_mesh(static_cast<int>(length / 0.28), 26, point, [&](double u, double v) {
+                   return Vector2d(length * u, kHeight * v);
+               }));
     }
     b.mesh("vault", m.panel,
-           grid_mesh(40, 24,
-                     [](double u, double v) {
-                         const double x = kX * 1.05 * (1 - 2 * u);
-                         const double y = kY * 1.08 * (2 * v - 1);
-                         return Vector3d(x, y, kHeight - 1.6 * std::pow(y / kY, 2) + 0.1 * bumps(x, y, 0.0, 1.5, 3, 34));
-                     },
-                     [](double u, double v) { return Vector2d(2 * kX * u, 2 * kY * v); }));
+           grid_mesh(
+               40, 24,
+               [](double u, double v) {
+                   const double x = kX * 1.05 * (1 - 2 * u);
+                   const double y = kY * 1.08 * (2 * v - 1);
+                   return Vector3d(x, y, kHeight - 1.6 * std::pow(y / kY, 2) + 0.1 * bumps(x, y, 0.0, 1.5, 3, 34));
+               },
+               [](double u, double v) { return Vector2d(2 * kX * u, 2 * kY * v); }));
     for (const double x : {-6.6, -2.2, 2.2, 6.6}) {
         for (const double y : {-2.0, 2.0}) {
             b.lamp("lamp", m.lamp, {x, y, 5.6}, {0.7, 0, 0}, {0, -0.2, 0}, 5.0);
@@ -140,7 +145,8 @@ void add_shell(SceneBuilder& b, const HallMaterials& m) {
 }
 
 /// A pipe through points, straight cylinders joined by spheres, with flanges along it.
-void add_pipe(SceneBuilder& b, MaterialId pipe, MaterialId joint, std::initializer_list<Vector3d> points, double radius) {
+void add_pipe(SceneBuilder& b, MaterialId pipe, MaterialId joint, std::initializer_list<Vector3d> points,
+              double radius) {
     const Vector3d* previous = nullptr;
     for (const Vector3d& p : points) {
         if (previous != nullptr) {
@@ -179,11 +185,13 @@ void add_tank(SceneBuilder& b, MaterialId body, MaterialId trim, const Vector3d&
     b.cylinder("tank", body, base, {0, 0, height}, radius);
     b.sphere("tank.dome", body, base + Vector3d(0, 0, height), radius * 0.9999);
     for (int i = 0; i < 3; ++i) {
-        b.cylinder("tank.hoop", trim, base + Vector3d(0, 0, height * (0.2 + 0.3 * i)), {0, 0, 0.09}, radius + 0.03, true);
+        b.cylinder("tank.hoop", trim, base + Vector3d(0, 0, height * (0.2 + 0.3 * i)), {0, 0, 0.09}, radius + 0.03,
+                   true);
     }
     for (int i = 0; i < 4; ++i) {
         const double angle = kPi * (0.25 + 0.5 * i);
-        b.cylinder("tank.leg", trim, base + Vector3d(0.85 * radius * std::cos(angle), 0.85 * radius * std::sin(angle), -base.z() - 0.3),
+        b.cylinder("tank.leg", trim,
+                   base + Vector3d(0.85 * radius * std::cos(angle), 0.85 * radius * std::sin(angle), -base.z() - 0.3),
                    {0, 0, base.z() + 0.4}, 0.07);
     }
 }
@@ -191,15 +199,16 @@ void add_tank(SceneBuilder& b, MaterialId body, MaterialId trim, const Vector3d&
 /// A boulder: a sphere pushed in and out by noise.
 void add_boulder(SceneBuilder& b, MaterialId m, const Vector3d& centre, double radius, std::uint32_t seed) {
     b.mesh("boulder", m,
-           grid_mesh(18, 10,
-                     [&](double u, double v) {
-                         const double longitude = 2.0 * kPi * (u < 1.0 ? u : 0.0);
-                         const double latitude = kPi * (v - 0.5);
-                         const Vector3d d(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude),
-                                          0.75 * std::sin(latitude));
-                         return Vector3d(centre + radius * (1.0 + 0.45 * bumps(d.x(), d.y(), d.z(), 0.7, 3, seed)) * d);
-                     },
-                     [&](double u, double v) { return Vector2d(2.0 * kPi * radius * u, kPi * radius * v); }));
+           grid_mesh(
+               18, 10,
+               [&](double u, double v) {
+                   const double longitude = 2.0 * kPi * (u < 1.0 ? u : 0.0);
+                   const double latitude = kPi * (v - 0.5);
+                   const Vector3d d(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude),
+                                    0.75 * std::sin(latitude));
+                   return Vector3d(centre + radius * (1.0 + 0.45 * bumps(d.x(), d.y(), d.z(), 0.7, 3, seed)) * d);
+               },
+               [&](double u, double v) { return Vector2d(2.0 * kPi * radius * u, kPi * radius * v); }));
 }
 
 void add_machines(SceneBuilder& b, const HallMaterials& m) {

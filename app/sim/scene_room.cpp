@@ -17,8 +17,8 @@ constexpr double kY = 3.0;
 constexpr double kHeight = 3.2;
 
 struct RoomMaterials {
-    MaterialId plain, plaster, brick, planks, tiles, wood, panel, fabric, carton_a, carton_b, carton_c, metal, stone, hazard, books,
-        door, window, lamp, dark;
+    MaterialId plain, plaster, brick, planks, tiles, wood, panel, fabric, carton_a, carton_b, carton_c, metal, stone,
+        hazard, books, door, window, lamp, dark;
     MaterialId pictures[6];
 };
 
@@ -45,7 +45,8 @@ RoomMaterials make_materials(SceneBuilder& b) {
     m.dark = b.material({Pattern::kFabric, 29, 0.5, 0.02F, 0.25F, 0.2F, 0.0F});
     for (int i = 0; i < 6; ++i) {
         const auto seed = 40U + static_cast<std::uint32_t>(i);
-        m.pictures[i] = b.material({i % 2 == 0 ? Pattern::kPoster : Pattern::kPhoto, seed, 0.0, 0.02F, 0.85F, 0.0F, 0.0F});
+        m.pictures[i] =
+            b.material({i % 2 == 0 ? Pattern::kPoster : Pattern::kPhoto, seed, 0.0, 0.02F, 0.85F, 0.0F, 0.0F});
     }
     return m;
 }
@@ -76,8 +77,8 @@ void add_shell(SceneBuilder& b, const RoomMaterials& m) {
 }
 
 /// A framed picture: thin box whose large side faces along `normal` (+-x or +-y).
-void add_picture(SceneBuilder& b, MaterialId frame, MaterialId picture, const Vector3d& centre, const Vector3d& normal, double width,
-                 double height) {
+void add_picture(SceneBuilder& b, MaterialId frame, MaterialId picture, const Vector3d& centre, const Vector3d& normal,
+                 double width, double height) {
     const Vector3d across = normal.cross(Vector3d::UnitZ());  // to the viewer's left
     const Vector3d u = -across;
     Vector3d size = (0.018 * normal + (width + 0.06) * across).cwiseAbs();
@@ -109,7 +110,9 @@ void add_pictures(SceneBuilder& b, const RoomMaterials& m) {
 void add_table(SceneBuilder& b, const RoomMaterials& m, const Vector3d& at, double yaw) {
     const double c = std::cos(yaw);
     const double s = std::sin(yaw);
-    const auto place = [&](double x, double y, double z) { return Vector3d(at.x() + c * x - s * y, at.y() + s * x + c * y, z); };
+    const auto place = [&](double x, double y, double z) {
+        return Vector3d(at.x() + c * x - s * y, at.y() + s * x + c * y, z);
+    };
     b.box("table", m.wood, place(0, 0, 0.74), {1.6, 0.8, 0.04}, yaw);
     for (const double x : {-0.72, 0.72}) {
         for (const double y : {-0.33, 0.33}) {
@@ -155,8 +158,8 @@ void add_furniture(SceneBuilder& b, const RoomMaterials& m) {
         const double x = random.uniform(-2.8, 2.6);
         const double y = random.uniform(-2.0, 0.6);
         const double h = random.uniform(0.05, 0.16);
-        b.box("block", i % 2 == 0 ? m.books : m.brick, {x, y, 0.011 + 0.5 * h}, {random.uniform(0.15, 0.3), random.uniform(0.1, 0.2), h},
-              random.uniform(0.0, std::numbers::pi));
+        b.box("block", i % 2 == 0 ? m.books : m.brick, {x, y, 0.011 + 0.5 * h},
+              {random.uniform(0.15, 0.3), random.uniform(0.1, 0.2), h}, random.uniform(0.0, std::numbers::pi));
     }
 }
 

@@ -56,7 +56,8 @@ Status check_options(const SimOptions& o, std::string& error) {
         error = fmt::format("--samples: {} is outside 1 to 64", o.samples);
     } else if (o.threads < 1 || o.threads > 64) {
         error = fmt::format("--threads: {} is outside 1 to 64", o.threads);
-    } else if (o.texture_size < 16 || o.texture_size > 4096 || !std::has_single_bit(static_cast<unsigned>(o.texture_size))) {
+    } else if (o.texture_size < 16 || o.texture_size > 4096 ||
+               !std::has_single_bit(static_cast<unsigned>(o.texture_size))) {
         error = fmt::format("texture size: {} is not a power of two from 16 to 4096", o.texture_size);
     } else if (!(o.stand_s >= 0.0 && o.stand_s <= 60.0)) {
         error = fmt::format("standing time: {} s is outside 0 to 60 s", o.stand_s);
@@ -190,7 +191,8 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     plan.seed = options.seed;
     Flight flight{Flight::Spline(1.0, std::vector<Flight::Spline::Vector>(6, Flight::Spline::Vector::Zero()))};
     if (!ok(plan_flight(scene, plan, flight))) {
-        error = fmt::format("--seed: found no flight through '{}' that keeps its distance; try another seed", options.scene);
+        error = fmt::format("--seed: found no flight through '{}' that keeps its distance; try another seed",
+                            options.scene);
         return Status::kDegenerate;
     }
     const StereoRig rig = euroc_rig();
@@ -220,7 +222,8 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     summary.prepare_s = seconds_since(start);
     const Clock::time_point rendering = Clock::now();
     double cpu_s = 0.0;
-    FACET_TRY(render_images({options, scene, flight, left, right, stamps, times_s, coarse.gains}, progress, cpu_s, error));
+    FACET_TRY(
+        render_images({options, scene, flight, left, right, stamps, times_s, coarse.gains}, progress, cpu_s, error));
     summary.render_s = seconds_since(rendering);
     summary.ms_per_image = 1e3 * cpu_s / (2.0 * summary.frames);
     return Status::kOk;

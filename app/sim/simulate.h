@@ -31,9 +31,9 @@ struct SimSummary {
     int frames = 0;
     int planes = 0;
     FlightReport flight;
-    double prepare_s = 0.0;       ///< scene, light, flight (wall clock)
-    double render_s = 0.0;        ///< images (wall clock)
-    double ms_per_image = 0.0;    ///< processor time, rendering and writing
+    double prepare_s = 0.0;     ///< scene, light, flight (wall clock)
+    double render_s = 0.0;      ///< images (wall clock)
+    double ms_per_image = 0.0;  ///< processor time, rendering and writing
 };
 
 /// Called after each image, by one thread at a time: images done and in all.

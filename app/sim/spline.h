@@ -51,8 +51,9 @@ public:
 
 private:
     /// 120 times the coefficients of u^0 .. u^5 of the six basis pieces.
-    static constexpr double kBasis[6][6] = {{1, -5, 10, -10, 5, -1},   {26, -50, 20, 20, -20, 5}, {66, 0, -60, 0, 30, -10},
-                                            {26, 50, 20, -20, -20, 10}, {1, 5, 10, 10, 5, -5},      {0, 0, 0, 0, 0, 1}};
+    static constexpr double kBasis[6][6] = {{1, -5, 10, -10, 5, -1},  {26, -50, 20, 20, -20, 5},
+                                            {66, 0, -60, 0, 30, -10}, {26, 50, 20, -20, -20, 10},
+                                            {1, 5, 10, 10, 5, -5},    {0, 0, 0, 0, 0, 1}};
 
     double step_s_ = 1.0;
     std::vector<Vector> control_;

@@ -33,7 +33,8 @@ void add_grid(TriangleMesh& mesh, const SurfaceShape& s, int columns, int rows) 
     const auto first = static_cast<int>(mesh.vertices.size());
     for (int j = 0; j <= rows; ++j) {
         for (int i = 0; i <= columns; ++i) {
-            mesh.vertices.push_back(surface_point(s, static_cast<double>(i) / columns, static_cast<double>(j) / rows).cast<float>());
+            mesh.vertices.push_back(
+                surface_point(s, static_cast<double>(i) / columns, static_cast<double>(j) / rows).cast<float>());
         }
     }
     for (int j = 0; j < rows; ++j) {
@@ -51,7 +52,8 @@ void add_disk(TriangleMesh& mesh, const SurfaceShape& s, double sagitta) {
     const auto first = static_cast<int>(mesh.vertices.size());
     for (int i = 0; i < count; ++i) {
         const double angle = 2.0 * std::numbers::pi * i / count;
-        mesh.vertices.push_back(surface_point(s, 0.5 + 0.5 * std::cos(angle), 0.5 + 0.5 * std::sin(angle)).cast<float>());
+        mesh.vertices.push_back(
+            surface_point(s, 0.5 + 0.5 * std::cos(angle), 0.5 + 0.5 * std::sin(angle)).cast<float>());
         if (i >= 2) {
             mesh.triangles.push_back({first, first + i - 1, first + i});
         }
@@ -113,7 +115,8 @@ TruePlane plane_of(const Surface& surface, double seen_area) {
 
 bool same_plane(const TruePlane& a, const TruePlane& b) {
     const Vector3d gap = (a.low - b.high).cwiseMax(b.low - a.high);
-    return a.normal.dot(b.normal) > kSameCosine && std::abs(a.normal.dot(b.centre) - a.offset) < kSameOffset_m && gap.maxCoeff() < kTouch_m;
+    return a.normal.dot(b.normal) > kSameCosine && std::abs(a.normal.dot(b.centre) - a.offset) < kSameOffset_m &&
+           gap.maxCoeff() < kTouch_m;
 }
 
 nlohmann::json to_json(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -177,10 +180,12 @@ std::vector<TruePlane> true_planes(const Scene& scene, std::span<const CoarseHit
             parts.push_back(plane_of(scene.surfaces()[i], seen[i]));
         }
     }
-    std::stable_sort(parts.begin(), parts.end(), [](const TruePlane& a, const TruePlane& b) { return a.area > b.area; });
+    std::stable_sort(parts.begin(), parts.end(),
+                     [](const TruePlane& a, const TruePlane& b) { return a.area > b.area; });
     std::vector<TruePlane> planes;
     for (const TruePlane& part : parts) {
-        const auto host = std::find_if(planes.begin(), planes.end(), [&](const TruePlane& p) { return same_plane(p, part); });
+        const auto host =
+            std::find_if(planes.begin(), planes.end(), [&](const TruePlane& p) { return same_plane(p, part); });
         if (host == planes.end()) {
             planes.push_back(part);
             continue;
@@ -192,12 +197,13 @@ std::vector<TruePlane> true_planes(const Scene& scene, std::span<const CoarseHit
         host->high = host->high.cwiseMax(part.high);
     }
     std::erase_if(planes, [min_area](const TruePlane& p) { return p.area < min_area; });
-    std::stable_sort(planes.begin(), planes.end(), [](const TruePlane& a, const TruePlane& b) { return a.seen_area > b.seen_area; });
+    std::stable_sort(planes.begin(), planes.end(),
+                     [](const TruePlane& a, const TruePlane& b) { return a.seen_area > b.seen_area; });
     return planes;
 }
 
-Status write_truth(const std::string& out, const Scene& scene, std::span<const CoarseHit> hits, const std::string& meta_json,
-                   std::string& failed) {
+Status write_truth(const std::string& out, const Scene& scene, std::span<const CoarseHit> hits,
+                   const std::string& meta_json, std::string& failed) {
     const std::string folder = out + "/truth";
     std::error_code error;
     std::filesystem::create_directories(folder, error);

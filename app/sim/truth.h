@@ -35,7 +35,7 @@ struct TruePlane {
 std::vector<TruePlane> true_planes(const Scene& scene, std::span<const CoarseHit> hits, double min_area = 0.01);
 
 /// Writes OUT/truth/scene.ply, planes.json, meta.json. @param failed on kIo the path
-Status write_truth(const std::string& out, const Scene& scene, std::span<const CoarseHit> hits, const std::string& meta_json,
-                   std::string& failed);
+Status write_truth(const std::string& out, const Scene& scene, std::span<const CoarseHit> hits,
+                   const std::string& meta_json, std::string& failed);
 
 }  // namespace facet::sim

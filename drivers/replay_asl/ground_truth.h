@@ -16,12 +16,12 @@ namespace facet {
 /// True state of the body at one time, in the world of the ground truth (its z need not be up for every recorder).
 struct GroundTruthState {
     Timestamp stamp;
-    Eigen::Vector3d p_W_B = Eigen::Vector3d::Zero();                   ///< (m)
+    Eigen::Vector3d p_W_B = Eigen::Vector3d::Zero();  ///< (m)
     Eigen::Quaterniond q_W_B = Eigen::Quaterniond::Identity();
-    bool has_motion = false;                                           ///< the three below are known
-    Eigen::Vector3d v_W_B = Eigen::Vector3d::Zero();                   ///< (m/s)
-    Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();               ///< (rad/s)
-    Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();              ///< (m/s^2)
+    bool has_motion = false;                               ///< the three below are known
+    Eigen::Vector3d v_W_B = Eigen::Vector3d::Zero();       ///< (m/s)
+    Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();   ///< (rad/s)
+    Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();  ///< (m/s^2)
 };
 
 /// Path of the ground-truth table of a dataset: DATASET/[mav0/]state_groundtruth_estimate0/data.csv, or `path` itself if

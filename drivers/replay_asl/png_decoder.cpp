@@ -12,7 +12,7 @@ namespace facet {
 namespace {
 
 constexpr png_uint_32 kMaxSize = 16384;
-constexpr png_fixed_point kRedWeight = 29900;    // of 100000, ITU-R BT.601
+constexpr png_fixed_point kRedWeight = 29900;  // of 100000, ITU-R BT.601
 constexpr png_fixed_point kGreenWeight = 58700;
 constexpr std::size_t kMessageLength = 128;
 

@@ -17,9 +17,7 @@ struct GreyImage {
     int height = 0;
     std::vector<std::uint8_t> pixels;
 
-    ImageView view() const {
-        return {.data = pixels.data(), .width = width, .height = height, .stride = width};
-    }
+    ImageView view() const { return {.data = pixels.data(), .width = width, .height = height, .stride = width}; }
 };
 
 /// PNG reader: 1 to 16 bits, grey, palette or colour, with or without alpha (dropped), interlaced or not, becomes 8-bit

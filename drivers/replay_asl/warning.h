@@ -9,17 +9,17 @@
 namespace facet {
 
 enum class AslWarningKind : std::uint8_t {
-    kMalformedRow,   ///< a CSV row that is not as many numbers as it must be; the row is skipped
-    kNotFinite,      ///< a NaN or infinite number; the row is skipped
-    kDuplicate,      ///< the stamp of the row before; the row is skipped
-    kOutOfOrder,     ///< a stamp before that of the row before; the row is skipped
-    kMissingRight,   ///< no right image within the tolerance; the frame comes without a right view
-    kMissingLeft,    ///< a right image without a left one; it is skipped
-    kMissingFile,    ///< an image that cannot be read
-    kCorruptImage,   ///< a truncated or damaged PNG
-    kWrongSize,      ///< an image of another size than its camera's
-    kImuGap,         ///< inertial samples missing before this row
-    kUncovered,      ///< a frame after the last inertial sample, or before the first
+    kMalformedRow,  ///< a CSV row that is not as many numbers as it must be; the row is skipped
+    kNotFinite,     ///< a NaN or infinite number; the row is skipped
+    kDuplicate,     ///< the stamp of the row before; the row is skipped
+    kOutOfOrder,    ///< a stamp before that of the row before; the row is skipped
+    kMissingRight,  ///< no right image within the tolerance; the frame comes without a right view
+    kMissingLeft,   ///< a right image without a left one; it is skipped
+    kMissingFile,   ///< an image that cannot be read
+    kCorruptImage,  ///< a truncated or damaged PNG
+    kWrongSize,     ///< an image of another size than its camera's
+    kImuGap,        ///< inertial samples missing before this row
+    kUncovered,     ///< a frame after the last inertial sample, or before the first
     kCount
 };
 
@@ -28,9 +28,9 @@ const char* to_string(AslWarningKind kind);
 
 struct AslWarning {
     AslWarningKind kind = AslWarningKind::kMalformedRow;
-    std::string file;      ///< path of the CSV file
-    std::int64_t line = 0; ///< from 1
-    std::string message;   ///< what is wrong and what was done about it
+    std::string file;       ///< path of the CSV file
+    std::int64_t line = 0;  ///< from 1
+    std::string message;    ///< what is wrong and what was done about it
 
     /// "file:line: message".
     std::string text() const;

@@ -11,7 +11,7 @@
 namespace facet {
 namespace {
 
-constexpr int kBlock = 5;      // window of the gradient matrix (px)
+constexpr int kBlock = 5;           // window of the gradient matrix (px)
 constexpr float kMinScore = 1e-5F;  // of an image of range 0..255 in OpenCV's scaling: about 1.3 grey levels a pixel
 
 }  // namespace
@@ -22,7 +22,8 @@ void Detector::configure(const FrontendConfig& config, int width, int height, do
     height_ = height;
     border_ = std::max(2, static_cast<int>(std::ceil(border_px)));
     const std::size_t area = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    const std::size_t cells = static_cast<std::size_t>(config.grid_columns) * static_cast<std::size_t>(config.grid_rows);
+    const std::size_t cells =
+        static_cast<std::size_t>(config.grid_columns) * static_cast<std::size_t>(config.grid_rows);
     score_.assign(area, 0.0F);
     blocked_.assign(area, 0);
     candidates_.assign(cells * kPerCell, Candidate{});
@@ -53,7 +54,8 @@ void Detector::occupy(const Eigen::Vector2d& uv) {
         const int first = std::max(0, cu - half);
         const int last = std::min(width_ - 1, cu + half);
         if (v >= 0 && v < height_ && first <= last) {
-            std::fill_n(blocked_.begin() + static_cast<std::ptrdiff_t>(v) * width_ + first, last - first + 1, std::uint8_t{1});
+            std::fill_n(blocked_.begin() + static_cast<std::ptrdiff_t>(v) * width_ + first, last - first + 1,
+                        std::uint8_t{1});
         }
     }
 }
@@ -91,7 +93,8 @@ void Detector::collect(float threshold) {
     }
 }
 
-void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners) {
+void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted,
+                      CornerList& corners) {
     FACET_ASSERT(image.width == width_ && image.height == height_);
     wanted = std::min(wanted, static_cast<int>(corners.capacity() - corners.size()));
     if (wanted <= 0) {
@@ -105,7 +108,8 @@ void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> o
         const int v = std::clamp(static_cast<int>(uv.y()), 0, height_ - 1);
         ++tracks_[static_cast<std::size_t>(cell_of(u, v))];
     }
-    const cv::Mat source(height_, width_, CV_8UC1, const_cast<std::uint8_t*>(image.data), static_cast<std::size_t>(image.stride));
+    const cv::Mat source(height_, width_, CV_8UC1, const_cast<std::uint8_t*>(image.data),
+                         static_cast<std::size_t>(image.stride));
     cv::Mat score(height_, width_, CV_32FC1, score_.data());
     cv::cornerMinEigenVal(source, score, kBlock, 3);
     const float best = *std::max_element(score_.begin(), score_.end());
@@ -126,7 +130,8 @@ void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> o
             const std::size_t c = static_cast<std::size_t>(cell);
             while (next_[c] < count_[c]) {
                 const Candidate& candidate = candidates_[c * kPerCell + static_cast<std::size_t>(next_[c]++)];
-                if (blocked_[static_cast<std::size_t>(candidate.v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(candidate.u)] != 0) {
+                if (blocked_[static_cast<std::size_t>(candidate.v) * static_cast<std::size_t>(width_) +
+                             static_cast<std::size_t>(candidate.u)] != 0) {
                     continue;
                 }
                 corners.emplace_back(candidate.u, candidate.v);

@@ -93,7 +93,8 @@ Eigen::Vector3d Frontend::Impl::camera_velocity() const {
                 Eigen::Matrix<double, 2, 3> j;
                 j << -1.0, 0.0, track.xy.x(), 0.0, -1.0, track.xy.y();
                 j *= track.inverse_depth;
-                const double w = step == 0 ? 1.0 : 1.0 / (1.0 + (track.velocity - j * v).squaredNorm() / (kScale * kScale));
+                const double w =
+                    step == 0 ? 1.0 : 1.0 / (1.0 + (track.velocity - j * v).squaredNorm() / (kScale * kScale));
                 h += w * j.transpose() * j;
                 g += w * j.transpose() * track.velocity;
             }
@@ -197,9 +198,11 @@ void Frontend::Impl::match_stereo() {
     for (std::size_t i = 0; i < tracks.size(); ++i) {
         Track& track = tracks[i];
         const bool had_depth = track.has_depth;
-        const Eigen::Vector3d before = had_depth ? (track.keyframe_xy.homogeneous() / track.inverse_depth).eval() : Eigen::Vector3d::Zero();
+        const Eigen::Vector3d before =
+            had_depth ? (track.keyframe_xy.homogeneous() / track.inverse_depth).eval() : Eigen::Vector3d::Zero();
         StereoMatch match;
-        track.has_right = ok(stereo_matcher.match(left, right, track.pose.uv, had_depth ? track.inverse_depth : -1.0, match));
+        track.has_right =
+            ok(stereo_matcher.match(left, right, track.pose.uv, had_depth ? track.inverse_depth : -1.0, match));
         track.has_depth = track.has_right;
         if (!track.has_right) {
             continue;
@@ -292,7 +295,8 @@ Status Frontend::Impl::process(const StereoFrame& frame, const Eigen::Quaternion
     }
     output.tracked = static_cast<int>(tracks.size());
     measure_disparity(output);
-    const int live = static_cast<int>(std::count_if(tracks.begin(), tracks.end(), [](const Track& t) { return t.in_keyframe; }));
+    const int live =
+        static_cast<int>(std::count_if(tracks.begin(), tracks.end(), [](const Track& t) { return t.in_keyframe; }));
     output.is_keyframe = policy.decide({frame.stamp, live, keyframe_tracks, output.median_disparity_px, has_right});
     if (output.is_keyframe) {
         if (has_right) {
@@ -354,7 +358,8 @@ Status Frontend::process(const StereoFrame& frame, const Eigen::Quaterniond& q_B
 
 void Frontend::drop_tracks(std::span<const LandmarkId> landmarks) {
     for (const LandmarkId id : landmarks) {
-        const auto at = std::find_if(impl_->tracks.begin(), impl_->tracks.end(), [id](const Track& t) { return t.id == id; });
+        const auto at =
+            std::find_if(impl_->tracks.begin(), impl_->tracks.end(), [id](const Track& t) { return t.id == id; });
         if (at != impl_->tracks.end()) {
             impl_->remove(static_cast<std::size_t>(at - impl_->tracks.begin()));
         }

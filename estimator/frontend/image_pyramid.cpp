@@ -12,13 +12,15 @@ constexpr int kMinSide = 16;
 
 /// Header over a level's pixels. OpenCV has no read-only matrix: the caller keeps to reading where it must.
 cv::Mat mat_of(const ImageView& view) {
-    return {view.height, view.width, CV_8UC1, const_cast<std::uint8_t*>(view.data), static_cast<std::size_t>(view.stride)};
+    return {view.height, view.width, CV_8UC1, const_cast<std::uint8_t*>(view.data),
+            static_cast<std::size_t>(view.stride)};
 }
 
 }  // namespace
 
 Status ImagePyramid::configure(int width, int height, int levels) {
-    if (levels < 1 || levels > kMaxLevels || (width >> (levels - 1)) < kMinSide || (height >> (levels - 1)) < kMinSide) {
+    if (levels < 1 || levels > kMaxLevels || (width >> (levels - 1)) < kMinSide ||
+        (height >> (levels - 1)) < kMinSide) {
         return Status::kInvalidArgument;
     }
     levels_ = levels;

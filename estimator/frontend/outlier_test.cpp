@@ -15,10 +15,10 @@ namespace {
 
 constexpr std::size_t kMinMonoPairs = 8;
 constexpr std::size_t kMinStereoPairs = 4;
-constexpr double kMinParallaxPx = 1.5;      // median; below, epipolar lines are noise
-constexpr double kRotationSigma = 2e-3;     // rad; gyroscope over one keyframe interval, bias error included
-constexpr double kPointSigmaPx = 0.5;       // of one stereo observation
-constexpr double kChiSquared3 = 11.34;      // 99 % of chi^2 with 3 degrees of freedom
+constexpr double kMinParallaxPx = 1.5;   // median; below, epipolar lines are noise
+constexpr double kRotationSigma = 2e-3;  // rad; gyroscope over one keyframe interval, bias error included
+constexpr double kPointSigmaPx = 0.5;    // of one stereo observation
+constexpr double kChiSquared3 = 11.34;   // 99 % of chi^2 with 3 degrees of freedom
 constexpr int kRefineSteps = 4;
 
 /// Signed distance of xy to the epipolar line of the bearing f, in normalised units.
@@ -44,7 +44,8 @@ std::uint32_t OutlierTest::draw(std::uint32_t below) {
     return static_cast<std::uint32_t>(((random_ >> 32U) * below) >> 32U);
 }
 
-double OutlierTest::score_mono(std::span<const MonoPair> pairs, const Eigen::Vector3d& t, const Eigen::Vector3d& theta) const {
+double OutlierTest::score_mono(std::span<const MonoPair> pairs, const Eigen::Vector3d& t,
+                               const Eigen::Vector3d& theta) const {
     const double limit = config_.ransac_threshold_px / focal_px_;
     double score = 0.0;
     for (const MonoPair& pair : pairs) {

@@ -9,14 +9,14 @@
 namespace facet {
 namespace {
 
-constexpr int kLanes = 4;                // pixels worked on together: one SSE or NEON register
-constexpr float kMinVariance = 4.0F;     // grey levels^2: below, a patch is noise
-constexpr float kMinCurvature = 2.0F;    // least eigenvalue of the normal matrix of the position, per pixel
+constexpr int kLanes = 4;              // pixels worked on together: one SSE or NEON register
+constexpr float kMinVariance = 4.0F;   // grey levels^2: below, a patch is noise
+constexpr float kMinCurvature = 2.0F;  // least eigenvalue of the normal matrix of the position, per pixel
 constexpr float kMinGain = 0.15F;
 constexpr float kMaxGain = 6.0F;
-constexpr float kWeightSigma = 0.8F;     // of the window's half width
+constexpr float kWeightSigma = 0.8F;  // of the window's half width
 constexpr float kMaxAffineStep = 0.5F;
-constexpr float kGreyOrigin = 128.0F;    // subtracted first: keeps sums of squares small
+constexpr float kGreyOrigin = 128.0F;  // subtracted first: keeps sums of squares small
 
 struct Pattern {
     const float* u;
@@ -224,8 +224,8 @@ bool PatchAligner::covers(const ImageView& image, const Eigen::Vector2f& centre,
            centre.y() + reach.y() < static_cast<float>(image.height - 1);
 }
 
-Status PatchAligner::align_level(const PatchTemplate& patch, const ImageView& image, int l, bool affine, PatchPose& pose,
-                                 float& correlation) const {
+Status PatchAligner::align_level(const PatchTemplate& patch, const ImageView& image, int l, bool affine,
+                                 PatchPose& pose, float& correlation) const {
     const PatchTemplate::Level& level = patch.levels[static_cast<std::size_t>(l)];
     const Pattern pattern{grid_u_.data(), grid_v_.data(), weights_.data(), count_};
     const double scale = static_cast<double>(1 << l);
@@ -252,7 +252,8 @@ Status PatchAligner::align_level(const PatchTemplate& patch, const ImageView& im
         correlation = sums[2] / std::sqrt(level.contrast * energy);
         Eigen::Vector2f d;
         if (affine) {
-            const Eigen::Matrix<float, 6, 1> delta = patch.inverse6 * Eigen::Map<const Eigen::Matrix<float, 6, 1>>(sums + 3) / gain;
+            const Eigen::Matrix<float, 6, 1> delta =
+                patch.inverse6 * Eigen::Map<const Eigen::Matrix<float, 6, 1>>(sums + 3) / gain;
             if (!(delta.tail<4>().cwiseAbs().maxCoeff() < kMaxAffineStep)) {
                 return Status::kDegenerate;
             }
@@ -302,7 +303,8 @@ Status PatchAligner::align(const PatchTemplate& patch, const ImagePyramid& image
     return Status::kOk;
 }
 
-float PatchAligner::correlate(const PatchTemplate& patch, const ImagePyramid& image, int l, const PatchPose& pose) const {
+float PatchAligner::correlate(const PatchTemplate& patch, const ImagePyramid& image, int l,
+                              const PatchPose& pose) const {
     const PatchTemplate::Level& level = patch.levels[static_cast<std::size_t>(l)];
     const Eigen::Vector2f centre = (pose.uv / static_cast<double>(1 << l)).cast<float>() + pose.A * level.offset;
     if (!level.valid || !covers(image.level(l), centre, pose.A)) {

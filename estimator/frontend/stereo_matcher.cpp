@@ -10,12 +10,12 @@ namespace facet {
 namespace {
 
 constexpr int kSearchLevel = 1;
-constexpr double kSearchStepPx = 2.0;     // along the curve, level 0 pixels
+constexpr double kSearchStepPx = 2.0;  // along the curve, level 0 pixels
 constexpr int kMaxSteps = 400;
 constexpr float kMinSearchCorrelation = 0.7F;
 constexpr float kMinMatchCorrelation = 0.8F;
-constexpr double kDistinctPx = 8.0;       // places farther apart than this are different ones
-constexpr float kUniqueness = 0.7F;       // (1 - best) / (1 - second) must stay below
+constexpr double kDistinctPx = 8.0;  // places farther apart than this are different ones
+constexpr float kUniqueness = 0.7F;  // (1 - best) / (1 - second) must stay below
 
 }  // namespace
 

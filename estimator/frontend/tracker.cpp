@@ -36,7 +36,8 @@ Status Tracker::start(const ImagePyramid& image, const Eigen::Vector2d& uv, Trac
     const int slot = free_.back();
     Eigen::Vector2d xy;
     FACET_TRY(camera_.unproject(uv, xy));
-    FACET_TRY(aligner_.extract(image, uv, {config_.pyramid_levels - 1, true}, templates_[static_cast<std::size_t>(slot)]));
+    FACET_TRY(
+        aligner_.extract(image, uv, {config_.pyramid_levels - 1, true}, templates_[static_cast<std::size_t>(slot)]));
     free_.pop_back();
     track = Track{};
     track.slot = slot;
@@ -53,7 +54,8 @@ void Tracker::anchor_again(const ImagePyramid& image, Track& track) {
     }
 }
 
-Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion, Track& track) {
+Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion,
+                       Track& track) {
     // Prediction: rotate the bearing, add the velocity; warp: the derivative of that map, through both distortions.
     Eigen::Matrix2d d_xy_d_uv;
     Eigen::Vector2d xy_previous;
@@ -73,8 +75,7 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
     Eigen::Matrix<double, 2, 3> d_xy_d_rotated;
     d_xy_d_rotated << 1.0, 0.0, -rotated_xy.x(), 0.0, 1.0, -rotated_xy.y();
     d_xy_d_rotated /= rotated.z();
-    const Eigen::Matrix2f step =
-        (d_uv_d_p.leftCols<2>() * d_xy_d_rotated * R.leftCols<2>() * d_xy_d_uv).cast<float>();
+    const Eigen::Matrix2f step = (d_uv_d_p.leftCols<2>() * d_xy_d_rotated * R.leftCols<2>() * d_xy_d_uv).cast<float>();
 
     PatchPose pose{step * track.pose.A, predicted_uv};
     float correlation = 0.0F;

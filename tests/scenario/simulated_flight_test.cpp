@@ -27,7 +27,8 @@ void simulate_log(const std::string& folder) {
     sim::SimSummary summary;
     std::string error;
     INFO(error);
-    REQUIRE(ok(sim::simulate(options, [](int, int) {}, summary, error)));
+    REQUIRE(ok(sim::simulate(
+        options, [](int, int) {}, summary, error)));
     REQUIRE(summary.frames == 101);
 }
 
@@ -84,7 +85,8 @@ void drop_lines(const std::string& path, Predicate drop) {
 
 }  // namespace
 
-TEST_CASE("a simulated flight is estimated to centimetres, the same each time, and survives a damaged log", "[scenario]") {
+TEST_CASE("a simulated flight is estimated to centimetres, the same each time, and survives a damaged log",
+          "[scenario]") {
     const test::TempDir dir;
     const std::string log = dir.file("log");
     simulate_log(log);

@@ -86,13 +86,13 @@ const BadField kBadFields[] = {
     {"cam0", "[1, 0, 0, 0.0", "[1, 0, 0", ":6: T_BS.data: must be a list of 16 numbers"},
     {"cam0", "[1, 0, 0, 0.0", "[1, 0, 0, left", ":6: T_BS.data.3: must be a number"},
     {"cam0", "[1, 0, 0, 0.0", "[1, 0, 0, .nan", ":6: T_BS.data.3: must be finite"},
-    {"cam0", "[1, 0, 0, 0.0", "[1.01, 0, 0, 0.0",
-     ":3: T_BS: rotation is not orthonormal: off by 0.02, allowed 0.001"},
+    {"cam0", "[1, 0, 0, 0.0", "[1.01, 0, 0, 0.0", ":3: T_BS: rotation is not orthonormal: off by 0.02, allowed 0.001"},
     {"cam0", "[1, 0, 0, 0.0", "[-1, 0, 0, 0.0", ":3: T_BS: rotation is a reflection (determinant -1)"},
     {"cam0", "0, 0, 0, 1]", "0, 0, 0.1, 1]", ":3: T_BS: last row must be 0 0 0 1"},
     {"cam1", "[1, 0, 0, 0.1", "[1, 0, 0, 0.0005",
      ":3: T_BS: baseline between the cameras is 0.0005 m, must be 0.001 to 10 m"},
-    {"cam1", "[1, 0, 0, 0.1", "[1, 0, 0, 100", ":3: T_BS: baseline between the cameras is 100 m, must be 0.001 to 10 m"},
+    {"cam1", "[1, 0, 0, 0.1", "[1, 0, 0, 100",
+     ":3: T_BS: baseline between the cameras is 100 m, must be 0.001 to 10 m"},
     {"cam1", "resolution: [64, 48]", "resolution: [64, -48]", ":11: resolution: must be two positive integers"},
     {"cam1", "resolution: [64, 48]", "resolution: [64.5, 48]", ":11: resolution: must be two positive integers"},
     {"cam1", "resolution: [64, 48]", "resolution: 64x48", ":11: resolution: must be a list of 2 numbers"},
@@ -189,7 +189,8 @@ TEST_CASE("Kalibr's T_cam_imu is inverted: it maps IMU to camera") {
     // T_cn_cnm1 alone gives the same right camera.
     const std::string chained = dir.write(
         "chained.yaml",
-        replaced(kCamchain, "  T_cam_imu:\n  - [0, 0, 1, 0.4]\n  - [1, 0, 0, 0]\n  - [0, 1, 0, 0]\n  - [0, 0, 0, 1]\n", ""));
+        replaced(kCamchain, "  T_cam_imu:\n  - [0, 0, 1, 0.4]\n  - [1, 0, 0, 0]\n  - [0, 1, 0, 0]\n  - [0, 0, 0, 1]\n",
+                 ""));
     const Calibration d = load_kalibr_calibration(chained, imu);
     CHECK((d.rig.T_B_C1.matrix() - c.rig.T_B_C1.matrix()).norm() < 1e-12);
 }

@@ -41,7 +41,8 @@ TEST_CASE("help, version and info explain the program") {
         CHECK(contains(help.out, command));
         CHECK(run(dir, std::string(command) + " --help").code == 0);
     }
-    for (const char* option : {"--mode", "--out", "--config", "--start", "--duration", "--calibration", "--imu-calibration"}) {
+    for (const char* option :
+         {"--mode", "--out", "--config", "--start", "--duration", "--calibration", "--imu-calibration"}) {
         CHECK(contains(run(dir, "replay --help").out, option));
     }
     CHECK(run(dir, "--version").out.starts_with("facet "));

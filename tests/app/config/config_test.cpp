@@ -45,8 +45,9 @@ TEST_CASE("a file overwrites what it gives and leaves the rest") {
     EstimatorConfig config;
     config.frontend.grid_rows = 5;
     const double min_distance = config.frontend.min_distance_px;
-    load_config(dir.write("a.yaml", "# mine\nfrontend:\n  max_features: 123\n  corner_quality: 2e-3\n"
-                                    "window.keyframes: 9\nfrontend.seed: 4000000000\n"),
+    load_config(dir.write("a.yaml",
+                          "# mine\nfrontend:\n  max_features: 123\n  corner_quality: 2e-3\n"
+                          "window.keyframes: 9\nfrontend.seed: 4000000000\n"),
                 config);
     CHECK(config.frontend.max_features == 123);
     CHECK(config.frontend.corner_quality == 2e-3);
@@ -86,18 +87,18 @@ TEST_CASE("bad configuration is one line with file, line and key, and changes no
         const char* text;
         const char* complaint;
     };
-    const Bad bad = GENERATE(
-        Bad{"frontend:\n  max_featurs: 3\n", ":2: frontend.max_featurs: unknown key"},
-        Bad{"window.keyframes: 5\nfront:\n  x: 1\n", ":2: front: unknown key"},
-        Bad{"frontend:\n  max_features: many\n", ":2: frontend.max_features: must be a number"},
-        Bad{"frontend:\n  max_features: 20.5\n", ":2: frontend.max_features: must be an integer"},
-        Bad{"frontend:\n  max_features: [1, 2]\n", ":2: frontend.max_features: must be a number"},
-        Bad{"frontend:\n  max_features: 5\n", ":2: frontend.max_features: must be within [20, 512] -, is 5"},
-        Bad{"\n\nwindow:\n  max_depth_m: .inf\n", ":4: window.max_depth_m: must be finite"},
-        Bad{"frontend.seed: -1\n", ":1: frontend.seed: must be within [0, 4294967295] -, is -1"},
-        Bad{"window:\n  keyframes: 5\n  keyframes: 6\n", ":3: keyframes: given twice"},
-        Bad{"window:\n  keyframes: 5\nwindow.keyframes: 6\n", ":3: window.keyframes: given twice"},
-        Bad{"window: 3\n", ":1: window: must be a map of parameters"});
+    const Bad bad =
+        GENERATE(Bad{"frontend:\n  max_featurs: 3\n", ":2: frontend.max_featurs: unknown key"},
+                 Bad{"window.keyframes: 5\nfront:\n  x: 1\n", ":2: front: unknown key"},
+                 Bad{"frontend:\n  max_features: many\n", ":2: frontend.max_features: must be a number"},
+                 Bad{"frontend:\n  max_features: 20.5\n", ":2: frontend.max_features: must be an integer"},
+                 Bad{"frontend:\n  max_features: [1, 2]\n", ":2: frontend.max_features: must be a number"},
+                 Bad{"frontend:\n  max_features: 5\n", ":2: frontend.max_features: must be within [20, 512] -, is 5"},
+                 Bad{"\n\nwindow:\n  max_depth_m: .inf\n", ":4: window.max_depth_m: must be finite"},
+                 Bad{"frontend.seed: -1\n", ":1: frontend.seed: must be within [0, 4294967295] -, is -1"},
+                 Bad{"window:\n  keyframes: 5\n  keyframes: 6\n", ":3: keyframes: given twice"},
+                 Bad{"window:\n  keyframes: 5\nwindow.keyframes: 6\n", ":3: window.keyframes: given twice"},
+                 Bad{"window: 3\n", ":1: window: must be a map of parameters"});
     const test::TempDir dir;
     const std::string path = dir.write("c.yaml", std::string("") + bad.text);
     EstimatorConfig config;
@@ -109,7 +110,8 @@ TEST_CASE("bad configuration is one line with file, line and key, and changes no
 TEST_CASE("a missing file is named") {
     const test::TempDir dir;
     EstimatorConfig config;
-    CHECK(input_error_text([&] { load_config(dir.file("no.yaml"), config); }) == dir.file("no.yaml") + ": cannot be read");
+    CHECK(input_error_text([&] { load_config(dir.file("no.yaml"), config); }) ==
+          dir.file("no.yaml") + ": cannot be read");
 }
 
 TEST_CASE("single settings are applied and checked like a file's") {
@@ -119,8 +121,9 @@ TEST_CASE("single settings are applied and checked like a file's") {
     CHECK(input_error_text([&] { set_config("window.keyframes", config); }) ==
           "--set window.keyframes: must be KEY=VALUE");
     CHECK(input_error_text([&] { set_config("window=1", config); }) == "--set window=1: unknown key");
-    CHECK(input_error_text([&] { set_config("window.keyframes=99", config); })
-              .starts_with("--set:1: window.keyframes: must be within"));
+    CHECK(input_error_text([&] {
+              set_config("window.keyframes=99", config);
+          }).starts_with("--set:1: window.keyframes: must be within"));
     CHECK(config.window.keyframes == 11);
 }
 

@@ -13,7 +13,9 @@ namespace {
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 
-Timestamp at(double seconds) { return {1'400'000'000'000'000'000 + static_cast<std::int64_t>(std::llround(seconds * 1e9))}; }
+Timestamp at(double seconds) {
+    return {1'400'000'000'000'000'000 + static_cast<std::int64_t>(std::llround(seconds * 1e9))};
+}
 
 Eigen::Quaterniond turn(double angle, const Eigen::Vector3d& axis) {
     return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis.normalized()));

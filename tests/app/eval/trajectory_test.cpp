@@ -52,8 +52,8 @@ StampedPose pose(double t_s, double x, double yaw) {
 
 TEST_CASE("the ground truth is interpolated at the estimate's stamps") {
     const Trajectory truth{pose(1.0, 0.0, 0.0), pose(1.1, 1.0, 0.4), pose(3.0, 5.0, 0.0), pose(3.1, 6.0, 0.0)};
-    const Trajectory estimate{pose(0.9, 0, 0), pose(1.0, 0, 0),  pose(1.025, 0, 0), pose(2.0, 0, 0),
-                              pose(3.1, 0, 0), pose(3.15, 0, 0)};
+    const Trajectory estimate{pose(0.9, 0, 0), pose(1.0, 0, 0), pose(1.025, 0, 0),
+                              pose(2.0, 0, 0), pose(3.1, 0, 0), pose(3.15, 0, 0)};
     const std::vector<PosePair> pairs = associate(truth, estimate, Duration::from_seconds(0.5));
     REQUIRE(pairs.size() == 3);  // before, within a hole of 1.9 s, and after the ground truth: left out
     CHECK(pairs[0].truth.p.x() == 0.0);

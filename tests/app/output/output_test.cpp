@@ -48,15 +48,17 @@ TEST_CASE("trajectories follow the TUM and EuRoC column orders") {
     TrajectoryWriter writer(dir.path());
     writer.write(sample_estimate());
     writer.close();
-    CHECK(test::read_file(dir.file("trajectory.tum")) ==
-          "1403636580.838555648 1.500000000 -2.250000000 0.000000001 0.600000000 0.000000000 0.000000000 0.800000000\n");
+    CHECK(
+        test::read_file(dir.file("trajectory.tum")) ==
+        "1403636580.838555648 1.500000000 -2.250000000 0.000000001 0.600000000 0.000000000 0.000000000 0.800000000\n");
     const std::vector<std::string> rows = lines(dir.file("trajectory.csv"));
     REQUIRE(rows.size() == 2);
     CHECK(rows[0].starts_with("#timestamp"));
     CHECK(columns(rows[0]) == 17);
-    CHECK(rows[1] ==
-          "1403636580838555648,1.500000000,-2.250000000,0.000000001,0.800000000,0.600000000,0.000000000,0.000000000,"
-          "1.000000000,2.000000000,3.000000000,0.010000000,0.020000000,0.030000000,0.100000000,0.200000000,0.300000000");
+    CHECK(
+        rows[1] ==
+        "1403636580838555648,1.500000000,-2.250000000,0.000000001,0.800000000,0.600000000,0.000000000,0.000000000,"
+        "1.000000000,2.000000000,3.000000000,0.010000000,0.020000000,0.030000000,0.100000000,0.200000000,0.300000000");
 }
 
 TEST_CASE("health.csv has a column for every field and names the reasons") {
@@ -81,9 +83,10 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
     writer.close();
     const std::vector<std::string> rows = lines(dir.file("health.csv"));
     REQUIRE(rows.size() == 2);
-    CHECK(rows[0] ==
-          "stamp_ns,state,reasons,reason_names,is_keyframe,is_still,tracked,detected,stereo,outliers,keyframes,landmarks,"
-          "iterations,mean_vision_chi2,imu_chi2,imu_gaps,imu_dropped");
+    CHECK(
+        rows[0] ==
+        "stamp_ns,state,reasons,reason_names,is_keyframe,is_still,tracked,detected,stereo,outliers,keyframes,landmarks,"
+        "iterations,mean_vision_chi2,imu_chi2,imu_gaps,imu_dropped");
     CHECK(rows[1] == "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,1,0,1,2,3,4,5,6,7,0.5,1.25,8,9");
     CHECK(reason_names(0).empty());
 }
@@ -128,6 +131,7 @@ TEST_CASE("summary.json differs between runs under timing only") {
     run.frames_listed = 10;
     run.frames = 9;
     run.estimates = 8;
+    run.frames_by_state = {{"INIT", 1}, {"TRACKING", 8}};
     run.keyframes = 2;
     run.warnings = {{"imu_gap", 2}, {"corrupt_image", 1}};
     run.last = sample_estimate();
@@ -144,6 +148,7 @@ TEST_CASE("summary.json differs between runs under timing only") {
     CHECK(first["coverage"].get<double>() == 0.8);
     CHECK(first["warnings"] == 3);
     CHECK(first["warnings_by_kind"]["imu_gap"] == 2);
+    CHECK(first["frames_by_state"]["TRACKING"] == 8);
     CHECK(first["final"]["state"] == "TRACKING");
     CHECK(first["final"]["quaternion_xyzw"][3].get<double>() == 0.8);
     CHECK_FALSE(first["version"].get<std::string>().empty());

@@ -51,7 +51,8 @@ TEST_CASE("a replay writes one row a frame and gives the same bytes twice") {
     CHECK(rows(dir.file("a/trajectory.csv")) == run.estimates + 1);
     for (const char* name : {"trajectory.tum", "trajectory.csv", "health.csv", "warnings.txt"}) {
         INFO(name);
-        CHECK(test::read_file(dir.file(std::string("a/") + name)) == test::read_file(dir.file(std::string("b/") + name)));
+        CHECK(test::read_file(dir.file(std::string("a/") + name)) ==
+              test::read_file(dir.file(std::string("b/") + name)));
     }
     nlohmann::json a = summary_of(dir.file("a"));
     nlohmann::json b = summary_of(dir.file("b"));
@@ -111,8 +112,9 @@ TEST_CASE("a dataset or output folder that cannot be used is named") {
           dir.file("none") + ": no such folder");
     options = options_for(dir, "file/below");
     dir.write("file", "");
-    CHECK(test::input_error_text([&] { run_replay(options, std::atomic<bool>{false}); }).starts_with(
-        dir.file("file/below") + ": cannot be created"));
+    CHECK(test::input_error_text([&] {
+              run_replay(options, std::atomic<bool>{false});
+          }).starts_with(dir.file("file/below") + ": cannot be created"));
 }
 
 }  // namespace

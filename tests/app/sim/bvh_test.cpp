@@ -25,7 +25,8 @@ Vector3d random_point(const Scene& scene, RandomStream& random) {
 RayPacket random_packet(const Vector3d& origin, const Vector3d& towards, double spread, RandomStream& random) {
     RayPacket r;
     for (int i = 0; i < kLanes; ++i) {
-        const Vector3d d = (towards + spread * Vector3d(random.normal(), random.normal(), random.normal())).normalized();
+        const Vector3d d =
+            (towards + spread * Vector3d(random.normal(), random.normal(), random.normal())).normalized();
         r.origin.x[i] = static_cast<float>(origin.x());
         r.origin.y[i] = static_cast<float>(origin.y());
         r.origin.z[i] = static_cast<float>(origin.z());

@@ -10,7 +10,9 @@
 namespace facet::sim {
 namespace {
 
-Flight empty_flight() { return Flight(Flight::Spline(1.0, std::vector<Flight::Spline::Vector>(6, Flight::Spline::Vector::Zero()))); }
+Flight empty_flight() {
+    return Flight(Flight::Spline(1.0, std::vector<Flight::Spline::Vector>(6, Flight::Spline::Vector::Zero())));
+}
 
 Flight planned(std::string_view scene, std::uint64_t seed, double duration_s) {
     FlightPlan plan;

@@ -182,7 +182,8 @@ TEST_CASE("Noise has the stated strength and depends on its key alone") {
             const double e = static_cast<double>(a[i]) - clean[i];
             sum += e;
             sum2 += e * e;
-            expected += noisy.read_noise_dn * noisy.read_noise_dn + noisy.shot_noise_dn * clean[i] + 1.0 / 6.0;  // both are rounded
+            expected += noisy.read_noise_dn * noisy.read_noise_dn + noisy.shot_noise_dn * clean[i] +
+                        1.0 / 6.0;  // both are rounded
             ++count;
         }
     }

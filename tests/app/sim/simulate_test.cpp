@@ -78,12 +78,14 @@ TEST_CASE("A run writes a complete dataset folder") {
     SimSummary summary;
     std::string error;
     int calls = 0;
-    REQUIRE(ok(simulate(tiny(folder.path()), [&](int, int total) { calls += total == 8 ? 1 : 0; }, summary, error)));
+    REQUIRE(ok(simulate(
+        tiny(folder.path()), [&](int, int total) { calls += total == 8 ? 1 : 0; }, summary, error)));
     CHECK(summary.frames == 4);
     CHECK(calls == 8);
     std::map<std::string, std::string> files = contents(folder.path());
-    for (const char* name : {"mav0/body.yaml", "mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml", "mav0/imu0/sensor.yaml",
-                             "mav0/state_groundtruth_estimate0/sensor.yaml", "truth/scene.ply", "truth/planes.json", "truth/meta.json"}) {
+    for (const char* name :
+         {"mav0/body.yaml", "mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml", "mav0/imu0/sensor.yaml",
+          "mav0/state_groundtruth_estimate0/sensor.yaml", "truth/scene.ply", "truth/planes.json", "truth/meta.json"}) {
         CHECK(files.count(name) == 1);
     }
     const auto imu = rows(files["mav0/imu0/data.csv"]);

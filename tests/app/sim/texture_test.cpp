@@ -28,7 +28,8 @@ TEST_CASE("Wider footprints smooth without changing the mean") {
         double sum = 0.0;
         double sum2 = 0.0;
         for (int i = 0; i < 4096; ++i) {
-            const double g = t.sample(static_cast<float>(i % 64) / 64.0F + 0.003F, static_cast<float>(i / 64) / 64.0F + 0.001F, footprints[f]);
+            const double g = t.sample(static_cast<float>(i % 64) / 64.0F + 0.003F,
+                                      static_cast<float>(i / 64) / 64.0F + 0.001F, footprints[f]);
             sum += g;
             sum2 += g * g;
         }

@@ -70,7 +70,8 @@ TEST_CASE("Boxes face outwards") {
     for (const Surface& s : scene.surfaces()) {
         if (s.name == "cabinet.top" || s.name == "cabinet.back" || s.name == "cabinet.right" || s.name == "table.top") {
             const Eigen::Vector3d centre = surface_point(s.shape, 0.5, 0.5);
-            CHECK(scene.cast(centre + 0.5 * surface_normal(s.shape, 0.5, 0.5), -surface_normal(s.shape, 0.5, 0.5)).distance > 0.1);
+            CHECK(scene.cast(centre + 0.5 * surface_normal(s.shape, 0.5, 0.5), -surface_normal(s.shape, 0.5, 0.5))
+                      .distance > 0.1);
             CHECK(surface_normal(s.shape, 0.5, 0.5).dot(Eigen::Vector3d(0.0, 0.0, 1.6) - centre) > -1.0);
         }
     }

@@ -24,11 +24,11 @@ constexpr int kSamples = 10 * (kFrames + 1) + 1;
 struct Reading {
     Status status = Status::kOk;
     std::string error;
-    std::vector<std::int64_t> frames;       ///< stamps
-    std::vector<std::int64_t> left_only;    ///< stamps of frames without a right view
-    std::vector<std::int64_t> imu;          ///< stamps
+    std::vector<std::int64_t> frames;     ///< stamps
+    std::vector<std::int64_t> left_only;  ///< stamps of frames without a right view
+    std::vector<std::int64_t> imu;        ///< stamps
     std::vector<AslWarning> warnings;
-    bool in_order = true;                   ///< each frame right after the first sample at or after it
+    bool in_order = true;  ///< each frame right after the first sample at or after it
 
     std::size_t count(AslWarningKind kind) const {
         return static_cast<std::size_t>(
@@ -116,9 +116,9 @@ struct BadInput {
     const char* name;
     void (*spoil)(const test::TempDir&);
     AslWarningKind kind;
-    const char* file;     ///< named in the warning
+    const char* file;  ///< named in the warning
     std::int64_t line;
-    std::size_t frames;   ///< given in spite of it
+    std::size_t frames;  ///< given in spite of it
     std::size_t left_only;
 };
 
@@ -176,7 +176,8 @@ const BadInput kBadInputs[] = {
          test::replace_line(d.file("mav0/cam0/data.csv"), 5, std::to_string(frame_stamp(900)) + ",x.png");
      },
      AslWarningKind::kOutOfOrder, "cam0/data.csv", 5, 5, 0},
-    {"short inertial row", [](const test::TempDir& d) { test::replace_line(d.file("mav0/imu0/data.csv"), 20, "5,1,2"); },
+    {"short inertial row",
+     [](const test::TempDir& d) { test::replace_line(d.file("mav0/imu0/data.csv"), 20, "5,1,2"); },
      AslWarningKind::kMalformedRow, "imu0/data.csv", 20, 6, 0},
     {"inertial row of text",
      [](const test::TempDir& d) {

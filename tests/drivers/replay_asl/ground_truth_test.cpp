@@ -50,7 +50,8 @@ TEST_CASE("bad ground-truth rows are skipped with file and line") {
     std::vector<AslWarning> warnings;
     std::vector<GroundTruthState> states;
     std::string error;
-    REQUIRE(read_ground_truth(path, [&](const AslWarning& w) { warnings.push_back(w); }, states, error) == Status::kOk);
+    REQUIRE(read_ground_truth(
+                path, [&](const AslWarning& w) { warnings.push_back(w); }, states, error) == Status::kOk);
     REQUIRE(states.size() == 2);
     CHECK(states[1].stamp.ns == 50);
     const std::vector<std::pair<std::int64_t, AslWarningKind>> expected{
