@@ -1,12 +1,24 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // The program: its commands and its exit codes.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string>
 
 #include "app/commands/eval_command.h"
 #include "app/commands/info_command.h"
 #include "app/commands/replay_command.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/sim_command.h"
+
+namespace {
+
+bool is_command(const CLI::App& app, const std::string& name) {
+    const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+    return std::any_of(commands.begin(), commands.end(),
+                       [&](const CLI::App* command) { return command->get_name() == name; });
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
     CLI::App app("facet: stereo visual-inertial estimator", "facet");
@@ -20,6 +32,10 @@ int main(int argc, char** argv) {
     facet::add_eval_command(app, exit_code);
     facet::add_sim_command(app, exit_code);
     facet::add_info_command(app, exit_code);
+    if (argc > 1 && argv[1][0] != '-' && !is_command(app, argv[1])) {
+        facet::print_error((std::string(argv[1]) + ": no such command; facet --help lists them").c_str());
+        return facet::kExitBadInput;
+    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
