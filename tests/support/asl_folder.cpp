@@ -68,8 +68,8 @@ std::string asl_imu_row(int sample) {
 std::string asl_camera_yaml(int camera) {
     return std::string("%YAML:1.0\nsensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, ") +
            (camera == 0 ? "0.0" : "0.1") +
-           ",\n         0, 1, 0, 0,\n         0, 0, 1, 0,\n         0, 0, 0, 1]\nrate_hz: 20\nresolution: [64, 48]\n"
-           "camera_model: pinhole\nintrinsics: [60.0, 60.0, 31.5, 23.5]\ndistortion_model: radial-tangential\n"
+           ",\n         0, 1, 0, 0,\n         0, 0, 1, 0,\n         0, 0, 0, 1]\nrate_hz: 20\nresolution: [160, 120]\n"
+           "camera_model: pinhole\nintrinsics: [150.0, 150.0, 79.5, 59.5]\ndistortion_model: radial-tangential\n"
            "distortion_coefficients: [-0.1, 0.01, 0.0, 0.0]\n";
 }
 

@@ -10,8 +10,8 @@
 
 namespace facet::test {
 
-inline constexpr int kAslWidth = 64;
-inline constexpr int kAslHeight = 48;
+inline constexpr int kAslWidth = 160;
+inline constexpr int kAslHeight = 120;
 inline constexpr std::int64_t kAslBegin = 1'400'000'000'000'000'000;  // ns
 inline constexpr std::int64_t kAslFrameStep = 50'000'000;             // 20 Hz
 inline constexpr std::int64_t kAslImuStep = 5'000'000;                // 200 Hz

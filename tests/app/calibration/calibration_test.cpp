@@ -35,10 +35,10 @@ TEST_CASE("EuRoC sensor.yaml gives rig and noise") {
         dir.write("cam0/sensor.yaml", replaced(test::asl_camera_yaml(0), "%YAML:1.0\n", ""));
     }
     const Calibration c = load_euroc_calibration(dir.path());
-    CHECK(c.rig.left.intrinsics().width == 64);
-    CHECK(c.rig.left.intrinsics().height == 48);
-    CHECK(c.rig.left.intrinsics().fx == 60.0);
-    CHECK(c.rig.left.intrinsics().cy == 23.5);
+    CHECK(c.rig.left.intrinsics().width == 160);
+    CHECK(c.rig.left.intrinsics().height == 120);
+    CHECK(c.rig.left.intrinsics().fx == 150.0);
+    CHECK(c.rig.left.intrinsics().cy == 59.5);
     CHECK(c.rig.left.intrinsics().distortion == Distortion::kRadialTangential);
     CHECK(c.rig.left.intrinsics().coeffs[0] == -0.1);
     CHECK(c.rig.baseline_m() == Approx(0.1));
@@ -93,12 +93,12 @@ const BadField kBadFields[] = {
      ":3: T_BS: baseline between the cameras is 0.0005 m, must be 0.001 to 10 m"},
     {"cam1", "[1, 0, 0, 0.1", "[1, 0, 0, 100",
      ":3: T_BS: baseline between the cameras is 100 m, must be 0.001 to 10 m"},
-    {"cam1", "resolution: [64, 48]", "resolution: [64, -48]", ":11: resolution: must be two positive integers"},
-    {"cam1", "resolution: [64, 48]", "resolution: [64.5, 48]", ":11: resolution: must be two positive integers"},
-    {"cam1", "resolution: [64, 48]", "resolution: 64x48", ":11: resolution: must be a list of 2 numbers"},
+    {"cam1", "resolution: [160, 120]", "resolution: [160, -120]", ":11: resolution: must be two positive integers"},
+    {"cam1", "resolution: [160, 120]", "resolution: [160.5, 120]", ":11: resolution: must be two positive integers"},
+    {"cam1", "resolution: [160, 120]", "resolution: 160x120", ":11: resolution: must be a list of 2 numbers"},
     {"cam1", "pinhole", "omni", ":12: camera_model: unknown model 'omni': only pinhole is supported"},
-    {"cam1", "intrinsics: [60.0", "intrinsics: [-60.0", ":13: intrinsics: focal lengths must be positive"},
-    {"cam1", "intrinsics: [60.0, ", "intrinsics: [", ":13: intrinsics: must be a list of 4 numbers"},
+    {"cam1", "intrinsics: [150.0", "intrinsics: [-150.0", ":13: intrinsics: focal lengths must be positive"},
+    {"cam1", "intrinsics: [150.0, ", "intrinsics: [", ":13: intrinsics: must be a list of 4 numbers"},
     {"cam1", "radial-tangential", "fov",
      ":14: distortion_model: unknown model 'fov': radial-tangential (radtan), equidistant or none"},
     {"cam1", "[-0.1, 0.01, 0.0, 0.0]", "[-0.1, 0.01]", ":15: distortion_coefficients: must be a list of 4 numbers"},
