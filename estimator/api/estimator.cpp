@@ -18,7 +18,7 @@ constexpr double kReadyTiltSigma = 0.05;      // rad
 // Below this many tracked features vision does not hold the pose.
 constexpr int kFewFeatures = 12;
 constexpr int kFewStereo = 8;
-constexpr double kLostAfter_s = 2.0;
+constexpr double kLostAfter = 2.0;       // s without enough features
 constexpr double kMaxGyroBias = 0.5;     // rad/s
 constexpr double kMaxAccelBias = 2.0;    // m/s^2
 constexpr double kHighVisionChi2 = 4.0;  // per degree of freedom
@@ -171,7 +171,7 @@ void Estimator::Impl::fill_health(const StereoFrame& frame, bool image_ok, bool 
         kReasonFewFeatures | kReasonImageRejected | kReasonBiasLimit | kReasonHighResidual | kReasonSolverFailed;
     if (!is_ready) {
         health.state = TrackingState::kInit;
-    } else if ((frame.stamp - last_vision).seconds() > kLostAfter_s || (health.reasons & kReasonBiasLimit) != 0U) {
+    } else if ((frame.stamp - last_vision).seconds() > kLostAfter || (health.reasons & kReasonBiasLimit) != 0U) {
         health.state = TrackingState::kLost;
     } else {
         health.state = (health.reasons & degrading) != 0U ? TrackingState::kDegraded : TrackingState::kTracking;
