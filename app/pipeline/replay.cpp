@@ -97,8 +97,11 @@ void Replay::configure() {
         throw InputError(fmt::format("parameters '{}.*': one is out of range, or two contradict each other", section));
     }
     if (!ok(estimator_.configure(options_.config, options_.calibration.rig))) {
+        const CameraIntrinsics& left = options_.calibration.rig.left.intrinsics();
         throw InputError(
-            fmt::format("calibration ({}): the estimator refuses these cameras", options_.calibration.source));
+            fmt::format("calibration ({}): the estimator refuses these cameras; are {}x{} pixels too few for "
+                        "frontend.pyramid_levels {}?",
+                        options_.calibration.source, left.width, left.height, options_.config.frontend.pyramid_levels));
     }
     estimator_.set_stage_observer(&timer_);
 }

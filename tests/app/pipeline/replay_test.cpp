@@ -93,6 +93,15 @@ TEST_CASE("--start and --duration select frames") {
           dir.path() + ": no frame between --start and its --duration");
 }
 
+TEST_CASE("a refused configuration is named") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 2);
+    ReplayOptions options = options_for(dir, "out");
+    options.config.frontend.window_px = 20;  // even: within the range, but refused
+    CHECK(test::input_error_text([&] { run_replay(options, std::atomic<bool>{false}); }) ==
+          "parameters 'frontend.*': one is out of range, or two contradict each other");
+}
+
 TEST_CASE("a stop request ends the run with complete files") {
     const test::TempDir dir;
     test::write_asl_folder(dir, kFrames);
