@@ -4,8 +4,8 @@
 
 #include "estimator/frontend/frontend_config.h"
 #include "estimator/geometry/stereo_rig.h"
-#include "estimator/window/window_config.h"
 #include "estimator/imu/initializer_config.h"
+#include "estimator/window/window_config.h"
 
 namespace facet {
 

@@ -29,29 +29,29 @@ constexpr const char* to_string(TrackingState s) {
 
 /// Why the state is what it is; bits of Health::reasons.
 enum HealthReason : std::uint32_t {
-    kReasonFewFeatures = 1U << 0,     ///< fewer tracked features than wanted
-    kReasonFewStereo = 1U << 1,       ///< fewer stereo matches than needed
-    kReasonNoRightImage = 1U << 2,    ///< right frame missing
-    kReasonImuGap = 1U << 3,          ///< inertial samples missing before this frame
-    kReasonBiasLimit = 1U << 4,       ///< a bias beyond its plausible range
-    kReasonHighResidual = 1U << 5,    ///< the window's vision residuals exceed their expectation
-    kReasonSolverFailed = 1U << 6,    ///< the linear system could not be solved
-    kReasonImageRejected = 1U << 7,   ///< the image could not be used
+    kReasonFewFeatures = 1U << 0,    ///< fewer tracked features than wanted
+    kReasonFewStereo = 1U << 1,      ///< fewer stereo matches than needed
+    kReasonNoRightImage = 1U << 2,   ///< right frame missing
+    kReasonImuGap = 1U << 3,         ///< inertial samples missing before this frame
+    kReasonBiasLimit = 1U << 4,      ///< a bias beyond its plausible range
+    kReasonHighResidual = 1U << 5,   ///< the window's vision residuals exceed their expectation
+    kReasonSolverFailed = 1U << 6,   ///< the linear system could not be solved
+    kReasonImageRejected = 1U << 7,  ///< the image could not be used
 };
 
 /// One row of health.csv.
 struct Health {
     TrackingState state = TrackingState::kInit;
-    std::uint32_t reasons = 0;    ///< HealthReason bits
+    std::uint32_t reasons = 0;  ///< HealthReason bits
     bool is_keyframe = false;
     bool is_still = false;
-    int tracked = 0;              ///< features carried over from the previous frame
-    int detected = 0;             ///< new ones
-    int stereo = 0;               ///< with a right match
-    int outliers = 0;             ///< rejected in the front-end at this frame
-    int keyframes = 0;            ///< in the window
-    int landmarks = 0;            ///< in the window that took part in the last optimization
-    int iterations = 0;           ///< solver steps at this frame
+    int tracked = 0;                ///< features carried over from the previous frame
+    int detected = 0;               ///< new ones
+    int stereo = 0;                 ///< with a right match
+    int outliers = 0;               ///< rejected in the front-end at this frame
+    int keyframes = 0;              ///< in the window
+    int landmarks = 0;              ///< in the window that took part in the last optimization
+    int iterations = 0;             ///< solver steps at this frame
     double mean_vision_chi2 = 0.0;  ///< squared whitened vision residual per degree of freedom, after optimization
     double imu_chi2 = 0.0;          ///< squared whitened residual per degree of freedom of the newest inertial factor
     std::uint32_t imu_gaps = 0;     ///< gaps since start

@@ -14,9 +14,10 @@ namespace facet {
 /// Fixed-lag stereo visual-inertial smoother. Usage:
 ///   Estimator estimator;
 ///   FACET_TRY(estimator.configure(config, rig));
-///   estimator.add_imu(sample);            // every sample, in order of time
-///   estimator.add_frame(frame, estimate); // every frame, once the samples cover its stamp
+///   estimator.add_imu(sample);             // every sample, in order of time
+///   estimator.add_frame(frame, estimate);  // every frame, once the samples reach its stamp
 /// Thread-bound: one thread at a time. Deterministic: equal inputs give equal bytes. No clock, file, log or exception.
+/// Heap only in the constructor and in configure().
 class Estimator {
 public:
     Estimator();
@@ -24,20 +25,22 @@ public:
     Estimator(const Estimator&) = delete;
     Estimator& operator=(const Estimator&) = delete;
 
-    /// Allocates everything; may be called again to start over.
+    /// Sets everything up; may be called again to start over.
     /// @return kInvalidArgument if config or rig is out of range.
     Status configure(const EstimatorConfig& config, const StereoRig& rig);
 
     /// Timing hook; nullptr to remove. Not owned.
     void set_stage_observer(StageObserver* observer);
 
-    /// Buffers one inertial sample. kOutOfOrder, kInvalidArgument (not finite) or kFull: dropped and counted in Health.
+    /// Buffers one inertial sample.
+    /// @return kOutOfOrder or kInvalidArgument (not finite): dropped and counted in Health.
     Status add_imu(const ImuSample& sample);
 
-    /// Estimates the state at the frame's stamp.
-    /// @return kNotReady if inertial samples do not reach the stamp yet (call again later with the same frame), or if
-    ///         there is too little data to start (Estimate::health says INIT);
-    ///         kOutOfOrder if the stamp does not increase; kInvalidArgument on a wrong image size.
+    /// Estimates the state at the frame's stamp. Before there is enough data to start, and until a start in motion has
+    /// found gravity and velocity, Health::state is kInit and the state is not to be used.
+    /// @return kNotReady if inertial samples do not reach the stamp yet: offer the same frame again later;
+    ///         kOutOfOrder if the stamp does not increase; kInvalidArgument if the left image has a wrong size (then the
+    ///         estimate is still valid: predicted from inertial data, health degraded, unless there is none yet).
     Status add_frame(const StereoFrame& frame, Estimate& estimate);
 
 private:

@@ -29,11 +29,11 @@ struct FrontendOutput {
     bool is_keyframe = false;
     bool is_still = false;  ///< rotation-compensated median disparity since the last keyframe below the still threshold
     double median_disparity_px = 0.0;  ///< since the last keyframe, rotation compensated (px)
-    int tracked = 0;         ///< tracks carried over from the previous frame
-    int lost = 0;            ///< tracks lost in this frame: left the image, failed forward-backward, or outliers
-    int outliers = 0;        ///< of these, rejected by the geometric tests
-    int detected = 0;        ///< new tracks begun in this frame
-    int stereo = 0;          ///< observations with a right match
+    int tracked = 0;                   ///< tracks carried over from the previous frame
+    int lost = 0;      ///< tracks lost in this frame: left the image, failed forward-backward, or outliers
+    int outliers = 0;  ///< of these, rejected by the geometric tests
+    int detected = 0;  ///< new tracks begun in this frame
+    int stereo = 0;    ///< observations with a right match
     boost::container::static_vector<FeatureObservation, kMaxFeatures> observations;
 };
 

@@ -40,7 +40,8 @@ double find_max_radius(const CameraIntrinsics& k) {
     return r;
 }
 
-Eigen::Vector2d distort_radial_tangential(const std::array<double, 4>& c, const Eigen::Vector2d& xy, Eigen::Matrix2d* d) {
+Eigen::Vector2d distort_radial_tangential(const std::array<double, 4>& c, const Eigen::Vector2d& xy,
+                                          Eigen::Matrix2d* d) {
     const double x = xy.x();
     const double y = xy.y();
     const double r2 = x * x + y * y;
@@ -67,8 +68,7 @@ Eigen::Vector2d distort_equidistant(const std::array<double, 4>& c, const Eigen:
     const bool near_axis = r < 1e-4;
     const double scale = near_axis ? 1.0 + r2 * (c[0] - 1.0 / 3.0) : theta * poly / r;
     if (d != nullptr) {
-        const double d_scale_over_r =
-            near_axis ? 2.0 * (c[0] - 1.0 / 3.0) : (slope / (1.0 + r2) - scale) / r2;
+        const double d_scale_over_r = near_axis ? 2.0 * (c[0] - 1.0 / 3.0) : (slope / (1.0 + r2) - scale) / r2;
         *d = scale * Eigen::Matrix2d::Identity() + d_scale_over_r * xy * xy.transpose();
     }
     return scale * xy;
@@ -76,7 +76,8 @@ Eigen::Vector2d distort_equidistant(const std::array<double, 4>& c, const Eigen:
 
 }  // namespace
 
-CameraModel::CameraModel(const CameraIntrinsics& intrinsics) : k_(intrinsics), max_radius_(find_max_radius(intrinsics)) {}
+CameraModel::CameraModel(const CameraIntrinsics& intrinsics)
+    : k_(intrinsics), max_radius_(find_max_radius(intrinsics)) {}
 
 Status CameraModel::validate(const CameraIntrinsics& k) {
     const bool numbers_ok = std::isfinite(k.fx) && std::isfinite(k.fy) && std::isfinite(k.cx) && std::isfinite(k.cy) &&
@@ -85,6 +86,9 @@ Status CameraModel::validate(const CameraIntrinsics& k) {
         return Status::kInvalidArgument;
     }
     const CameraModel model(k);
+    if (k.distortion == Distortion::kEquidistant && model.max_radius() >= kMaxRadius) {
+        return Status::kOk;  // never folds; a fisheye's corners may lie beyond the angle of use
+    }
     for (const double u : {0.0, k.width - 1.0}) {
         for (const double v : {0.0, k.height - 1.0}) {
             Eigen::Vector2d xy;
@@ -108,7 +112,8 @@ Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& xy, Eigen::Matrix2d*
     return xy;
 }
 
-Status CameraModel::project(const Eigen::Vector3d& p_C, Eigen::Vector2d& uv, Eigen::Matrix<double, 2, 3>* d_uv_d_p_C) const {
+Status CameraModel::project(const Eigen::Vector3d& p_C, Eigen::Vector2d& uv,
+                            Eigen::Matrix<double, 2, 3>* d_uv_d_p_C) const {
     if (!(p_C.z() > kMinDepth)) {
         return Status::kDegenerate;
     }

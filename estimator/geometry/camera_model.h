@@ -52,7 +52,8 @@ public:
     /// @param uv          pixel (px)
     /// @param d_uv_d_p_C  2x3 (px/m); nullptr to skip
     /// @return kDegenerate if Z <= 1e-6 or the point lies beyond the model's valid angle (outputs untouched).
-    Status project(const Eigen::Vector3d& p_C, Eigen::Vector2d& uv, Eigen::Matrix<double, 2, 3>* d_uv_d_p_C = nullptr) const;
+    Status project(const Eigen::Vector3d& p_C, Eigen::Vector2d& uv,
+                   Eigen::Matrix<double, 2, 3>* d_uv_d_p_C = nullptr) const;
 
     /// Normalised undistorted point (x, y) = (X/Z, Y/Z) of a pixel, by Gauss-Newton on the distortion (at most 20 steps).
     /// @param uv        pixel (px)

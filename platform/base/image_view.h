@@ -11,8 +11,8 @@ namespace facet {
 /// the centre of the top left pixel is (0, 0). Valid only while the owner keeps the buffer. Reentrant. No heap.
 struct ImageView {
     const std::uint8_t* data = nullptr;
-    int width = 0;   ///< columns (px)
-    int height = 0;  ///< rows (px)
+    int width = 0;              ///< columns (px)
+    int height = 0;             ///< rows (px)
     std::ptrdiff_t stride = 0;  ///< bytes from one row to the next, >= width
 
     constexpr bool empty() const { return data == nullptr || width <= 0 || height <= 0; }

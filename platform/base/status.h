@@ -7,7 +7,9 @@
 namespace facet {
 
 /// Outcome of an operation that may fail for an expected reason. On anything but kOk the outputs are untouched.
+// clang-format off
 enum class [[nodiscard]] Status : std::uint8_t {
+    // clang-format on
     kOk = 0,
     kInvalidArgument,  ///< the input can never work: fix the caller or the file
     kNotReady,         ///< try again after more data
@@ -42,9 +44,9 @@ constexpr const char* to_string(Status s) {
 }  // namespace facet
 
 /// Returns the status of `expression` from the enclosing function unless it is kOk.
-#define FACET_TRY(expression)                                                                    \
-    do {                                                                                         \
+#define FACET_TRY(expression)                                                                        \
+    do {                                                                                             \
         if (const ::facet::Status facet_try_status = (expression); !::facet::ok(facet_try_status)) { \
-            return facet_try_status;                                                             \
-        }                                                                                        \
+            return facet_try_status;                                                                 \
+        }                                                                                            \
     } while (false)

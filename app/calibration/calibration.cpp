@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/calibration/calibration.h"
+
+#include "app/calibration/calibration_fields.h"
+
+namespace facet {
+namespace {
+
+constexpr double kMaxTimeShiftS = 1.0;
+
+Duration read_time_shift(const YamlNode& camera) {
+    if (!camera.has("timeshift_cam_imu")) {
+        return {};
+    }
+    const YamlNode field = camera.at("timeshift_cam_imu");
+    const double shift_s = field.number();
+    if (shift_s < -kMaxTimeShiftS || shift_s > kMaxTimeShiftS) {
+        field.fail("more than 1 s: cameras and IMU are not on one clock");
+    }
+    return Duration::from_seconds(shift_s);
+}
+
+}  // namespace
+
+Calibration load_euroc_calibration(const std::string& root) {
+    const YamlNode left = load_yaml(root + "/cam0/sensor.yaml");
+    const YamlNode right = load_yaml(root + "/cam1/sensor.yaml");
+    const YamlNode imu = load_yaml(root + "/imu0/sensor.yaml");
+    const Se3 T_I_B = read_transform(imu.at("T_BS")).inverse();
+
+    Calibration calibration;
+    calibration.rig = {.left = read_camera(left, "distortion_coefficients"),
+                       .right = read_camera(right, "distortion_coefficients"),
+                       .T_B_C0 = T_I_B * read_transform(left.at("T_BS")),
+                       .T_B_C1 = T_I_B * read_transform(right.at("T_BS"))};
+    check_baseline(calibration.rig, right.at("T_BS"));
+    calibration.noise = read_imu_noise(imu, "rate_hz");
+    calibration.source = "sensor.yaml";
+    return calibration;
+}
+
+void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibration) {
+    const YamlNode chain = load_yaml(camchain_path);
+    const YamlNode left = chain.at("cam0");
+    const YamlNode right = chain.at("cam1");
+    StereoRig rig;
+    rig.left = read_camera(left, "distortion_coeffs");
+    rig.right = read_camera(right, "distortion_coeffs");
+    const Se3 T_C0_B = read_transform(left.at("T_cam_imu"));
+    rig.T_B_C0 = T_C0_B.inverse();
+    const bool from_imu = right.has("T_cam_imu") || !right.has("T_cn_cnm1");  // neither: complain of T_cam_imu
+    const YamlNode extrinsics = right.at(from_imu ? "T_cam_imu" : "T_cn_cnm1");
+    const Se3 T_C1_other = read_transform(extrinsics);
+    rig.T_B_C1 = from_imu ? T_C1_other.inverse() : (T_C1_other * T_C0_B).inverse();
+    check_baseline(rig, extrinsics);
+    calibration.rig = rig;
+    calibration.camera_time_shift = read_time_shift(left);
+    calibration.source = "camchain";
+}
+
+void load_kalibr_imu(const std::string& imu_path, Calibration& calibration) {
+    const YamlNode file = load_yaml(imu_path);
+    calibration.noise = read_imu_noise(file.has("imu0") ? file.at("imu0") : file, "update_rate");
+}
+
+Calibration load_kalibr_calibration(const std::string& camchain_path, const std::string& imu_path) {
+    Calibration calibration;
+    load_kalibr_cameras(camchain_path, calibration);
+    load_kalibr_imu(imu_path, calibration);
+    return calibration;
+}
+
+}  // namespace facet

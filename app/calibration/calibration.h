@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Calibration of the stereo rig and the IMU, from EuRoC or Kalibr files.
+#pragma once
+
+#include <string>
+
+#include "estimator/geometry/stereo_rig.h"
+#include "platform/base/timestamp.h"
+
+namespace facet {
+
+/// What calibration files say, with body frame = IMU frame.
+struct Calibration {
+    StereoRig rig;
+    ImuNoise noise;
+    Duration camera_time_shift;  ///< t_imu = t_cam + shift (Kalibr's timeshift_cam_imu of cam0)
+    std::string source;          ///< files it came from, for the summary
+};
+
+/// From a EuRoC/ASL folder: cam0, cam1 and imu0/sensor.yaml. T_BS maps sensor to body; an IMU away from the body frame
+/// is composed in: T_I_C = T_B_I^-1 * T_B_C.
+/// @param root  the folder that holds cam0
+/// Throws InputError naming file, line and field if a field is missing or implausible.
+Calibration load_euroc_calibration(const std::string& root);
+
+/// From Kalibr's camchain.yaml and imu.yaml. T_cam_imu maps IMU to camera; cam1 may have T_cn_cnm1 (cam0 to cam1)
+/// instead. Throws as above.
+Calibration load_kalibr_calibration(const std::string& camchain_path, const std::string& imu_path);
+
+/// Only the cameras of a camchain.yaml; noise stays as it is in `calibration`.
+void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibration);
+/// Only the noise of an imu.yaml.
+void load_kalibr_imu(const std::string& imu_path, Calibration& calibration);
+
+}  // namespace facet

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/calibration/calibration_fields.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+
+namespace facet {
+namespace {
+
+constexpr double kOrthonormalTolerance = 1e-3;
+constexpr double kMinBaselineM = 1e-3;
+constexpr double kMaxBaselineM = 10.0;
+constexpr std::size_t kCoefficients = 4;
+
+Distortion read_distortion(const YamlNode& field) {
+    const std::string name = field.text();
+    if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob") {
+        return Distortion::kRadialTangential;
+    }
+    if (name == "equidistant") {
+        return Distortion::kEquidistant;
+    }
+    if (name == "none") {
+        return Distortion::kNone;
+    }
+    field.fail(fmt::format("unknown model '{}': radial-tangential (radtan), equidistant or none", name));
+}
+
+double non_negative(const YamlNode& field) {
+    const double value = field.number();
+    if (value < 0.0) {
+        field.fail(fmt::format("must not be negative, is {}", value));
+    }
+    return value;
+}
+
+/// Names the first field that makes CameraModel::validate refuse.
+[[noreturn]] void fail_camera(const YamlNode& camera, const CameraIntrinsics& k, const std::string& coefficients_key) {
+    if (k.distortion != Distortion::kNone) {
+        CameraIntrinsics undistorted = k;
+        undistorted.distortion = Distortion::kNone;
+        undistorted.coeffs = {};
+        if (ok(CameraModel::validate(undistorted))) {
+            camera.at(coefficients_key).fail("distortion is not increasing up to the image corner");
+        }
+    }
+    camera.at("intrinsics").fail("not a usable pinhole camera for this resolution");
+}
+
+}  // namespace
+
+Se3 read_transform(const YamlNode& field) {
+    const Eigen::Matrix4d t = field.matrix4();
+    if (!t.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0), 1e-9)) {
+        field.fail("last row must be 0 0 0 1");
+    }
+    const Eigen::Matrix3d r = t.topLeftCorner<3, 3>();
+    const double error = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+    if (error > kOrthonormalTolerance) {
+        field.fail(fmt::format("rotation is not orthonormal: off by {:.2g}, allowed {}", error, kOrthonormalTolerance));
+    }
+    if (r.determinant() < 0.0) {
+        field.fail("rotation is a reflection (determinant -1)");
+    }
+    // Nearest rotation in the Frobenius norm: U V^T of the singular value decomposition.
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
+    return {Eigen::Quaterniond(nearest).normalized(), t.topRightCorner<3, 1>()};
+}
+
+CameraModel read_camera(const YamlNode& camera, const std::string& coefficients_key) {
+    const YamlNode model = camera.at("camera_model");
+    if (model.text() != "pinhole") {
+        model.fail(fmt::format("unknown model '{}': only pinhole is supported", model.text()));
+    }
+    CameraIntrinsics k;
+    const YamlNode resolution = camera.at("resolution");
+    const std::vector<double> size = resolution.numbers(2);
+    k.width = static_cast<int>(size[0]);
+    k.height = static_cast<int>(size[1]);
+    if (k.width != size[0] || k.height != size[1] || k.width <= 0 || k.height <= 0) {
+        resolution.fail("must be two positive integers");
+    }
+    const YamlNode intrinsics = camera.at("intrinsics");
+    const std::vector<double> f = intrinsics.numbers(4);
+    if (f[0] <= 0.0 || f[1] <= 0.0) {
+        intrinsics.fail("focal lengths must be positive");
+    }
+    k.fx = f[0];
+    k.fy = f[1];
+    k.cx = f[2];
+    k.cy = f[3];
+    k.distortion = read_distortion(camera.at("distortion_model"));
+    if (k.distortion != Distortion::kNone) {
+        const std::vector<double> c = camera.at(coefficients_key).numbers(kCoefficients);
+        k.coeffs = {c[0], c[1], c[2], c[3]};
+    }
+    if (!ok(CameraModel::validate(k))) {
+        fail_camera(camera, k, coefficients_key);
+    }
+    return CameraModel(k);
+}
+
+ImuNoise read_imu_noise(const YamlNode& imu, const std::string& rate_key) {
+    return {.gyro_noise_rad_per_s_per_sqrt_hz = imu.at("gyroscope_noise_density").positive_number(),
+            .gyro_walk_rad_per_s2_per_sqrt_hz = non_negative(imu.at("gyroscope_random_walk")),
+            .accel_noise_m_per_s2_per_sqrt_hz = imu.at("accelerometer_noise_density").positive_number(),
+            .accel_walk_m_per_s3_per_sqrt_hz = non_negative(imu.at("accelerometer_random_walk")),
+            .rate_hz = imu.at(rate_key).positive_number()};
+}
+
+void check_baseline(const StereoRig& rig, const YamlNode& right_extrinsics) {
+    const double baseline = rig.baseline_m();
+    if (!(baseline >= kMinBaselineM && baseline <= kMaxBaselineM)) {
+        right_extrinsics.fail(fmt::format("baseline between the cameras is {:.4g} m, must be {} to {} m", baseline,
+                                          kMinBaselineM, kMaxBaselineM));
+    }
+}
+
+}  // namespace facet

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Readers of the parts EuRoC and Kalibr calibration files share.
+#pragma once
+
+#include <string>
+
+#include "app/calibration/calibration.h"
+#include "app/support/yaml_file.h"
+
+namespace facet {
+
+/// Rigid transform of a 4x4 matrix field. The rotation may be off orthonormality by 1e-3 (rounded files) and is then
+/// projected onto SO(3). Throws InputError if it is farther off, reflects, or if the last row is not 0 0 0 1.
+Se3 read_transform(const YamlNode& field);
+
+/// Pinhole camera with resolution, intrinsics [fu fv cu cv], distortion_model, and coefficients under the given key.
+/// Throws InputError if a field is missing or the model is implausible.
+CameraModel read_camera(const YamlNode& camera, const std::string& coefficients_key);
+
+/// Densities and walks in continuous time, SI, and the rate under the given key. Throws InputError.
+ImuNoise read_imu_noise(const YamlNode& imu, const std::string& rate_key);
+
+/// Throws InputError if the baseline is not between 1 mm and 10 m.
+void check_baseline(const StereoRig& rig, const YamlNode& right_extrinsics);
+
+}  // namespace facet

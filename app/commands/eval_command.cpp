@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/commands/eval_command.h"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "app/commands/run_guarded.h"
+#include "app/eval/evaluation.h"
+#include "app/eval/report.h"
+#include "app/support/input_error.h"
+#include "app/support/text_file.h"
+#include "drivers/replay_asl/asl_dataset.h"
+#include "drivers/replay_asl/ground_truth.h"
+
+namespace facet {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct EvalArguments {
+    std::string groundtruth;
+    std::string estimate;
+    std::string json;
+    std::vector<double> rpe_lengths_m{1.0, 2.0, 5.0, 10.0};
+};
+
+void print_warning(const AslWarning& warning) { fmt::print(stderr, "warning: {}\n", warning.text()); }
+
+Trajectory load_truth(const std::string& path) {
+    if (path.ends_with(".tum")) {
+        return read_tum(path);
+    }
+    const std::string table = find_ground_truth(path);
+    if (table.empty()) {
+        throw InputError(path + ": no state_groundtruth_estimate0/data.csv in it");
+    }
+    std::vector<GroundTruthState> states;
+    std::string error;
+    if (!ok(read_ground_truth(table, print_warning, states, error))) {
+        throw InputError(error);
+    }
+    Trajectory truth;
+    for (const GroundTruthState& s : states) {
+        truth.push_back({s.stamp, {s.q_W_B, s.p_W_B}});
+    }
+    return truth;
+}
+
+/// Stamps of the left camera, empty if the dataset has none: they only refine the coverage.
+std::vector<Timestamp> load_frame_stamps(const std::string& path) {
+    std::vector<Timestamp> stamps;
+    const std::string root = AslDataset::find_root(path);
+    CsvFile csv;
+    if (root.empty() || !csv.open(root + "/cam0/data.csv")) {
+        return stamps;
+    }
+    std::vector<std::string_view> fields;
+    Timestamp stamp;
+    while (csv.next(fields)) {
+        if (parse_int64(fields.front(), stamp.ns)) {
+            stamps.push_back(stamp);
+        }
+    }
+    std::sort(stamps.begin(), stamps.end());
+    stamps.erase(std::unique(stamps.begin(), stamps.end()), stamps.end());
+    return stamps;
+}
+
+int evaluate_files(const EvalArguments& args) {
+    for (const double length : args.rpe_lengths_m) {
+        if (!(length > 0.0)) {
+            throw InputError(fmt::format("--rpe-lengths: {} is not a positive length", length));
+        }
+    }
+    std::error_code ignored;
+    const bool is_folder = fs::is_directory(args.estimate, ignored);
+    const std::string tum = is_folder ? args.estimate + "/trajectory.tum" : args.estimate;
+    const Trajectory estimate = read_tum(tum);
+    const Trajectory truth = load_truth(args.groundtruth);
+    EvaluationOptions options;
+    options.rpe_lengths_m = args.rpe_lengths_m;
+    const Evaluation evaluation = evaluate(truth, estimate, load_frame_stamps(args.groundtruth), options);
+    fmt::print("{}", text_report(evaluation));
+    if (!args.json.empty()) {
+        TextFile file(args.json);
+        file.write(json_report(evaluation, args.groundtruth, tum));
+        file.close();
+    }
+    return evaluation.matched == 0 ? kExitFailed : kExitDone;
+}
+
+}  // namespace
+
+void add_eval_command(CLI::App& app, int& exit_code) {
+    CLI::App* command = app.add_subcommand("eval", "Compare an estimated trajectory with the ground truth");
+    auto args = std::make_shared<EvalArguments>();
+    command
+        ->add_option("--groundtruth", args->groundtruth,
+                     "Dataset with state_groundtruth_estimate0/data.csv, or such a .csv, or a .tum file")
+        ->required();
+    command->add_option("--estimate", args->estimate, "Folder with trajectory.tum, or a file in TUM format")
+        ->required();
+    command->add_option("--json", args->json, "Also write the figures to this file");
+    command->add_option("--rpe-lengths", args->rpe_lengths_m, "Path lengths of the relative errors (m)")
+        ->delimiter(',')
+        ->capture_default_str();
+    command->footer(
+        "ATE: absolute trajectory error after alignment by SE(3) and by 4 DoF (yaw + translation), never with scale.\n"
+        "RPE: relative pose error over stretches of the true path.\n"
+        "Exit codes: 0 done; 1 no estimate matches the ground truth; 2 bad usage or input.");
+    command->callback([args, &exit_code] { exit_code = run_guarded([&] { return evaluate_files(*args); }); });
+}
+
+}  // namespace facet

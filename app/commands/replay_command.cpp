@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/commands/replay_command.h"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <memory>
+
+#include "app/commands/run_guarded.h"
+#include "app/config/config_file.h"
+#include "app/config/config_table.h"
+#include "app/pipeline/replay.h"
+#include "app/support/input_error.h"
+#include "drivers/replay_asl/asl_dataset.h"
+
+namespace facet {
+namespace {
+
+std::atomic<bool> g_stop{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+/// The second Ctrl-C ends the program at once.
+void stop_on_signal(int signal) {
+    g_stop.store(true);
+    std::signal(signal, SIG_DFL);
+}
+
+/// What the user typed.
+struct ReplayArguments {
+    std::string dataset;
+    std::string mode = "s";
+    std::string out;
+    std::string config;
+    std::string camchain;
+    std::string imu;
+    std::vector<std::string> settings;
+    double start_s = 0.0;
+    double duration_s = 0.0;
+    bool quiet = false;
+};
+
+Calibration load_calibration(const ReplayArguments& args) {
+    const std::string root = AslDataset::find_root(args.dataset);
+    if (root.empty()) {
+        throw InputError(args.dataset + ": no such folder");
+    }
+    if (!args.camchain.empty() && !args.imu.empty()) {
+        return load_kalibr_calibration(args.camchain, args.imu);
+    }
+    Calibration calibration = load_euroc_calibration(root);
+    if (!args.camchain.empty()) {
+        load_kalibr_cameras(args.camchain, calibration);
+    }
+    if (!args.imu.empty()) {
+        load_kalibr_imu(args.imu, calibration);
+    }
+    return calibration;
+}
+
+void require_in_range(const EstimatorConfig& config) {
+    if (const ConfigEntry* entry = find_out_of_range(config)) {
+        throw InputError(fmt::format("{} is {} {}, must be within [{}, {}] (from the calibration)", entry->key,
+                                     config_value(*entry, config), entry->unit, entry->min, entry->max));
+    }
+}
+
+void require_mode(const std::string& mode) {
+    if (mode == "sp" || mode == "spr") {
+        throw InputError(fmt::format("--mode {}: this build has mode s only", mode));
+    }
+    if (mode != "s") {
+        throw InputError(fmt::format("--mode {}: unknown; must be s", mode));
+    }
+}
+
+int report(const RunSummary& run, const std::string& out) {
+    const auto statistics = [&](bool keyframes) {
+        std::vector<double> times;
+        for (const RunSummary::TimedFrame& frame : run.timed) {
+            if (frame.is_keyframe == keyframes) {
+                times.push_back(frame.timing.total_ms);
+            }
+        }
+        return timing_statistics(std::move(times));
+    };
+    const TimingStatistics frame = statistics(false);
+    const TimingStatistics keyframe = statistics(true);
+    std::size_t warnings = 0;
+    for (const auto& [kind, count] : run.warnings) {
+        warnings += count;
+    }
+    fmt::print("frames       {} of {} estimated ({:.1f} %), {} keyframes, path {:.2f} m\n", run.estimates,
+               run.frames_listed, 100.0 * run.coverage(), run.keyframes, run.path_m);
+    fmt::print("time         tracked frame {:.2f} ms median, {:.2f} ms p99; keyframe {:.2f} ms median, {:.2f} ms p99\n",
+               frame.median_ms, frame.p99_ms, keyframe.median_ms, keyframe.p99_ms);
+    fmt::print("end          {}{}, {} warnings\n", to_string(run.last.health.state),
+               run.interrupted ? " (interrupted)" : "", warnings);
+    fmt::print("files        {}\n", out);
+    if (run.not_finite) {
+        print_error("the estimate became not finite");
+    } else if (run.interrupted) {
+        print_error("interrupted; files are complete up to here");
+    } else if (run.estimates == 0) {
+        print_error("no estimate at all");
+    } else if (run.last.health.state == TrackingState::kLost) {
+        print_error("lost at the end");
+    } else {
+        return kExitDone;
+    }
+    return kExitFailed;
+}
+
+int replay(const ReplayArguments& args, bool has_duration) {
+    require_mode(args.mode);
+    if (args.start_s < 0.0 || (has_duration && args.duration_s <= 0.0)) {
+        throw InputError("--start must not be negative and --duration must be positive");
+    }
+    ReplayOptions options;
+    options.dataset = args.dataset;
+    options.mode = args.mode;
+    options.out = args.out;
+    options.calibration = load_calibration(args);
+    options.config.imu_noise = options.calibration.noise;
+    if (!args.config.empty()) {
+        load_config(args.config, options.config);
+    }
+    for (const std::string& setting : args.settings) {
+        set_config(setting, options.config);
+    }
+    require_in_range(options.config);
+    options.start_s = args.start_s;
+    options.duration_s = has_duration ? std::optional<double>(args.duration_s) : std::nullopt;
+    options.show_progress = !args.quiet;
+    std::signal(SIGINT, stop_on_signal);
+    std::signal(SIGTERM, stop_on_signal);
+    return report(run_replay(options, g_stop), args.out);
+}
+
+}  // namespace
+
+void add_replay_command(CLI::App& app, int& exit_code) {
+    CLI::App* command = app.add_subcommand("replay", "Run a recorded log (EuRoC/ASL folder) through the estimator");
+    auto args = std::make_shared<ReplayArguments>();
+    command->add_option("DATASET", args->dataset, "Folder that holds mav0/, or is it (cam0, cam1, imu0)")->required();
+    command
+        ->add_option("--out", args->out,
+                     "Folder for the results, created if missing: trajectory.tum, trajectory.csv, timing.csv, "
+                     "health.csv, summary.json, warnings.txt")
+        ->required();
+    command->add_option("--mode", args->mode, "s: structureless landmarks (sp and spr are not in this build)")
+        ->capture_default_str();
+    command->add_option("--config", args->config,
+                        "YAML file with parameters; 'facet info --config' prints all with defaults");
+    command->add_option("--set", args->settings, "KEY=VALUE: one parameter on top of --config; may be repeated")
+        ->allow_extra_args(false);
+    CLI::Option* start = command->add_option("--start", args->start_s, "Skip this long after the first frame (s)");
+    start->capture_default_str();
+    CLI::Option* duration =
+        command->add_option("--duration", args->duration_s, "Use only this much of the log (s); all by default");
+    command->add_option(
+        "--calibration", args->camchain,
+        "Kalibr camchain.yaml (T_cam_imu: IMU to camera) instead of the log's cam0 and cam1/sensor.yaml");
+    command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
+    command->add_flag("--quiet", args->quiet, "No progress on stderr");
+    command->footer(
+        "Exit codes: 0 done; 1 no estimate, lost at the end, not finite, or interrupted; 2 bad usage or input.");
+    command->callback([args, duration, &exit_code] {
+        exit_code = run_guarded([&] { return replay(*args, duration->count() > 0); });
+    });
+}
+
+}  // namespace facet

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/eval/report.h"
+
+#include <fmt/core.h>
+
+#include <nlohmann/json.hpp>
+
+namespace facet {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const ErrorStatistics& s) {
+    if (s.count == 0) {
+        return nullptr;
+    }
+    return {{"count", s.count}, {"median", s.median}, {"mean", s.mean}, {"rmse", s.rmse}, {"max", s.max}};
+}
+
+Json to_json(const AbsoluteError& e) {
+    const Se3& t = e.T_true_est;
+    return {{"alignment", to_string(e.mode)},
+            {"translation_m", to_json(e.translation_m)},
+            {"rotation_deg", to_json(e.rotation_deg)},
+            {"transform", {{"p", {t.p.x(), t.p.y(), t.p.z()}}, {"q_xyzw", {t.q.x(), t.q.y(), t.q.z(), t.q.w()}}}}};
+}
+
+Json to_json(const RelativeError& e) {
+    return {{"length_m", e.length_m},
+            {"translation_m", to_json(e.translation_m)},
+            {"translation_percent", to_json(e.translation_percent)},
+            {"rotation_deg", to_json(e.rotation_deg)},
+            {"rotation_deg_per_m", to_json(e.rotation_deg_per_m)},
+            {"yaw_deg", to_json(e.yaw_deg)}};
+}
+
+std::string absolute_rows(const AbsoluteError& e) {
+    const ErrorStatistics& t = e.translation_m;
+    const ErrorStatistics& r = e.rotation_deg;
+    return fmt::format("ATE, alignment {}\n", to_string(e.mode)) +
+           fmt::format("  translation  {:9.4f}  {:9.4f}  {:9.4f}  {:9.4f}  m\n", t.median, t.mean, t.rmse, t.max) +
+           fmt::format("  rotation     {:9.4f}  {:9.4f}  {:9.4f}  {:9.4f}  deg\n", r.median, r.mean, r.rmse, r.max);
+}
+
+std::string relative_row(const RelativeError& e) {
+    if (e.translation_m.count == 0) {
+        return fmt::format("  {:6g} m      path too short\n", e.length_m);
+    }
+    return fmt::format("  {:6g} m   {:9.4f} m {:7.3f} %  {:8.4f} deg {:8.4f} deg/m  {:8.4f} deg  {:6}\n", e.length_m,
+                       e.translation_m.rmse, e.translation_percent.rmse, e.rotation_deg.rmse, e.rotation_deg_per_m.rmse,
+                       e.yaw_deg.rmse, e.translation_m.count);
+}
+
+}  // namespace
+
+std::string text_report(const Evaluation& e) {
+    const Coverage& c = e.coverage;
+    std::string text = fmt::format("matched      {} of {} estimates, ground truth {} poses\n", e.matched,
+                                   e.estimate_poses, e.truth_poses) +
+                       fmt::format("path         {:.3f} m in {:.3f} s\n", e.path_m, e.duration_s) +
+                       fmt::format("coverage     {:.2f} % of the time{}, {:.2f} % of all ground truth\n",
+                                   100.0 * c.time, c.has_frames ? " with frames" : "", 100.0 * c.truth_span);
+    if (c.has_frames) {
+        text += fmt::format("             {} of {} frames ({:.2f} %)\n", c.frames_matched, c.frames,
+                            100.0 * c.frame_share());
+    }
+    if (e.matched == 0) {
+        return text + "no estimate matches the ground truth: no errors to report\n";
+    }
+    text +=
+        "                  median       mean       RMSE        max\n" + absolute_rows(e.se3) + absolute_rows(e.yaw4);
+    text += fmt::format("scale        {:.5f} (what SIM(3) would choose; not applied)\n", e.scale);
+    text += fmt::format("end drift    {:.4f} m ({:.3f} % of the path), first poses made equal\n", e.end_drift_m,
+                        e.drift_percent());
+    text += "RPE, RMSE over stretches of the true path, no alignment (yaw: world axes by 4-DoF alignment)\n";
+    text += "  length     translation                  rotation                        yaw   count\n";
+    for (const RelativeError& r : e.relative) {
+        text += relative_row(r);
+    }
+    return text;
+}
+
+std::string json_report(const Evaluation& e, const std::string& groundtruth, const std::string& estimate) {
+    Json json = {{"groundtruth", groundtruth},
+                 {"estimate", estimate},
+                 {"matched", e.matched},
+                 {"estimates", e.estimate_poses},
+                 {"groundtruth_poses", e.truth_poses},
+                 {"path_m", e.path_m},
+                 {"duration_s", e.duration_s},
+                 {"ate_se3", to_json(e.se3)},
+                 {"ate_yaw4", to_json(e.yaw4)},
+                 {"sim3_scale", e.scale},
+                 {"end_drift_m", e.end_drift_m},
+                 {"end_drift_percent", e.drift_percent()}};
+    json["rpe"] = Json::array();
+    for (const RelativeError& r : e.relative) {
+        json["rpe"].push_back(to_json(r));
+    }
+    const Coverage& c = e.coverage;
+    json["coverage"] = {{"time", c.time}, {"groundtruth_time", c.truth_span}};
+    if (c.has_frames) {
+        json["coverage"]["frames"] = c.frames;
+        json["coverage"]["frames_matched"] = c.frames_matched;
+        json["coverage"]["frame_share"] = c.frame_share();
+    }
+    return json.dump(2) + "\n";
+}
+
+}  // namespace facet

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The program: its commands and its exit codes.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string>
+
+#include "app/commands/eval_command.h"
+#include "app/commands/info_command.h"
+#include "app/commands/replay_command.h"
+#include "app/commands/run_guarded.h"
+#include "app/commands/sim_command.h"
+
+namespace {
+
+bool is_command(const CLI::App& app, const std::string& name) {
+    const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+    return std::any_of(commands.begin(), commands.end(),
+                       [&](const CLI::App* command) { return command->get_name() == name; });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("facet: stereo visual-inertial estimator", "facet");
+    app.set_version_flag("--version", std::string("facet ") + FACET_VERSION);
+    app.require_subcommand(1);
+    app.footer(
+        "Each command explains itself: facet COMMAND --help.\n"
+        "Exit codes: 0 done; 1 ran but failed its purpose; 2 bad usage or input.");
+    int exit_code = facet::kExitDone;
+    facet::add_replay_command(app, exit_code);
+    facet::add_eval_command(app, exit_code);
+    facet::add_sim_command(app, exit_code);
+    facet::add_info_command(app, exit_code);
+    if (argc > 1 && argv[1][0] != '-' && !is_command(app, argv[1])) {
+        facet::print_error((std::string(argv[1]) + ": no such command; facet --help lists them").c_str());
+        return facet::kExitBadInput;
+    }
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+            return app.exit(e);  // help or version
+        }
+        facet::print_error(e.what());
+        return facet::kExitBadInput;
+    }
+    return exit_code;
+}

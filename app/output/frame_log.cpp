@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/output/frame_log.h"
+
+#include <utility>
+
+namespace facet {
+namespace {
+
+constexpr std::array<std::pair<std::uint32_t, const char*>, 8> kReasons{{
+    {kReasonFewFeatures, "few_features"},
+    {kReasonFewStereo, "few_stereo"},
+    {kReasonNoRightImage, "no_right_image"},
+    {kReasonImuGap, "imu_gap"},
+    {kReasonBiasLimit, "bias_limit"},
+    {kReasonHighResidual, "high_residual"},
+    {kReasonSolverFailed, "solver_failed"},
+    {kReasonImageRejected, "image_rejected"},
+}};
+
+/// One column of health.csv.
+struct HealthColumn {
+    const char* name;
+    std::string (*text)(const Health&);
+};
+
+constexpr std::array kHealthColumns{
+    HealthColumn{"state", [](const Health& h) { return std::string(to_string(h.state)); }},
+    HealthColumn{"reasons", [](const Health& h) { return fmt::format("{}", h.reasons); }},
+    HealthColumn{"reason_names", [](const Health& h) { return reason_names(h.reasons); }},
+    HealthColumn{"is_keyframe", [](const Health& h) { return fmt::format("{:d}", h.is_keyframe); }},
+    HealthColumn{"is_still", [](const Health& h) { return fmt::format("{:d}", h.is_still); }},
+    HealthColumn{"tracked", [](const Health& h) { return fmt::format("{}", h.tracked); }},
+    HealthColumn{"detected", [](const Health& h) { return fmt::format("{}", h.detected); }},
+    HealthColumn{"stereo", [](const Health& h) { return fmt::format("{}", h.stereo); }},
+    HealthColumn{"outliers", [](const Health& h) { return fmt::format("{}", h.outliers); }},
+    HealthColumn{"keyframes", [](const Health& h) { return fmt::format("{}", h.keyframes); }},
+    HealthColumn{"landmarks", [](const Health& h) { return fmt::format("{}", h.landmarks); }},
+    HealthColumn{"iterations", [](const Health& h) { return fmt::format("{}", h.iterations); }},
+    HealthColumn{"mean_vision_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.mean_vision_chi2); }},
+    HealthColumn{"imu_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.imu_chi2); }},
+    HealthColumn{"imu_gaps", [](const Health& h) { return fmt::format("{}", h.imu_gaps); }},
+    HealthColumn{"imu_dropped", [](const Health& h) { return fmt::format("{}", h.imu_dropped); }},
+};
+
+}  // namespace
+
+std::string reason_names(std::uint32_t reasons) {
+    std::string names;
+    const auto add = [&](const std::string& name) { names += (names.empty() ? "" : "|") + name; };
+    for (const auto& [bit, name] : kReasons) {
+        if ((reasons & bit) != 0) {
+            add(name);
+            reasons &= ~bit;
+        }
+    }
+    for (unsigned i = 0; reasons != 0; ++i, reasons >>= 1U) {
+        if ((reasons & 1U) != 0) {
+            add(fmt::format("bit{}", i));
+        }
+    }
+    return names;
+}
+
+TimingWriter::TimingWriter(const std::string& folder) : file_(folder + "/timing.csv") {
+    file_.write("stamp_ns,is_keyframe,total_ms");
+    for (std::size_t i = 0; i < kStageCount; ++i) {
+        file_.print(",{}_ms", to_string(static_cast<Stage>(i)));
+    }
+    file_.write("\n");
+}
+
+void TimingWriter::write(Timestamp stamp, bool is_keyframe, const FrameTiming& timing) {
+    file_.print("{},{:d},{:.4f}", stamp.ns, is_keyframe, timing.total_ms);
+    for (const double ms : timing.stage_ms) {
+        file_.print(",{:.4f}", ms);
+    }
+    file_.write("\n");
+}
+
+HealthWriter::HealthWriter(const std::string& folder) : file_(folder + "/health.csv") {
+    file_.write("stamp_ns");
+    for (const HealthColumn& column : kHealthColumns) {
+        file_.print(",{}", column.name);
+    }
+    file_.write("\n");
+}
+
+void HealthWriter::write(Timestamp stamp, const Health& health) {
+    file_.print("{}", stamp.ns);
+    for (const HealthColumn& column : kHealthColumns) {
+        file_.print(",{}", column.text(health));
+    }
+    file_.write("\n");
+}
+
+}  // namespace facet

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Writes one row a frame: where the time went, and how the estimator felt.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "app/support/text_file.h"
+#include "estimator/api/estimate.h"
+#include "estimator/api/stage.h"
+
+namespace facet {
+
+inline constexpr std::size_t kStageCount = static_cast<std::size_t>(Stage::kCount);
+
+/// Processing time of one frame, without reading and decoding.
+struct FrameTiming {
+    double total_ms = 0.0;
+    std::array<double, kStageCount> stage_ms{};
+};
+
+/// timing.csv: stamp_ns, is_keyframe, total_ms and a column a Stage. Throws InputError if it cannot be written.
+class TimingWriter {
+public:
+    explicit TimingWriter(const std::string& folder);
+    void write(Timestamp stamp, bool is_keyframe, const FrameTiming& timing);
+    void close() { file_.close(); }
+
+private:
+    TextFile file_;
+};
+
+/// health.csv: stamp_ns and every field of Health, the reasons as a number and as names joined by '|'. Throws InputError.
+class HealthWriter {
+public:
+    explicit HealthWriter(const std::string& folder);
+    void write(Timestamp stamp, const Health& health);
+    void close() { file_.close(); }
+
+private:
+    TextFile file_;
+};
+
+/// Names of HealthReason bits joined by '|'; empty if none is set. Unknown bits appear as "bitN".
+std::string reason_names(std::uint32_t reasons);
+
+}  // namespace facet

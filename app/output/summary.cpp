@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/output/summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/support/text_file.h"
+
+namespace facet {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json to_json(const TimingStatistics& s) {
+    return {{"count", s.count}, {"mean", s.mean_ms}, {"median", s.median_ms}, {"p99", s.p99_ms}, {"max", s.max_ms}};
+}
+
+Json final_state(const Estimate& last) {
+    const NavState& s = last.state;
+    return {{"stamp_ns", last.stamp.ns},
+            {"state", to_string(last.health.state)},
+            {"reasons", reason_names(last.health.reasons)},
+            {"position_m", to_json(s.p_W_B)},
+            {"quaternion_xyzw", Json::array({s.q_W_B.x(), s.q_W_B.y(), s.q_W_B.z(), s.q_W_B.w()})},
+            {"velocity_m_per_s", to_json(s.v_W_B)},
+            {"gyro_bias_rad_per_s", to_json(s.bias.gyro)},
+            {"accel_bias_m_per_s2", to_json(s.bias.accel)},
+            {"imu_gaps", last.health.imu_gaps},
+            {"imu_dropped", last.health.imu_dropped}};
+}
+
+Json timing(const RunSummary& summary) {
+    std::vector<double> all;
+    std::vector<double> tracked;
+    std::vector<double> keyframes;
+    std::array<std::vector<double>, kStageCount> stages;
+    for (const RunSummary::TimedFrame& frame : summary.timed) {
+        all.push_back(frame.timing.total_ms);
+        (frame.is_keyframe ? keyframes : tracked).push_back(frame.timing.total_ms);
+        for (std::size_t i = 0; i < kStageCount && frame.is_keyframe; ++i) {
+            stages[i].push_back(frame.timing.stage_ms[i]);
+        }
+    }
+    Json json = {{"unit", "ms"},
+                 {"all", to_json(timing_statistics(all))},
+                 {"tracked", to_json(timing_statistics(tracked))},
+                 {"keyframe", to_json(timing_statistics(keyframes))}};
+    for (std::size_t i = 0; i < kStageCount; ++i) {
+        json["keyframe_stages"][to_string(static_cast<Stage>(i))] = to_json(timing_statistics(stages[i]));
+    }
+    json["wall_s"] = summary.wall_s;
+    return json;
+}
+
+}  // namespace
+
+double RunSummary::coverage() const {
+    return frames_listed == 0 ? 0.0 : static_cast<double>(estimates) / static_cast<double>(frames_listed);
+}
+
+TimingStatistics timing_statistics(std::vector<double> times_ms) {
+    TimingStatistics s;
+    s.count = times_ms.size();
+    if (times_ms.empty()) {
+        return s;
+    }
+    std::sort(times_ms.begin(), times_ms.end());
+    const std::size_t n = times_ms.size();
+    for (const double t : times_ms) {
+        s.mean_ms += t / static_cast<double>(n);
+    }
+    s.median_ms = n % 2 == 1 ? times_ms[n / 2] : 0.5 * (times_ms[n / 2 - 1] + times_ms[n / 2]);
+    s.p99_ms = times_ms[static_cast<std::size_t>(std::ceil(0.99 * static_cast<double>(n))) - 1];
+    s.max_ms = times_ms.back();
+    return s;
+}
+
+void write_summary(const RunSummary& summary, const std::string& folder) {
+    std::size_t warnings = 0;
+    Json by_kind = Json::object();
+    for (const auto& [kind, count] : summary.warnings) {
+        by_kind[kind] = count;
+        warnings += count;
+    }
+    Json json = {{"dataset", summary.dataset},
+                 {"mode", summary.mode},
+                 {"version", FACET_VERSION},
+                 {"calibration", summary.calibration},
+                 {"start_s", summary.start_s},
+                 {"frames_listed", summary.frames_listed},
+                 {"frames", summary.frames},
+                 {"frames_not_ready", summary.frames_not_ready},
+                 {"frames_refused", summary.frames_refused},
+                 {"frames_by_state", Json(summary.frames_by_state)},
+                 {"keyframes", summary.keyframes},
+                 {"estimates", summary.estimates},
+                 {"coverage", summary.coverage()},
+                 {"imu_samples", summary.imu_samples},
+                 {"imu_refused", summary.imu_refused},
+                 {"warnings", warnings},
+                 {"warnings_by_kind", by_kind},
+                 {"path_m", summary.path_m},
+                 {"interrupted", summary.interrupted},
+                 {"not_finite", summary.not_finite},
+                 {"first_estimate_ns", summary.first_estimate.ns},
+                 {"final", final_state(summary.last)}};
+    json["timing"] = timing(summary);
+    TextFile file(folder + "/summary.json");
+    file.write(json.dump(2) + "\n");
+    file.close();
+}
+
+}  // namespace facet

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The account of a whole run: summary.json.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/output/frame_log.h"
+#include "estimator/api/estimate.h"
+
+namespace facet {
+
+/// What a run did. Everything but `timing` is the same from run to run.
+struct RunSummary {
+    struct TimedFrame {
+        bool is_keyframe = false;
+        FrameTiming timing;
+    };
+
+    std::string dataset;
+    std::string mode;
+    std::string calibration;
+    double start_s = 0.0;
+    std::size_t frames_listed = 0;                       ///< in the log, within the window
+    std::size_t frames = 0;                              ///< given to the estimator
+    std::size_t frames_not_ready = 0;                    ///< of these, without enough inertial data
+    std::size_t frames_refused = 0;                      ///< of these, refused by the estimator
+    std::map<std::string, std::size_t> frames_by_state;  ///< TrackingState after each frame
+    std::size_t estimates = 0;                           ///< lines of the trajectory
+    std::size_t keyframes = 0;
+    std::size_t imu_samples = 0;
+    std::size_t imu_refused = 0;
+    std::map<std::string, std::size_t> warnings;  ///< by kind
+    double path_m = 0.0;                          ///< length of the estimated path
+    bool interrupted = false;
+    bool not_finite = false;  ///< an estimate had a NaN or infinity: the run is worthless
+    Timestamp first_estimate;
+    Estimate last;                  ///< last frame given, whatever its state
+    std::vector<TimedFrame> timed;  ///< frames given to the estimator, in order
+    double wall_s = 0.0;            ///< of the whole run, decoding included
+
+    double coverage() const;  ///< estimates per listed frame
+};
+
+/// Order statistics of a set of times.
+struct TimingStatistics {
+    std::size_t count = 0;
+    double mean_ms = 0.0;
+    double median_ms = 0.0;
+    double p99_ms = 0.0;  ///< nearest rank
+    double max_ms = 0.0;
+};
+TimingStatistics timing_statistics(std::vector<double> times_ms);
+
+/// Writes folder/summary.json. Throws InputError if it cannot be written.
+void write_summary(const RunSummary& summary, const std::string& folder);
+
+}  // namespace facet

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/output/trajectory_writer.h"
+
+namespace facet {
+namespace {
+
+constexpr const char* kEurocHeader =
+    "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
+    "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], "
+    "b_w_RS_S_z [rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]\n";
+
+}  // namespace
+
+std::string tum_seconds(Timestamp stamp) {
+    constexpr std::int64_t kNsPerS = 1'000'000'000;
+    const bool negative = stamp.ns < 0;
+    const auto ns = negative ? 0 - static_cast<std::uint64_t>(stamp.ns) : static_cast<std::uint64_t>(stamp.ns);
+    return fmt::format("{}{}.{:09}", negative ? "-" : "", ns / kNsPerS, ns % kNsPerS);
+}
+
+TrajectoryWriter::TrajectoryWriter(const std::string& folder)
+    : tum_(folder + "/trajectory.tum"), csv_(folder + "/trajectory.csv") {
+    csv_.write(kEurocHeader);
+}
+
+void TrajectoryWriter::write(const Estimate& estimate) {
+    const NavState& s = estimate.state;
+    const Eigen::Vector3d& p = s.p_W_B;
+    const Eigen::Quaterniond& q = s.q_W_B;
+    const Eigen::Vector3d& v = s.v_W_B;
+    const Eigen::Vector3d& bg = s.bias.gyro;
+    const Eigen::Vector3d& ba = s.bias.accel;
+    tum_.print("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", tum_seconds(estimate.stamp), p.x(), p.y(),
+               p.z(), q.x(), q.y(), q.z(), q.w());
+    csv_.print("{},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", estimate.stamp.ns, p.x(), p.y(), p.z(), q.w(),
+               q.x(), q.y(), q.z());
+    csv_.print(",{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}\n", v.x(), v.y(), v.z(), bg.x(), bg.y(),
+               bg.z(), ba.x(), ba.y(), ba.z());
+}
+
+void TrajectoryWriter::close() {
+    tum_.close();
+    csv_.close();
+}
+
+}  // namespace facet

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/pipeline/replay.h"
+
+#include <fmt/core.h>
+
+#include "app/output/trajectory_writer.h"
+#include "app/pipeline/stage_timer.h"
+#include "app/pipeline/warning_log.h"
+#include "app/support/input_error.h"
+#include "app/support/progress.h"
+#include "drivers/replay_asl/asl_dataset.h"
+#include "estimator/api/estimator.h"
+
+namespace facet {
+namespace {
+
+bool is_finite(const NavState& s) {
+    return s.q_W_B.coeffs().allFinite() && s.p_W_B.allFinite() && s.v_W_B.allFinite() && s.bias.gyro.allFinite() &&
+           s.bias.accel.allFinite();
+}
+
+bool is_usable(TrackingState state) { return state == TrackingState::kTracking || state == TrackingState::kDegraded; }
+
+/// One run: the estimator, its observer and the files it fills.
+class Replay {
+public:
+    explicit Replay(const ReplayOptions& options)
+        : options_(options),
+          warnings_(options.out),
+          trajectory_(options.out),
+          timing_(options.out),
+          health_(options.out) {
+        summary_.dataset = options.dataset;
+        summary_.mode = options.mode;
+        summary_.calibration = options.calibration.source;
+        summary_.start_s = options.start_s;
+    }
+
+    RunSummary run(const std::atomic<bool>& stop);
+
+private:
+    void open_log();
+    void configure();
+    void feed(const ImuSample& sample);
+    void feed(const StereoFrame& frame);
+    void keep(const Estimate& estimate);
+
+    const ReplayOptions& options_;
+    WarningLog warnings_;
+    TrajectoryWriter trajectory_;
+    TimingWriter timing_;
+    HealthWriter health_;
+    AslDataset log_;
+    Estimator estimator_;
+    StageTimer timer_;
+    RunSummary summary_;
+};
+
+void Replay::open_log() {
+    const CameraIntrinsics& left = options_.calibration.rig.left.intrinsics();
+    const CameraIntrinsics& right = options_.calibration.rig.right.intrinsics();
+    AslOptions log_options;
+    log_options.camera_time_shift = options_.calibration.camera_time_shift;
+    log_options.start = Duration::from_seconds(options_.start_s);
+    if (options_.duration_s.has_value()) {
+        log_options.length = Duration::from_seconds(*options_.duration_s);
+    }
+    log_options.left_size = {left.width, left.height};
+    log_options.right_size = {right.width, right.height};
+    std::string error;
+    if (!ok(log_.open(
+            options_.dataset, log_options, [this](const AslWarning& w) { warnings_.add(w); }, error))) {
+        throw InputError(error);
+    }
+    summary_.frames_listed = log_.frame_count();
+    if (summary_.frames_listed == 0) {
+        throw InputError(fmt::format("{}: no frame between --start and its --duration", options_.dataset));
+    }
+}
+
+/// Section of the parameters that its module refuses, also for reasons the single ranges do not tell; empty if none.
+std::string refused_section(const EstimatorConfig& config) {
+    if (!ok(config.frontend.validate())) {
+        return "frontend";
+    }
+    if (!ok(config.initializer.validate())) {
+        return "initializer";
+    }
+    if (!ok(config.window.validate())) {
+        return "window";
+    }
+    return ok(config.validate()) ? "" : "imu_noise";
+}
+
+void Replay::configure() {
+    if (const std::string section = refused_section(options_.config); !section.empty()) {
+        throw InputError(fmt::format("parameters '{}.*': one is out of range, or two contradict each other", section));
+    }
+    if (!ok(estimator_.configure(options_.config, options_.calibration.rig))) {
+        const CameraIntrinsics& left = options_.calibration.rig.left.intrinsics();
+        throw InputError(
+            fmt::format("calibration ({}): the estimator refuses these cameras; are {}x{} pixels too few for "
+                        "frontend.pyramid_levels {}?",
+                        options_.calibration.source, left.width, left.height, options_.config.frontend.pyramid_levels));
+    }
+    estimator_.set_stage_observer(&timer_);
+}
+
+void Replay::feed(const ImuSample& sample) {
+    const auto begin = StageTimer::Clock::now();
+    const Status status = estimator_.add_imu(sample);
+    timer_.add_total(begin);
+    ++summary_.imu_samples;
+    summary_.imu_refused += ok(status) ? 0 : 1;
+}
+
+void Replay::feed(const StereoFrame& frame) {
+    Estimate estimate;
+    estimate.stamp = frame.stamp;
+    estimate.health.state = summary_.last.health.state;  // stands if the estimator says nothing
+    const auto begin = StageTimer::Clock::now();
+    const Status status = estimator_.add_frame(frame, estimate);
+    timer_.add_total(begin);
+    estimate.stamp = frame.stamp;
+    const FrameTiming timing = timer_.take();
+    ++summary_.frames;
+    if (status == Status::kNotReady) {
+        ++summary_.frames_not_ready;
+    } else if (!ok(status)) {
+        ++summary_.frames_refused;
+        warnings_.add("refused_frame",
+                      fmt::format("frame {}: refused by the estimator: {}", frame.stamp.ns, to_string(status)));
+    }
+    const bool is_keyframe = ok(status) && estimate.health.is_keyframe;
+    summary_.keyframes += is_keyframe ? 1 : 0;
+    summary_.timed.push_back({is_keyframe, timing});
+    ++summary_.frames_by_state[to_string(estimate.health.state)];
+    timing_.write(frame.stamp, is_keyframe, timing);
+    health_.write(frame.stamp, estimate.health);
+    if (ok(status) && is_usable(estimate.health.state)) {
+        keep(estimate);
+    } else {
+        summary_.last.stamp = estimate.stamp;
+        summary_.last.health = estimate.health;
+    }
+}
+
+void Replay::keep(const Estimate& estimate) {
+    if (!is_finite(estimate.state)) {
+        summary_.not_finite = true;
+        warnings_.add("not_finite_estimate",
+                      fmt::format("frame {}: estimate is not finite; not written", estimate.stamp.ns));
+        summary_.last.health = estimate.health;
+        return;
+    }
+    trajectory_.write(estimate);
+    if (summary_.estimates++ == 0) {
+        summary_.first_estimate = estimate.stamp;
+    } else {
+        summary_.path_m += (estimate.state.p_W_B - summary_.last.state.p_W_B).norm();
+    }
+    summary_.last = estimate;
+}
+
+RunSummary Replay::run(const std::atomic<bool>& stop) {
+    const auto begin = StageTimer::Clock::now();
+    open_log();
+    configure();
+    std::optional<Progress> progress;
+    if (options_.show_progress) {
+        progress.emplace("replay", "frames", log_.frame_count());
+        warnings_.set_progress(&*progress);
+    }
+    ImuSample sample;
+    StereoFrame frame;
+    for (bool more = true; more && !(summary_.interrupted = stop.load());) {
+        switch (log_.next(sample, frame)) {
+            case AslDataset::Event::kImu: feed(sample); break;
+            case AslDataset::Event::kFrame:
+                feed(frame);
+                if (progress) {
+                    progress->update(summary_.frames);
+                }
+                break;
+            case AslDataset::Event::kEnd: more = false; break;
+        }
+    }
+    if (progress) {
+        progress->finish();
+    }
+    warnings_.set_progress(nullptr);
+    summary_.wall_s = std::chrono::duration<double>(StageTimer::Clock::now() - begin).count();
+    summary_.warnings = warnings_.counts();
+    trajectory_.close();
+    timing_.close();
+    health_.close();
+    warnings_.close();
+    write_summary(summary_, options_.out);
+    return summary_;
+}
+
+}  // namespace
+
+RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop) {
+    make_folder(options.out);
+    return Replay(options).run(stop);
+}
+
+}  // namespace facet

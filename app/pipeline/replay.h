@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Replays a recorded log through the estimator, synchronously and as fast as it goes.
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <string>
+
+#include "app/calibration/calibration.h"
+#include "app/output/summary.h"
+#include "estimator/api/config.h"
+
+namespace facet {
+
+struct ReplayOptions {
+    std::string dataset;  ///< EuRoC/ASL folder
+    std::string mode = "s";
+    std::string out;  ///< folder for the results, created if missing
+    EstimatorConfig config;
+    Calibration calibration;
+    double start_s = 0.0;              ///< from the log's first frame
+    std::optional<double> duration_s;  ///< all if empty
+    bool show_progress = true;
+};
+
+/// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,
+/// then the frame. Writes trajectory.tum, trajectory.csv, timing.csv, health.csv, summary.json and warnings.txt into
+/// `out`. Equal inputs give equal bytes except timing. Reading and decoding are not part of the times.
+/// @param stop  set from elsewhere (a signal) to end after the current frame; the files are complete up to there
+/// Throws InputError if dataset or rig cannot be used or a file cannot be written.
+RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop);
+
+}  // namespace facet

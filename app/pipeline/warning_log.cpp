@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/pipeline/warning_log.h"
+
+#include <cstdio>
+
+namespace facet {
+namespace {
+
+constexpr std::size_t kShownPerKind = 10;
+
+}  // namespace
+
+void WarningLog::add(const std::string& kind, const std::string& text) {
+    file_.print("{}: {}\n", kind, text);
+    const std::size_t count = ++counts_[kind];
+    if (count > kShownPerKind + 1) {
+        return;
+    }
+    const std::string line =
+        count <= kShownPerKind ? "warning: " + text : "warning: more of kind " + kind + " follow; see warnings.txt";
+    if (progress_ != nullptr) {
+        progress_->note(line);
+    } else {
+        fmt::print(stderr, "{}\n", line);
+    }
+}
+
+}  // namespace facet

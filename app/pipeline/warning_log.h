@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Where a run's warnings go: counted by kind, kept in a file, and shown without flooding the screen.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "app/support/progress.h"
+#include "app/support/text_file.h"
+#include "drivers/replay_asl/warning.h"
+
+namespace facet {
+
+/// Writes every warning to folder/warnings.txt and the first ten of each kind to stderr. Throws InputError if the file
+/// cannot be written. Thread-bound.
+class WarningLog {
+public:
+    explicit WarningLog(const std::string& folder) : file_(folder + "/warnings.txt") {}
+
+    /// Warnings from here on are shown through the progress bar; nullptr for plain stderr.
+    void set_progress(Progress* progress) { progress_ = progress; }
+    void add(const std::string& kind, const std::string& text);
+    void add(const AslWarning& warning) { add(to_string(warning.kind), warning.text()); }
+    void close() { file_.close(); }
+
+    const std::map<std::string, std::size_t>& counts() const { return counts_; }
+
+private:
+    TextFile file_;
+    Progress* progress_ = nullptr;
+    std::map<std::string, std::size_t> counts_;
+};
+
+}  // namespace facet

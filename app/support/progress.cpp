@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/support/progress.h"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace facet {
+namespace {
+
+constexpr std::size_t kBarWidth = 30;
+constexpr auto kRedraw = std::chrono::milliseconds(100);
+
+std::string minutes(double seconds) {
+    const auto s = static_cast<long>(seconds + 0.5);
+    return fmt::format("{}:{:02}", s / 60, s % 60);
+}
+
+}  // namespace
+
+Progress::Progress(std::string label, std::string unit, std::size_t total)
+    : label_(std::move(label)),
+      unit_(std::move(unit)),
+      total_(std::max<std::size_t>(total, 1)),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      begin_(Clock::now()),
+      last_draw_(begin_ - kRedraw) {}
+
+double Progress::elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
+
+void Progress::update(std::size_t done) {
+    done_ = std::min(done, total_);
+    if (terminal_) {
+        if (Clock::now() - last_draw_ >= kRedraw || done_ == total_) {
+            draw_bar();
+        }
+        return;
+    }
+    const std::size_t percent = 100 * done_ / total_;
+    if (percent >= next_line_percent_) {
+        next_line_percent_ = percent / 10 * 10 + 10;
+        const double rate = static_cast<double>(done_) / std::max(elapsed_s(), 1e-6);
+        fmt::print(stderr, "{} {:3}% {}/{} {} {:.1f}/s, {} left\n", label_, percent, done_, total_, unit_, rate,
+                   minutes(static_cast<double>(total_ - done_) / std::max(rate, 1e-6)));
+    }
+}
+
+void Progress::draw_bar() {
+    last_draw_ = Clock::now();
+    drawn_ = true;
+    const std::size_t filled = kBarWidth * done_ / total_;
+    const double rate = static_cast<double>(done_) / std::max(elapsed_s(), 1e-6);
+    fmt::print(stderr, "\r\x1b[K{} [{}{}] {}/{} {} {:.1f}/s, {} left", label_, std::string(filled, '#'),
+               std::string(kBarWidth - filled, '.'), done_, total_, unit_, rate,
+               minutes(static_cast<double>(total_ - done_) / std::max(rate, 1e-6)));
+    std::fflush(stderr);
+}
+
+void Progress::clear_bar() {
+    if (drawn_) {
+        fmt::print(stderr, "\r\x1b[K");
+        drawn_ = false;
+    }
+}
+
+void Progress::note(const std::string& line) {
+    clear_bar();
+    fmt::print(stderr, "{}\n", line);
+}
+
+void Progress::finish() {
+    clear_bar();
+    const double seconds = elapsed_s();
+    fmt::print(stderr, "{}: {} {} in {:.1f} s ({:.1f}/s)\n", label_, done_, unit_, seconds,
+               static_cast<double>(done_) / std::max(seconds, 1e-6));
+}
+
+}  // namespace facet

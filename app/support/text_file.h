@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A text file being written, whose failures are not silent.
+#pragma once
+
+#include <fmt/core.h>
+
+#include <cstdio>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace facet {
+
+/// Buffered output file. Constructor, write and close throw InputError naming the path (disk full, no permission).
+/// The destructor closes without complaint; call close() to know. Locale-free.
+class TextFile {
+public:
+    explicit TextFile(const std::string& path);
+
+    template <class... Args>
+    void print(fmt::format_string<Args...> format, Args&&... args) {
+        line_.clear();
+        fmt::format_to(std::back_inserter(line_), format, std::forward<Args>(args)...);
+        write(line_);
+    }
+    void write(const std::string& text);
+    void flush();
+    void close();
+
+private:
+    struct Closer {
+        void operator()(std::FILE* file) const { std::fclose(file); }
+    };
+    [[noreturn]] void fail() const;
+
+    std::string path_;
+    std::string line_;
+    std::unique_ptr<std::FILE, Closer> file_;
+};
+
+/// Creates a folder and its parents; throws InputError if it cannot be.
+void make_folder(const std::string& path);
+
+}  // namespace facet

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/support/yaml_file.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "app/support/input_error.h"
+
+namespace facet {
+namespace {
+
+int line_of(const YAML::Node& node, int fallback) {
+    return node.IsDefined() && node.Mark().line >= 0 ? node.Mark().line + 1 : fallback;
+}
+
+/// Throws if a map anywhere below holds a key twice: yaml-cpp would silently keep one of the two.
+void reject_duplicates(const YAML::Node& node, const std::string& file) {
+    if (node.IsMap()) {
+        std::set<std::string> seen;
+        for (const auto& item : node) {
+            if (item.first.IsScalar() && !seen.insert(item.first.Scalar()).second) {
+                throw InputError(
+                    fmt::format("{}:{}: {}: given twice", file, line_of(item.first, 1), item.first.Scalar()));
+            }
+            reject_duplicates(item.second, file);
+        }
+    } else if (node.IsSequence()) {
+        for (const YAML::Node& item : node) {
+            reject_duplicates(item, file);
+        }
+    }
+}
+
+}  // namespace
+
+void YamlNode::fail(const std::string& message) const {
+    throw InputError(field_.empty() ? fmt::format("{}:{}: {}", file_, line_, message)
+                                    : fmt::format("{}:{}: {}: {}", file_, line_, field_, message));
+}
+
+YamlNode YamlNode::child(const YAML::Node& node, const std::string& name) const {
+    return {node, file_, field_.empty() ? name : field_ + "." + name, line_of(node, line_)};
+}
+
+YamlNode YamlNode::at(const std::string& key) const {
+    const std::string field = field_.empty() ? key : field_ + "." + key;
+    if (has(key)) {
+        for (const auto& item : node_) {  // the key's line, not that of a value that begins on the next one
+            if (item.first.IsScalar() && item.first.Scalar() == key) {
+                return {item.second, file_, field, line_of(item.first, line_)};
+            }
+        }
+    }
+    YamlNode(YAML::Node(), file_, field, line_).fail("missing");
+}
+
+double YamlNode::number() const {
+    double value = 0.0;
+    if (!node_.IsScalar() || !YAML::convert<double>::decode(node_, value)) {
+        fail("must be a number");
+    }
+    if (!std::isfinite(value)) {
+        fail("must be finite");
+    }
+    return value;
+}
+
+double YamlNode::positive_number() const {
+    const double value = number();
+    if (value <= 0.0) {
+        fail(fmt::format("must be positive, is {}", value));
+    }
+    return value;
+}
+
+int YamlNode::integer() const {
+    int value = 0;
+    if (!node_.IsScalar() || !YAML::convert<int>::decode(node_, value)) {
+        fail("must be an integer");
+    }
+    return value;
+}
+
+std::string YamlNode::text() const {
+    if (!node_.IsScalar()) {
+        fail("must be text");
+    }
+    return node_.Scalar();
+}
+
+std::vector<double> YamlNode::numbers(std::size_t length) const {
+    if (!node_.IsSequence() || node_.size() != length) {
+        fail(fmt::format("must be a list of {} numbers", length));
+    }
+    std::vector<double> values;
+    for (std::size_t i = 0; i < length; ++i) {
+        values.push_back(child(node_[i], std::to_string(i)).number());
+    }
+    return values;
+}
+
+Eigen::Matrix4d YamlNode::matrix4() const {
+    using RowMajor4d = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+    if (node_.IsMap()) {
+        if (at("rows").integer() != 4 || at("cols").integer() != 4) {
+            fail("must be a 4x4 matrix");
+        }
+        return RowMajor4d(at("data").numbers(16).data());
+    }
+    if (node_.IsSequence() && node_.size() == 16) {
+        return RowMajor4d(numbers(16).data());
+    }
+    if (!node_.IsSequence() || node_.size() != 4) {
+        fail("must be a 4x4 matrix");
+    }
+    Eigen::Matrix4d m;
+    for (int r = 0; r < 4; ++r) {
+        const YamlNode row = child(node_[r], std::to_string(r));
+        m.row(r) = Eigen::RowVector4d(row.numbers(4).data());
+    }
+    return m;
+}
+
+YamlNode load_yaml(const std::string& path) {
+    std::ifstream stream(path, std::ios::binary);
+    std::ostringstream bytes;
+    if (!stream || !(bytes << stream.rdbuf())) {
+        throw InputError(path + ": cannot be read");
+    }
+    std::string text = bytes.str();
+    constexpr std::string_view kDirective = "%YAML";
+    if (text.starts_with(kDirective)) {
+        text.replace(0, kDirective.size(), "#YAML");  // a comment keeps the line numbers
+    }
+    try {
+        const YAML::Node root = YAML::Load(text);
+        if (!root.IsMap() && !root.IsNull()) {
+            throw InputError(path + ":1: is not a map of keys to values");
+        }
+        reject_duplicates(root, path);
+        return {root, path, "", 1};
+    } catch (const YAML::ParserException& e) {
+        throw InputError(fmt::format("{}:{}: not valid YAML: {}", path, e.mark.line + 1, e.msg));
+    }
+}
+
+}  // namespace facet

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/replay_asl/asl_dataset.h"
+
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+namespace facet {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kImuColumns = 7;
+
+std::string column_text(std::size_t index) { return "column " + std::to_string(index + 1); }
+
+}  // namespace
+
+const char* to_string(AslWarningKind kind) {
+    switch (kind) {
+        case AslWarningKind::kMalformedRow: return "malformed_row";
+        case AslWarningKind::kNotFinite: return "not_finite";
+        case AslWarningKind::kDuplicate: return "duplicate_stamp";
+        case AslWarningKind::kOutOfOrder: return "out_of_order";
+        case AslWarningKind::kMissingRight: return "missing_right";
+        case AslWarningKind::kMissingLeft: return "missing_left";
+        case AslWarningKind::kMissingFile: return "missing_file";
+        case AslWarningKind::kCorruptImage: return "corrupt_image";
+        case AslWarningKind::kWrongSize: return "wrong_size";
+        case AslWarningKind::kImuGap: return "imu_gap";
+        case AslWarningKind::kUncovered: return "uncovered_frame";
+        case AslWarningKind::kCount: break;
+    }
+    return "unknown";
+}
+
+std::string AslWarning::text() const { return file + ":" + std::to_string(line) + ": " + message; }
+
+void AslDataset::warn(AslWarningKind kind, const std::string& file, std::int64_t line, std::string message) const {
+    if (sink_) {
+        sink_({.kind = kind, .file = file, .line = line, .message = std::move(message)});
+    }
+}
+
+std::string AslDataset::find_root(const std::string& path) {
+    std::error_code ignored;
+    if (!fs::is_directory(path, ignored)) {
+        return {};
+    }
+    const fs::path inner = fs::path(path) / "mav0";
+    return (fs::is_directory(inner, ignored) ? inner : fs::path(path)).string();
+}
+
+Status AslDataset::open(const std::string& path, const AslOptions& options, AslWarningSink sink, std::string& error) {
+    *this = AslDataset();
+    options_ = options;
+    sink_ = std::move(sink);
+    root_ = find_root(path);
+    if (root_.empty()) {
+        error = path + ": no such folder";
+        return Status::kIo;
+    }
+    camera_csv_ = {(fs::path(root_) / "cam0" / "data.csv").string(), (fs::path(root_) / "cam1" / "data.csv").string()};
+
+    std::vector<ImageRow> left;
+    std::vector<ImageRow> right;
+    FACET_TRY(load_images(camera_csv_[0], left, error));
+    FACET_TRY(load_images(camera_csv_[1], right, error));
+    const std::string imu_path = (fs::path(root_) / "imu0" / "data.csv").string();
+    if (!imu_csv_.open(imu_path)) {
+        error = imu_path + ": cannot be read";
+        return Status::kIo;
+    }
+    ImuRow first;
+    if (!next_imu(first)) {
+        error = imu_path + ": holds no valid row";
+        return Status::kIo;
+    }
+    imu_ahead_ = first;
+    log_begin_ = left.front().stamp;
+    pair_images(left, right);
+    return Status::kOk;
+}
+
+Status AslDataset::load_images(const std::string& csv_path, std::vector<ImageRow>& rows, std::string& error) {
+    CsvFile csv;
+    if (!csv.open(csv_path)) {
+        error = csv_path + ": cannot be read";
+        return Status::kIo;
+    }
+    IncreasingRows<ImageRow> filter;
+    const auto read = [&](ImageRow& row) { return read_image_row(csv, row); };
+    const auto skip = [&](AslWarningKind kind, std::int64_t line, const char* message) {
+        warn(kind, csv_path, line, message);
+    };
+    ImageRow row;
+    while (filter.next(read, skip, row)) {
+        rows.push_back(row);
+    }
+    if (csv.failed() || rows.empty()) {
+        error = csv_path + (csv.failed() ? ": read error" : ": holds no valid row");
+        return Status::kIo;
+    }
+    return Status::kOk;
+}
+
+bool AslDataset::read_image_row(CsvFile& csv, ImageRow& row) {
+    while (csv.next(fields_)) {
+        row.line = csv.line();
+        if (fields_.size() != 2 || fields_[1].empty()) {
+            warn(AslWarningKind::kMalformedRow, csv.path(), row.line, "row is not 'stamp,file name'; row skipped");
+            continue;
+        }
+        if (!parse_int64(fields_[0], row.stamp.ns)) {
+            warn(AslWarningKind::kMalformedRow, csv.path(), row.line, "stamp is not an integer (ns); row skipped");
+            continue;
+        }
+        row.stamp = row.stamp + options_.camera_time_shift;
+        row.file = fields_[1];
+        return true;
+    }
+    return false;
+}
+
+bool AslDataset::read_imu_row(ImuRow& row) {
+    while (imu_csv_.next(fields_)) {
+        row.line = imu_csv_.line();
+        const auto skip = [&](AslWarningKind kind, const std::string& what) {
+            warn(kind, imu_csv_.path(), row.line, what + "; row skipped");
+        };
+        if (fields_.size() != kImuColumns) {
+            skip(AslWarningKind::kMalformedRow, "row has " + std::to_string(fields_.size()) + " columns, not 7");
+            continue;
+        }
+        if (!parse_int64(fields_[0], row.stamp.ns)) {
+            skip(AslWarningKind::kMalformedRow, "stamp is not an integer (ns)");
+            continue;
+        }
+        std::array<double, kImuColumns> x{};
+        std::size_t i = 1;
+        while (i < kImuColumns && parse_double(fields_[i], x[i]) && std::isfinite(x[i])) {
+            ++i;
+        }
+        if (i < kImuColumns) {
+            double number = 0.0;
+            const bool is_number = parse_double(fields_[i], number);
+            skip(is_number ? AslWarningKind::kNotFinite : AslWarningKind::kMalformedRow,
+                 column_text(i) + (is_number ? " is not finite" : " is not a number"));
+            continue;
+        }
+        row.sample = {.stamp = row.stamp, .w_B = {x[1], x[2], x[3]}, .a_B = {x[4], x[5], x[6]}};
+        return true;
+    }
+    return false;
+}
+
+bool AslDataset::next_imu(ImuRow& row) {
+    const auto read = [this](ImuRow& r) { return read_imu_row(r); };
+    const auto skip = [this](AslWarningKind kind, std::int64_t line, const char* message) {
+        warn(kind, imu_csv_.path(), line, message);
+    };
+    if (!imu_filter_.next(read, skip, row)) {
+        return false;
+    }
+    if (imu_before_.has_value() && row.stamp - *imu_before_ > options_.imu_gap) {
+        warn(AslWarningKind::kImuGap, imu_csv_.path(), row.line,
+             "no inertial data for " + std::to_string((row.stamp - *imu_before_).seconds()) + " s before this row");
+    }
+    imu_before_ = row.stamp;
+    return true;
+}
+
+void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right) {
+    const Timestamp begin = log_begin_ + options_.start;
+    const auto in_window = [&](Timestamp t) {
+        return t >= begin && (!options_.length.has_value() || t - begin <= *options_.length);
+    };
+    const auto lonely_right = [&](const ImageRow& row) {
+        if (in_window(row.stamp)) {
+            warn(AslWarningKind::kMissingLeft, camera_csv_[1], row.line, "no left image for this right one; skipped");
+        }
+    };
+    std::size_t j = 0;
+    for (const ImageRow& row : left) {
+        while (j < right.size() && right[j].stamp < row.stamp - options_.pair_tolerance) {
+            lonely_right(right[j++]);
+        }
+        std::optional<ImageRow> match;
+        if (j < right.size() && right[j].stamp <= row.stamp + options_.pair_tolerance) {
+            match = std::move(right[j++]);
+        }
+        if (!in_window(row.stamp)) {
+            continue;
+        }
+        if (!match.has_value()) {
+            warn(AslWarningKind::kMissingRight, camera_csv_[0], row.line,
+                 "no right image for this left one; frame has a left view only");
+        }
+        pairs_.push_back({row, std::move(match)});
+    }
+    while (j < right.size()) {
+        lonely_right(right[j++]);
+    }
+}
+
+bool AslDataset::load_image(const ImageRow& row, int camera, GreyImage& image) {
+    const std::string& csv = camera_csv_[static_cast<std::size_t>(camera)];
+    const std::string path = (fs::path(csv).parent_path() / "data" / row.file).string();
+    ImageSize& size = camera == 0 ? options_.left_size : options_.right_size;
+    const char* consequence = camera == 0 ? "; frame skipped" : "; frame has a left view only";
+    switch (decoder_.decode(path, size.width, size.height, image)) {
+        case Status::kOk: size = {image.width, image.height}; return true;
+        case Status::kNotFound:
+            warn(AslWarningKind::kMissingFile, csv, row.line, path + ": " + decoder_.error() + consequence);
+            return false;
+        case Status::kInvalidArgument:
+            warn(AslWarningKind::kWrongSize, csv, row.line, path + ": " + decoder_.error() + consequence);
+            return false;
+        default:
+            warn(AslWarningKind::kCorruptImage, csv, row.line,
+                 path + ": damaged PNG: " + decoder_.error() + consequence);
+            return false;
+    }
+}
+
+bool AslDataset::load_frame(const Pair& pair, StereoFrame& frame) {
+    if (!load_image(pair.left, 0, images_[0])) {
+        return false;
+    }
+    const bool has_right = pair.right.has_value() && load_image(*pair.right, 1, images_[1]);
+    frame.stamp = pair.left.stamp;
+    frame.left = images_[0].view();
+    frame.right = has_right ? images_[1].view() : ImageView{};
+    return true;
+}
+
+bool AslDataset::give_frame(StereoFrame& frame) {
+    while (next_pair_ < pairs_.size() && imu_given_.has_value() && pairs_[next_pair_].left.stamp <= *imu_given_) {
+        if (load_frame(pairs_[next_pair_++], frame)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool AslDataset::give_imu(ImuSample& sample) {
+    while (imu_ahead_.has_value()) {
+        const ImuRow row = *imu_ahead_;
+        ImuRow next;
+        imu_ahead_ = next_imu(next) ? std::optional<ImuRow>(next) : std::nullopt;
+        // Until the first sample is given: drop frames that precede it, and data long before the first frame.
+        while (!imu_given_.has_value() && next_pair_ < pairs_.size() && pairs_[next_pair_].left.stamp < row.stamp) {
+            warn(AslWarningKind::kUncovered, camera_csv_[0], pairs_[next_pair_++].left.line,
+                 "frame is before the first inertial sample; frame skipped");
+        }
+        if (next_pair_ >= pairs_.size()) {
+            return false;
+        }
+        if (!imu_given_.has_value() && row.stamp < pairs_[next_pair_].left.stamp - options_.imu_lead) {
+            continue;
+        }
+        imu_given_ = row.stamp;
+        sample = row.sample;
+        return true;
+    }
+    return false;
+}
+
+AslDataset::Event AslDataset::next(ImuSample& imu, StereoFrame& frame) {
+    if (give_frame(frame)) {
+        return Event::kFrame;
+    }
+    if (next_pair_ < pairs_.size() && give_imu(imu)) {
+        return Event::kImu;
+    }
+    for (; next_pair_ < pairs_.size(); ++next_pair_) {
+        warn(AslWarningKind::kUncovered, camera_csv_[0], pairs_[next_pair_].left.line,
+             "frame is after the last inertial sample; frame skipped");
+    }
+    return Event::kEnd;
+}
+
+}  // namespace facet

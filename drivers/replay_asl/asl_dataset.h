@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Reader of a recorded stereo-inertial log in the EuRoC/ASL folder format.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/replay_asl/csv_file.h"
+#include "drivers/replay_asl/increasing_rows.h"
+#include "drivers/replay_asl/png_decoder.h"
+#include "drivers/replay_asl/warning.h"
+#include "platform/base/samples.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// Size in pixels an image must have; zero for any.
+struct ImageSize {
+    int width = 0;
+    int height = 0;
+};
+
+/// How a dataset is read.
+struct AslOptions {
+    Duration pair_tolerance = Duration::from_seconds(1e-3);  ///< largest difference of the stamps of one stereo pair
+    Duration imu_gap = Duration::from_seconds(0.05);         ///< a longer step between inertial samples is a gap
+    Duration imu_lead = Duration::from_seconds(2.0);         ///< inertial data given before the first frame
+    Duration camera_time_shift;                              ///< added to image stamps: t_imu = t_cam + shift
+    Duration start;                                          ///< frames are given from this long after the first one
+    std::optional<Duration> length;                          ///< and only for this long; all if empty
+    ImageSize left_size;
+    ImageSize right_size;
+};
+
+/// A log folder with cam0, cam1 and imu0, each with data.csv (stamps in integer ns). Usage:
+///   AslDataset log;
+///   if (!ok(log.open("MH_01_easy", {}, print_warning, error))) { ... }
+///   for (;;) switch (log.next(imu, frame)) { case kImu: ...; case kFrame: ...; case kEnd: return; }
+/// Bad data never stops the run: each bad row or image goes to the sink with file and line, and is skipped.
+/// Image lists are read at open, inertial rows and images as they are asked for. Thread-bound.
+class AslDataset {
+public:
+    enum class Event : std::uint8_t { kImu, kFrame, kEnd };
+
+    /// The folder with cam0, cam1 and imu0: `path`/mav0 if there is one, else `path`. Empty if `path` is no folder.
+    static std::string find_root(const std::string& path);
+
+    /// Opens a folder that holds mav0/ or is it.
+    /// @return kIo with `error` naming the path if it is not there or a data.csv cannot be read or has no valid row.
+    Status open(const std::string& path, const AslOptions& options, AslWarningSink sink, std::string& error);
+
+    /// Next sample in order of time. A frame comes right after the first inertial sample at or after its stamp, which is
+    /// when an estimator can use it; frames that inertial data never reach are skipped with a warning. A frame's views
+    /// stay valid until the next call; the right one is empty if the right image is missing or bad.
+    Event next(ImuSample& imu, StereoFrame& frame);
+
+    /// Frames that will be given if none is bad.
+    std::size_t frame_count() const { return pairs_.size(); }
+    /// Stamp of the first frame of the log, before the window of the options is applied, camera shift included.
+    Timestamp log_begin() const { return log_begin_; }
+    const std::string& root() const { return root_; }  ///< the folder with cam0
+
+private:
+    struct ImageRow {
+        Timestamp stamp;
+        std::int64_t line = 0;
+        std::string file;
+    };
+    struct ImuRow {
+        Timestamp stamp;
+        std::int64_t line = 0;
+        ImuSample sample;
+    };
+    struct Pair {
+        ImageRow left;
+        std::optional<ImageRow> right;
+    };
+
+    void warn(AslWarningKind kind, const std::string& file, std::int64_t line, std::string message) const;
+    Status load_images(const std::string& csv_path, std::vector<ImageRow>& rows, std::string& error);
+    bool read_image_row(CsvFile& csv, ImageRow& row);
+    bool read_imu_row(ImuRow& row);
+    bool next_imu(ImuRow& row);
+    void pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right);
+    bool load_frame(const Pair& pair, StereoFrame& frame);
+    bool load_image(const ImageRow& row, int camera, GreyImage& image);
+    bool give_frame(StereoFrame& frame);
+    bool give_imu(ImuSample& sample);
+
+    AslOptions options_;
+    AslWarningSink sink_;
+    std::string root_;
+    std::array<std::string, 2> camera_csv_;
+    Timestamp log_begin_;
+
+    std::vector<Pair> pairs_;
+    std::size_t next_pair_ = 0;
+
+    CsvFile imu_csv_;
+    std::vector<std::string_view> fields_;
+    IncreasingRows<ImuRow> imu_filter_;
+    std::optional<ImuRow> imu_ahead_;
+    std::optional<Timestamp> imu_before_;  // of the last row read, for gaps
+    std::optional<Timestamp> imu_given_;   // of the last sample handed out
+
+    PngDecoder decoder_;
+    std::array<GreyImage, 2> images_;
+};
+
+}  // namespace facet

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/replay_asl/csv_file.h"
+
+#include <charconv>
+
+namespace facet {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\v\f";
+
+std::string_view trim(std::string_view s) {
+    const std::size_t first = s.find_first_not_of(kBlanks);
+    if (first == std::string_view::npos) {
+        return {};
+    }
+    return s.substr(first, s.find_last_not_of(kBlanks) - first + 1);
+}
+
+}  // namespace
+
+bool CsvFile::open(const std::string& path) {
+    path_ = path;
+    line_ = 0;
+    stream_.close();
+    stream_.clear();
+    stream_.open(path, std::ios::binary);
+    // A folder opens for reading but gives no byte: peek tells them apart, and an empty file just ends.
+    if (!stream_) {
+        return false;
+    }
+    stream_.peek();
+    if (stream_.bad()) {
+        return false;
+    }
+    stream_.clear();
+    return true;
+}
+
+bool CsvFile::next(std::vector<std::string_view>& fields) {
+    while (std::getline(stream_, buffer_)) {
+        ++line_;
+        std::string_view row = buffer_;
+        if (line_ == 1 && row.starts_with("\xEF\xBB\xBF")) {
+            row.remove_prefix(3);
+        }
+        row = trim(row);
+        if (row.empty() || row.front() == '#') {
+            continue;
+        }
+        fields.clear();
+        for (;;) {
+            const std::size_t comma = row.find(',');
+            fields.push_back(trim(row.substr(0, comma)));
+            if (comma == std::string_view::npos) {
+                return true;
+            }
+            row.remove_prefix(comma + 1);
+        }
+    }
+    return false;
+}
+
+bool parse_int64(std::string_view field, std::int64_t& value) {
+    if (field.starts_with('+')) {
+        field.remove_prefix(1);
+    }
+    std::int64_t parsed = 0;
+    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), parsed);
+    if (error != std::errc() || end != field.data() + field.size()) {
+        return false;
+    }
+    value = parsed;
+    return true;
+}
+
+bool parse_double(std::string_view field, double& value) {
+    if (field.starts_with('+')) {
+        field.remove_prefix(1);
+    }
+    double parsed = 0.0;
+    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), parsed);
+    if (error != std::errc() || end != field.data() + field.size()) {
+        return false;
+    }
+    value = parsed;
+    return true;
+}
+
+}  // namespace facet

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Decodes PNG files into reused 8-bit grey buffers.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "platform/base/image_view.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// An image that owns its pixels, rows without padding.
+struct GreyImage {
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint8_t> pixels;
+
+    ImageView view() const { return {.data = pixels.data(), .width = width, .height = height, .stride = width}; }
+};
+
+/// PNG reader: 1 to 16 bits, grey, palette or colour, with or without alpha (dropped), interlaced or not, becomes 8-bit
+/// grey. 16 bits are rounded to 8; colour becomes luma 0.299 R + 0.587 G + 0.114 B of the stored values, without gamma.
+/// Thread-bound. Heap: the file buffer (reused) and libpng's own.
+class PngDecoder {
+public:
+    /// Decodes a file; image's storage is reused.
+    /// @param expected_width, expected_height  size the image must have (px); 0 for any up to 16384
+    /// @return kNotFound if the file cannot be read, kCorrupt if it is not a complete, intact PNG, kInvalidArgument if
+    ///         its size is another one (image then holds the size found and no pixels). error() says more.
+    Status decode(const std::string& path, int expected_width, int expected_height, GreyImage& image);
+
+    const std::string& error() const { return error_; }
+
+private:
+    std::vector<std::uint8_t> file_;
+    std::vector<std::uint8_t*> rows_;
+    std::string error_;
+};
+
+}  // namespace facet

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Reprojection of one landmark into the two cameras of one keyframe.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "estimator/factors/robust_loss.h"
+#include "estimator/geometry/inverse_depth.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// One landmark as one keyframe saw it, normalised undistorted coordinates.
+struct StereoMeasurement {
+    Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();
+    Eigen::Vector2d right_xy = Eigen::Vector2d::Zero();  ///< only if has_right
+    bool has_right = false;
+};
+
+/// Both cameras on the body, in the form projections need, and the whitening of their residuals.
+struct StereoGeometry {
+    Eigen::Matrix3d R_C0_B = Eigen::Matrix3d::Identity();
+    Eigen::Matrix3d R_C1_B = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d p_B_C0 = Eigen::Vector3d::Zero();
+    Eigen::Vector3d p_B_C1 = Eigen::Vector3d::Zero();
+    double scale_left = 1.0;  ///< focal length over pixel sigma: whitens normalised residuals
+    double scale_right = 1.0;
+};
+
+/// Whitened, robustly weighted linearization of one measurement: rows (u0, v0, u1, v1), the last two zero if there is no
+/// right one. Weights are applied: normal equations are J^T J and J^T r as they stand.
+struct StereoLinearization {
+    Eigen::Vector4d r;
+    Eigen::Matrix<double, 4, 6> d_r_d_T_W_B;  ///< order [theta p]
+    Eigen::Matrix<double, 4, 3> d_r_d_point;  ///< order [x y rho] of the host chart
+    double cost = 0.0;                        ///< robust, 1/2 rho(|r|^2) summed over the cameras
+    double squared_error = 0.0;               ///< whitened, not robust, summed over the cameras
+};
+
+/// Reprojection residual of a landmark in both cameras of the keyframe at T_W_B.
+///   q_Ck = R_Ck_B * (R_W_B^T * (ray_W + rho * (centre_W - p_W_B)) - rho * p_B_Ck)
+///   r_k  = scale_k * (q_Ck.xy / q_Ck.z - xy_k)
+/// Structureless vision factor before elimination of the point: [Forster17] Sec. VII, with an inverse-depth chart.
+/// The host camera only gives the chart of the point: no Jacobian with respect to the host pose arises, because the
+/// point is a free variable that gets eliminated.
+/// @param T_W_B      pose at which the residual is taken
+/// @param T_W_B_lin  pose at which the Jacobians are taken (first-estimate Jacobians); equal to T_W_B if free
+/// @param host       camera that hosts the point's chart
+/// @return kDegenerate if the point is behind a camera at either pose (outputs untouched). No heap. Reentrant.
+Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const Se3& T_W_B,
+                        const Se3& T_W_B_lin, const CameraPose& host, const InverseDepthPoint& point,
+                        const HuberLoss& loss, StereoLinearization& out);
+
+}  // namespace facet

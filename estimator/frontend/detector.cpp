@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/frontend/detector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "platform/base/assert.h"
+
+namespace facet {
+namespace {
+
+constexpr int kBlock = 5;           // window of the gradient matrix (px)
+constexpr float kMinScore = 1e-5F;  // of an image of range 0..255 in OpenCV's scaling: about 1.3 grey levels a pixel
+
+}  // namespace
+
+void Detector::configure(const FrontendConfig& config, int width, int height, double border_px) {
+    config_ = config;
+    width_ = width;
+    height_ = height;
+    border_ = std::max(2, static_cast<int>(std::ceil(border_px)));
+    const std::size_t area = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    const std::size_t cells =
+        static_cast<std::size_t>(config.grid_columns) * static_cast<std::size_t>(config.grid_rows);
+    score_.assign(area, 0.0F);
+    blocked_.assign(area, 0);
+    candidates_.assign(cells * kPerCell, Candidate{});
+    count_.assign(cells, 0);
+    next_.assign(cells, 0);
+    tracks_.assign(cells, 0);
+    order_.assign(cells, 0);
+    const int reach = static_cast<int>(std::ceil(config.min_distance_px)) - 1;
+    disc_.clear();
+    for (int dv = -reach; dv <= reach; ++dv) {
+        // Strictly nearer than the distance is blocked.
+        const double rest = config.min_distance_px * config.min_distance_px - static_cast<double>(dv) * dv;
+        disc_.push_back(std::max(0, static_cast<int>(std::ceil(std::sqrt(rest))) - 1));
+    }
+}
+
+int Detector::cell_of(int u, int v) const {
+    return v * config_.grid_rows / height_ * config_.grid_columns + u * config_.grid_columns / width_;
+}
+
+void Detector::occupy(const Eigen::Vector2d& uv) {
+    const int reach = static_cast<int>(disc_.size()) / 2;
+    const int cu = static_cast<int>(std::lround(uv.x()));
+    const int cv = static_cast<int>(std::lround(uv.y()));
+    for (int dv = -reach; dv <= reach; ++dv) {
+        const int v = cv + dv;
+        const int half = disc_[static_cast<std::size_t>(dv + reach)];
+        const int first = std::max(0, cu - half);
+        const int last = std::min(width_ - 1, cu + half);
+        if (v >= 0 && v < height_ && first <= last) {
+            std::fill_n(blocked_.begin() + static_cast<std::ptrdiff_t>(v) * width_ + first, last - first + 1,
+                        std::uint8_t{1});
+        }
+    }
+}
+
+void Detector::collect(float threshold) {
+    std::fill(count_.begin(), count_.end(), 0);
+    for (int v = border_; v < height_ - border_; ++v) {
+        const float* row = score_.data() + static_cast<std::ptrdiff_t>(v) * width_;
+        const float* up = row - width_;
+        const float* down = row + width_;
+        const std::uint8_t* blocked = blocked_.data() + static_cast<std::ptrdiff_t>(v) * width_;
+        for (int u = border_; u < width_ - border_; ++u) {
+            const float s = row[u];
+            if (s < threshold || blocked[u] != 0) {
+                continue;
+            }
+            // Ties go to the first in reading order.
+            const bool peak = s > row[u - 1] && s >= row[u + 1] && s > up[u - 1] && s > up[u] && s > up[u + 1] &&
+                              s >= down[u - 1] && s >= down[u] && s >= down[u + 1];
+            if (!peak) {
+                continue;
+            }
+            const std::size_t cell = static_cast<std::size_t>(cell_of(u, v));
+            Candidate* list = candidates_.data() + cell * kPerCell;
+            int& n = count_[cell];
+            if (n == kPerCell && !(s > list[n - 1].score)) {
+                continue;
+            }
+            int at = n < kPerCell ? n++ : n - 1;
+            for (; at > 0 && list[at - 1].score < s; --at) {
+                list[at] = list[at - 1];
+            }
+            list[at] = {s, static_cast<std::int16_t>(u), static_cast<std::int16_t>(v)};
+        }
+    }
+}
+
+void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted,
+                      CornerList& corners) {
+    FACET_ASSERT(image.width == width_ && image.height == height_);
+    wanted = std::min(wanted, static_cast<int>(corners.capacity() - corners.size()));
+    if (wanted <= 0) {
+        return;
+    }
+    std::fill(blocked_.begin(), blocked_.end(), std::uint8_t{0});
+    std::fill(tracks_.begin(), tracks_.end(), 0);
+    for (const Eigen::Vector2d& uv : occupied) {
+        occupy(uv);
+        const int u = std::clamp(static_cast<int>(uv.x()), 0, width_ - 1);
+        const int v = std::clamp(static_cast<int>(uv.y()), 0, height_ - 1);
+        ++tracks_[static_cast<std::size_t>(cell_of(u, v))];
+    }
+    const cv::Mat source(height_, width_, CV_8UC1, const_cast<std::uint8_t*>(image.data),
+                         static_cast<std::size_t>(image.stride));
+    cv::Mat score(height_, width_, CV_32FC1, score_.data());
+    cv::cornerMinEigenVal(source, score, kBlock, 3);
+    const float best = *std::max_element(score_.begin(), score_.end());
+    collect(std::max(kMinScore, static_cast<float>(config_.corner_quality) * best));
+
+    std::fill(next_.begin(), next_.end(), 0);
+    bool progress = true;
+    while (wanted > 0 && progress) {
+        progress = false;
+        std::iota(order_.begin(), order_.end(), 0);
+        std::stable_sort(order_.begin(), order_.end(), [this](int a, int b) {
+            return tracks_[static_cast<std::size_t>(a)] < tracks_[static_cast<std::size_t>(b)];
+        });
+        for (const int cell : order_) {
+            if (wanted == 0) {
+                break;
+            }
+            const std::size_t c = static_cast<std::size_t>(cell);
+            while (next_[c] < count_[c]) {
+                const Candidate& candidate = candidates_[c * kPerCell + static_cast<std::size_t>(next_[c]++)];
+                if (blocked_[static_cast<std::size_t>(candidate.v) * static_cast<std::size_t>(width_) +
+                             static_cast<std::size_t>(candidate.u)] != 0) {
+                    continue;
+                }
+                corners.emplace_back(candidate.u, candidate.v);
+                occupy(corners.back());
+                ++tracks_[c];
+                --wanted;
+                progress = true;
+                break;
+            }
+        }
+    }
+}
+
+}  // namespace facet

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Finds corners, spread evenly over the image.
+#pragma once
+
+#include <Eigen/Core>
+#include <boost/container/static_vector.hpp>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "estimator/api/capacity.h"
+#include "estimator/frontend/frontend_config.h"
+#include "platform/base/image_view.h"
+
+namespace facet {
+
+using CornerList = boost::container::static_vector<Eigen::Vector2d, kMaxFeatures>;
+
+/// Shi-Tomasi corners (least eigenvalue of the gradient matrix, [Shi94]) that are local maxima. The image is divided
+/// into cells; cells with the fewest tracks are served first, one corner a cell and round. Corners stand on whole
+/// pixels: what a track follows is the patch about its corner, so moving the corner by part of a pixel makes it no more
+/// accurate, and a patch cut on whole pixels needs no interpolation.
+/// Heap: in configure(); detect() only what OpenCV takes for its buffers. Thread-bound.
+class Detector {
+public:
+    /// @param border_px  corners keep this distance to the image border
+    void configure(const FrontendConfig& config, int width, int height, double border_px);
+
+    /// Appends at most `wanted` corners of `image`, no nearer than min_distance_px to `occupied` and to each other.
+    /// May throw cv::Exception.
+    void detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners);
+
+private:
+    struct Candidate {
+        float score = 0.0F;
+        std::int16_t u = 0;
+        std::int16_t v = 0;
+    };
+    static constexpr int kPerCell = 24;  ///< strongest candidates kept a cell: bounds the work
+
+    void collect(float threshold);
+    void occupy(const Eigen::Vector2d& uv);
+    int cell_of(int u, int v) const;
+
+    FrontendConfig config_;
+    int width_ = 0;
+    int height_ = 0;
+    int border_ = 0;
+    std::vector<float> score_;
+    std::vector<std::uint8_t> blocked_;
+    std::vector<int> disc_;              ///< half width of the blocked disc, a row each
+    std::vector<Candidate> candidates_;  ///< kPerCell a cell, strongest first
+    std::vector<int> count_;             ///< candidates of each cell
+    std::vector<int> next_;              ///< first candidate not looked at
+    std::vector<int> tracks_;            ///< tracks and new corners in each cell
+    std::vector<int> order_;             ///< cells, emptiest first
+};
+
+}  // namespace facet

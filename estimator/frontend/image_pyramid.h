@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A Gaussian pyramid of a grey image in buffers of its own.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "platform/base/image_view.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// Level l is half the size of level l-1: pixel (u, v) of level l lies at (2 u, 2 v) of level l-1 (5x5 binomial filter
+/// before decimation). Level 0 is the image, smoothed once by [1 2 1]/4 in both directions: bilinear interpolation of
+/// an unsmoothed image blurs more between pixels than on them, which pulls sub-pixel positions towards the grid.
+/// Heap: in configure(); build() only what OpenCV takes for its row buffers. Thread-bound.
+class ImagePyramid {
+public:
+    static constexpr int kMaxLevels = 6;
+
+    /// Allocates the buffers. kInvalidArgument unless 1 <= levels <= 6 and the coarsest level is at least 16 px wide and high.
+    Status configure(int width, int height, int levels);
+
+    /// Copies and filters an image of the configured size (FACET_ASSERT). May throw cv::Exception.
+    void build(const ImageView& image);
+
+    int levels() const { return levels_; }
+    const ImageView& level(int l) const { return views_[static_cast<std::size_t>(l)]; }
+
+private:
+    int levels_ = 0;
+    std::array<std::vector<std::uint8_t>, kMaxLevels> buffers_;
+    std::array<ImageView, kMaxLevels> views_;
+};
+
+}  // namespace facet

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Aligns a stored image patch with an image to a small fraction of a pixel: inverse-compositional Lucas-Kanade.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "estimator/frontend/image_pyramid.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// Where a patch lies in an image: template offset x (px from the patch's anchor point) is seen at A * x + uv (level 0).
+struct PatchPose {
+    Eigen::Matrix2f A = Eigen::Matrix2f::Identity();
+    Eigen::Vector2d uv = Eigen::Vector2d::Zero();  ///< position of the anchor point (px)
+};
+
+/// A patch around an anchor point, cut from levels of a pyramid, prepared for alignment. On every level it is cut on
+/// whole pixels, as near to the anchor as they are, so that its grey values are not interpolated; the remaining offset
+/// is kept. Filled by PatchAligner.
+struct PatchTemplate {
+    struct Level {
+        bool valid = false;     ///< the patch with its gradients lay inside the image and has texture
+        float contrast = 0.0F;  ///< weighted sum of squared grey values about their mean
+        Eigen::Vector2f offset = Eigen::Vector2f::Zero();    ///< patch centre minus anchor (px of this level)
+        Eigen::Matrix2f inverse2 = Eigen::Matrix2f::Zero();  ///< (J^T W J)^-1 of the position
+    };
+    std::array<Level, ImagePyramid::kMaxLevels> levels;
+    Eigen::Matrix<float, 6, 6> inverse6 = Eigen::Matrix<float, 6, 6>::Zero();  ///< level 0, order [t, A row by row]
+    std::vector<float> planes;  ///< per level: W T, then the columns of W J (6 on level 0, 2 elsewhere)
+};
+
+/// What extract() is to prepare.
+struct ExtractOptions {
+    int coarsest = 2;     ///< levels 0 to this one
+    bool affine = false;  ///< level 0 for affine alignment too
+};
+
+struct AlignOptions {
+    int coarsest = 2;              ///< level to start at
+    int finest = 0;                ///< level to end at
+    bool affine = false;           ///< on level 0, estimate A too (extracted with affine); else keep it
+    float min_correlation = 0.8F;  ///< least normalised correlation on the last level
+};
+
+/// Lucas-Kanade alignment, inverse compositional [Baker04], of
+///   I(A x + uv) = alpha T(x) + beta      for x in a Gaussian-weighted disc,
+/// over uv (and A on request). Gain and offset are eliminated exactly: the steepest-descent images J are projected onto
+/// the complement of {1, T}, so that J^T W I / alpha is the right hand side of the normal equations. Fixed storage after configure(); no heap, no exceptions. Thread-bound.
+class PatchAligner {
+public:
+    /// @param window_px  side of the window, odd
+    Status configure(int window_px, int levels, int max_iterations, double epsilon_px);
+
+    /// Allocates a template's pixels for this aligner's window.
+    void allocate(PatchTemplate& patch) const;
+
+    /// Cuts a patch at uv. Levels on which the patch leaves the image are marked invalid.
+    /// @return kNotFound if level 0 is among them; kDegenerate if level 0 has too little texture (outputs then void).
+    Status extract(const ImagePyramid& image, const Eigen::Vector2d& uv, const ExtractOptions& options,
+                   PatchTemplate& patch);
+
+    /// Refines `pose` in `image`, coarse to fine.
+    /// @param correlation  weighted normalised correlation on the last level
+    /// @return kNotFound if the patch left the image; kDegenerate if it did not converge or correlates too little
+    ///         (pose untouched in both cases).
+    Status align(const PatchTemplate& patch, const ImagePyramid& image, const AlignOptions& options, PatchPose& pose,
+                 float& correlation) const;
+
+    /// Weighted normalised correlation of one level at a pose, -1 if outside.
+    float correlate(const PatchTemplate& patch, const ImagePyramid& image, int level, const PatchPose& pose) const;
+
+    int window_px() const { return window_; }
+    /// Distance to the border a point must keep so that extract() succeeds on level 0 (px).
+    double border_px() const { return window_ / 2 + 2.0; }
+
+private:
+    Status align_level(const PatchTemplate& patch, const ImageView& image, int level, bool affine, PatchPose& pose,
+                       float& correlation) const;
+    bool extract_level(const ImageView& image, const Eigen::Vector2d& at, bool affine, PatchTemplate::Level& level,
+                       float* planes, Eigen::Matrix<float, 6, 6>& inverse6);
+    bool covers(const ImageView& image, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A) const;
+    const float* planes(const PatchTemplate& patch, int level) const {
+        return patch.planes.data() + (level == 0 ? 0 : 7 + 3 * (level - 1)) * count_;
+    }
+
+    int window_ = 0;
+    int levels_ = 0;
+    int count_ = 0;  ///< pixels of the disc, padded to a multiple of kLanes with pixels of weight 0
+    int max_iterations_ = 0;
+    float epsilon_px_ = 0.0F;
+    float weight_sum_ = 0.0F;
+    std::vector<float> weights_;
+    std::vector<float> grid_u_;  ///< offsets from the patch centre (px)
+    std::vector<float> grid_v_;
+    std::vector<float> work_;  ///< 3 * count_: grey values and gradients while extracting
+};
+
+}  // namespace facet

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/frontend/stereo_matcher.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace facet {
+namespace {
+
+constexpr int kSearchLevel = 1;
+constexpr double kSearchStepPx = 2.0;  // along the curve, level 0 pixels
+constexpr int kMaxSteps = 400;
+constexpr float kMinSearchCorrelation = 0.7F;
+constexpr float kMinMatchCorrelation = 0.8F;
+constexpr double kDistinctPx = 8.0;  // places farther apart than this are different ones
+constexpr float kUniqueness = 0.7F;  // (1 - best) / (1 - second) must stay below
+
+}  // namespace
+
+Status StereoMatcher::configure(const FrontendConfig& config, const StereoRig& rig) {
+    config_ = config;
+    rig_ = rig;
+    const Se3 T_C1_C0 = rig.T_C1_C0();
+    R_C1_C0_ = T_C1_C0.R();
+    p_C1_C0_ = T_C1_C0.p;
+    FACET_TRY(aligner_.configure(config.window_px, config.pyramid_levels, config.lk_iterations, config.lk_epsilon_px));
+    aligner_.allocate(patch_);
+    aligner_.allocate(back_);
+    depths_.assign(kMaxSteps, 0.0);
+    scores_.assign(kMaxSteps, 0.0F);
+    return Status::kOk;
+}
+
+bool StereoMatcher::place(const Ray& ray, double inverse_depth, PatchPose& pose) const {
+    Eigen::Matrix<double, 2, 3> d_uv_d_p;
+    const Eigen::Vector3d p = ray.direction_C1 + inverse_depth * p_C1_C0_;
+    if (!ok(rig_.right.project(p, pose.uv, &d_uv_d_p))) {
+        return false;
+    }
+    // Fronto-parallel patch: the inverse depth stays the same over the patch.
+    pose.A = (d_uv_d_p * ray.d_direction_d_uv).cast<float>();
+    return true;
+}
+
+Status StereoMatcher::search(const ImagePyramid& right, const Ray& ray, double& inverse_depth) {
+    const double farthest = 0.0;
+    const double nearest = 1.0 / config_.min_depth_m;
+    PatchPose first;
+    PatchPose last;
+    if (!place(ray, farthest, first) || !place(ray, nearest, last)) {
+        return Status::kNotFound;
+    }
+    const double length = (last.uv - first.uv).norm();
+    const int steps = std::clamp(static_cast<int>(std::ceil(length / kSearchStepPx)) + 1, 2, kMaxSteps);
+    int best = -1;
+    for (int i = 0; i < steps; ++i) {
+        const double rho = nearest * i / (steps - 1);
+        PatchPose pose;
+        depths_[static_cast<std::size_t>(i)] = rho;
+        float& score = scores_[static_cast<std::size_t>(i)];
+        score = place(ray, rho, pose) ? aligner_.correlate(patch_, right, kSearchLevel, pose) : -1.0F;
+        if (best < 0 || score > scores_[static_cast<std::size_t>(best)]) {
+            best = i;
+        }
+    }
+    const float best_score = scores_[static_cast<std::size_t>(best)];
+    if (best_score < kMinSearchCorrelation) {
+        return Status::kNotFound;
+    }
+    const int apart = std::max(1, static_cast<int>(kDistinctPx * (steps - 1) / std::max(length, 1.0)));
+    for (int i = 0; i < steps; ++i) {
+        const float score = scores_[static_cast<std::size_t>(i)];
+        if (std::abs(i - best) >= apart && 1.0F - best_score > kUniqueness * (1.0F - score)) {
+            return Status::kDegenerate;
+        }
+    }
+    inverse_depth = depths_[static_cast<std::size_t>(best)];
+    return Status::kOk;
+}
+
+Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray,
+                             const Eigen::Vector2d& left_uv, double inverse_depth, StereoMatch& match) {
+    PatchPose pose;
+    if (!place(ray, inverse_depth, pose)) {
+        return Status::kNotFound;
+    }
+    AlignOptions options;
+    options.coarsest = 1;
+    options.min_correlation = kMinMatchCorrelation;
+    options.affine = true;
+    float correlation = 0.0F;
+    FACET_TRY(aligner_.align(patch_, right, options, pose, correlation));
+    if (!rig_.right.in_image(pose.uv, 1.0)) {
+        return Status::kNotFound;
+    }
+    StereoMatch found;
+    found.right_uv = pose.uv;
+    FACET_TRY(rig_.right.unproject(pose.uv, found.right_xy));
+
+    // Epipolar distance, and the inverse depth that comes nearest on the line: x_C1 ~ d + rho t.
+    const Eigen::Vector3d x = found.right_xy.homogeneous();
+    const Eigen::Vector3d line = p_C1_C0_.cross(ray.direction_C1);
+    const double off_px = std::abs(line.dot(x)) / line.head<2>().norm() * rig_.right.focal_px();
+    if (!(off_px < config_.stereo_epipolar_px)) {
+        return Status::kDegenerate;
+    }
+    const Eigen::Vector3d a = x.cross(p_C1_C0_);
+    found.inverse_depth = -a.dot(x.cross(ray.direction_C1)) / a.squaredNorm();
+    if (!(found.inverse_depth > 1e-4 && found.inverse_depth < 1.0 / config_.min_depth_m)) {
+        return Status::kDegenerate;
+    }
+    found.p_C0 = ray.xy.homogeneous() / found.inverse_depth;
+
+    FACET_TRY(aligner_.extract(right, pose.uv, {1, false}, back_));
+    PatchPose back{pose.A.inverse(), left_uv};
+    AlignOptions back_options;
+    back_options.coarsest = 1;
+    FACET_TRY(aligner_.align(back_, left, back_options, back, correlation));
+    if (!((back.uv - left_uv).norm() < config_.forward_backward_px)) {
+        return Status::kDegenerate;
+    }
+    match = found;
+    return Status::kOk;
+}
+
+Status StereoMatcher::match(const ImagePyramid& left, const ImagePyramid& right, const Eigen::Vector2d& left_uv,
+                            double known_inverse_depth, StereoMatch& match) {
+    Ray ray;
+    Eigen::Matrix2d d_xy_d_uv;
+    FACET_TRY(rig_.left.unproject(left_uv, ray.xy, &d_xy_d_uv));
+    ray.direction_C1 = R_C1_C0_ * ray.xy.homogeneous();
+    ray.d_direction_d_uv = R_C1_C0_.leftCols<2>() * d_xy_d_uv;
+    FACET_TRY(aligner_.extract(left, left_uv, {1, true}, patch_));
+    if (known_inverse_depth >= 0.0 && ok(refine(left, right, ray, left_uv, known_inverse_depth, match))) {
+        return Status::kOk;
+    }
+    double inverse_depth = 0.0;
+    FACET_TRY(search(right, ray, inverse_depth));
+    return refine(left, right, ray, left_uv, inverse_depth, match);
+}
+
+}  // namespace facet

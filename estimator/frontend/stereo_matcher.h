@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Finds a point of the left image in the right one.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimator/frontend/frontend_config.h"
+#include "estimator/frontend/image_pyramid.h"
+#include "estimator/frontend/patch_aligner.h"
+#include "estimator/geometry/stereo_rig.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+struct StereoMatch {
+    Eigen::Vector2d right_uv = Eigen::Vector2d::Zero();  ///< distorted pixel
+    Eigen::Vector2d right_xy = Eigen::Vector2d::Zero();  ///< normalised, in C1
+    double inverse_depth = 0.0;                          ///< 1 / Z in C0 (1/m)
+    Eigen::Vector3d p_C0 = Eigen::Vector3d::Zero();      ///< the point, on the left ray (m)
+};
+
+/// The point at inverse depth rho on the ray of xy is seen in the right image along
+///   p_C1(rho) = R_C1_C0 [xy; 1] + rho p_C1_C0
+/// (a curve, through the distortion). Unless the depth is about known, the curve is searched for rho in
+/// [0, 1 / min_depth] by normalised correlation on level 1; the best place must stand out from every other one, so that
+/// repeated patterns are left alone rather than matched wrongly. The place is refined by Lucas-Kanade to level 0, and
+/// must survive the way back, the epipolar distance, and positive depth. Both images are distorted ones; the patch is
+/// warped by the map between the two views. Heap: in configure() only. Thread-bound.
+class StereoMatcher {
+public:
+    Status configure(const FrontendConfig& config, const StereoRig& rig);
+
+    /// @param left_uv             distorted pixel in the left image
+    /// @param known_inverse_depth from an earlier match (1/m), or negative: search
+    /// @return kNotFound if the point is outside the right image or nothing correlates; kDegenerate if the match is
+    ///         ambiguous or failed a check (match untouched).
+    Status match(const ImagePyramid& left, const ImagePyramid& right, const Eigen::Vector2d& left_uv,
+                 double known_inverse_depth, StereoMatch& match);
+
+private:
+    struct Ray {
+        Eigen::Vector2d xy;            ///< left, normalised
+        Eigen::Vector3d direction_C1;  ///< R_C1_C0 [xy; 1]
+        Eigen::Matrix<double, 3, 2> d_direction_d_uv;
+    };
+    bool place(const Ray& ray, double inverse_depth, PatchPose& pose) const;
+    Status search(const ImagePyramid& right, const Ray& ray, double& inverse_depth);
+    Status refine(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray, const Eigen::Vector2d& left_uv,
+                  double inverse_depth, StereoMatch& match);
+
+    FrontendConfig config_;
+    StereoRig rig_;
+    Eigen::Matrix3d R_C1_C0_ = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d p_C1_C0_ = Eigen::Vector3d::Zero();
+    PatchAligner aligner_;
+    PatchTemplate patch_;
+    PatchTemplate back_;
+    std::vector<double> depths_;  ///< inverse depths searched
+    std::vector<float> scores_;
+};
+
+}  // namespace facet

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What the front-end remembers of one track between frames.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "estimator/frontend/patch_aligner.h"
+#include "platform/base/typed_id.h"
+
+namespace facet {
+
+struct Track {
+    LandmarkId id;
+    std::uint32_t age_frames = 0;
+    int slot = 0;                                        ///< of its template in the tracker
+    PatchPose pose;                                      ///< of the template in the left image now
+    Eigen::Vector2d xy = Eigen::Vector2d::Zero();        ///< normalised, in C0 now
+    Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< of xy, rotation compensated (1/s)
+    bool has_velocity = false;
+    float correlation = 1.0F;  ///< with the template, last frame
+    bool in_keyframe = false;  ///< was seen in the last keyframe
+    Eigen::Vector2d keyframe_xy = Eigen::Vector2d::Zero();
+    bool has_depth = false;      ///< matched in stereo at the last keyframe
+    double inverse_depth = 0.0;  ///< in C0 there (1/m)
+    bool has_right = false;      ///< matched in this frame
+    Eigen::Vector2d right_uv = Eigen::Vector2d::Zero();
+    Eigen::Vector2d right_xy = Eigen::Vector2d::Zero();
+};
+
+}  // namespace facet

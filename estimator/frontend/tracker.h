@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Follows patches through the left images.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "estimator/frontend/frontend_config.h"
+#include "estimator/frontend/image_pyramid.h"
+#include "estimator/frontend/patch_aligner.h"
+#include "estimator/frontend/track.h"
+#include "estimator/geometry/camera_model.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// Motion from the previous frame to this one, as known before looking at the image.
+struct FrameMotion {
+    Eigen::Quaterniond q_C_Cp = Eigen::Quaterniond::Identity();  ///< rotation of the left camera: p_C = q * p_Cp
+    double dt_s = 0.0;
+};
+
+/// Each track owns a template, cut where the track was anchored, and is aligned with that template in every frame:
+/// errors do not add up from frame to frame. The template is pre-warped by the camera's rotation (through the
+/// distortion), and the prediction adds the track's own rotation-compensated velocity.
+/// Heap: in configure() only. Thread-bound.
+class Tracker {
+public:
+    Status configure(const FrontendConfig& config, const CameraModel& camera);
+
+    /// Frees all templates.
+    void reset();
+
+    /// Starts a track at uv: takes a template slot and cuts the template.
+    /// @return kFull without a free slot; kNotFound or kDegenerate if no template can be cut there (track untouched).
+    Status start(const ImagePyramid& image, const Eigen::Vector2d& uv, Track& track);
+    void stop(const Track& track) { free_.push_back(track.slot); }
+
+    /// Cuts a new template at the track's present position; keeps the old one if there is too little texture.
+    void anchor_again(const ImagePyramid& image, Track& track);
+
+    /// Moves a track from the previous image to the present one.
+    /// @return kNotFound if it left the image; kDegenerate if alignment or the backward check failed (track untouched).
+    Status follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion, Track& track);
+
+    const PatchTemplate& patch(const Track& track) const { return templates_[static_cast<std::size_t>(track.slot)]; }
+    double border_px() const { return aligner_.border_px(); }
+
+private:
+    FrontendConfig config_;
+    CameraModel camera_;
+    PatchAligner aligner_;
+    std::vector<PatchTemplate> templates_;
+    std::vector<int> free_;
+    PatchTemplate probe_;  ///< of the backward check
+};
+
+}  // namespace facet

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Multi-view triangulation of one landmark from cameras of known pose.
+#pragma once
+
+#include <span>
+
+#include "estimator/geometry/inverse_depth.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// One sighting of a landmark: where a camera of known pose saw it.
+struct Sighting {
+    const CameraPose* camera = nullptr;
+    Eigen::Vector2d xy = Eigen::Vector2d::Zero();  ///< normalised, undistorted (-)
+    double scale = 1.0;                            ///< focal length over standard deviation: whitens residuals
+};
+
+struct TriangulationOptions {
+    int max_iterations = 5;        ///< Gauss-Newton steps
+    double huber_threshold = 1.5;  ///< standard deviations
+    double max_rho = 10.0;         ///< nearest point accepted: 1 / depth (1/m)
+    /// Standard deviation of a zero-mean prior on rho (1/m): keeps a landmark without parallax at infinity instead of
+    /// anywhere; far wider than what any real baseline leaves open.
+    double rho_prior_sigma = 3.0;
+};
+
+/// First guess of rho by linear least squares along the host's ray (host = sightings[0], its camera the host).
+/// @return kDegenerate if no sighting has a baseline to the host (outputs untouched).
+Status triangulate_linear(std::span<const Sighting> sightings, InverseDepthPoint& point);
+
+/// Minimises sum huber(|scale * (project(point) - xy)|^2) over the point by Gauss-Newton, from the point given.
+/// Host camera is sightings[0].camera. Points beyond infinity are put at infinity (rho = 0).
+/// @return kDegenerate if the point is behind a camera, nearer than 1 / max_rho, or not finite (outputs untouched).
+/// No heap. Reentrant.
+Status triangulate(std::span<const Sighting> sightings, const TriangulationOptions& options, InverseDepthPoint& point);
+
+}  // namespace facet

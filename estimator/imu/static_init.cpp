@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/imu/static_init.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace facet {
+namespace {
+
+constexpr double kGaugePosSigmaM = 1e-4;
+constexpr double kGaugeYawSigmaRad = 1e-4;
+constexpr double kMinForceMPerS2 = 1.0;
+constexpr double kMinHorizontal = 0.1;  // sine of 5.7 degrees
+constexpr int kMinSamples = 3;
+constexpr int kBlocks = 10;
+
+struct Stretch {
+    Timestamp begin;
+    Timestamp end;
+    double duration_s() const { return (end - begin).seconds(); }
+};
+
+/// Sums over the steps of a stretch.
+struct Statistics {
+    int samples = 0;
+    Eigen::Vector3d mean_w_B = Eigen::Vector3d::Zero();
+    Eigen::Vector3d mean_a_B = Eigen::Vector3d::Zero();
+    double gyro_std = 0.0;   ///< of the axis that varies most (rad/s)
+    double accel_std = 0.0;  ///< likewise (m/s^2)
+};
+
+/// Force averaged in the body frame at the end of the stretch.
+struct TurnedForce {
+    Eigen::Vector3d mean_B = Eigen::Vector3d::Zero();
+    double direction_spread_rad = 0.0;  ///< rms angle of block means to the mean, per horizontal axis
+};
+
+Status find_stretch(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, Stretch& out) {
+    if (buffer.empty()) {
+        return Status::kNotReady;
+    }
+    Stretch s{std::max(buffer.oldest(), stamp - Duration::from_seconds(config.max_duration_s)), stamp};
+    if (s.end < s.begin) {
+        return Status::kNotReady;
+    }
+    FACET_TRY(buffer.for_each_step(s.begin, s.end, [&](const ImuSample&, const ImuSample& b, Duration gap) {
+        if (gap > Duration{}) {
+            s.begin = b.stamp;
+        }
+    }));
+    if (s.end - s.begin < Duration::from_seconds(config.min_duration_s)) {
+        return Status::kNotReady;
+    }
+    out = s;
+    return Status::kOk;
+}
+
+Status compute_statistics(const ImuBuffer& buffer, const Stretch& stretch, Statistics& out) {
+    Statistics s;
+    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end, [&](const ImuSample&, const ImuSample& b, Duration) {
+        s.mean_w_B += b.w_B;
+        s.mean_a_B += b.a_B;
+        ++s.samples;
+    }));
+    if (s.samples < kMinSamples) {
+        return Status::kNotReady;
+    }
+    s.mean_w_B /= s.samples;
+    s.mean_a_B /= s.samples;
+    Eigen::Array3d gyro = Eigen::Array3d::Zero();
+    Eigen::Array3d accel = Eigen::Array3d::Zero();
+    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end, [&](const ImuSample&, const ImuSample& b, Duration) {
+        gyro += (b.w_B - s.mean_w_B).array().square();
+        accel += (b.a_B - s.mean_a_B).array().square();
+    }));
+    s.gyro_std = std::sqrt(gyro.maxCoeff() / (s.samples - 1));
+    s.accel_std = std::sqrt(accel.maxCoeff() / (s.samples - 1));
+    out = s;
+    return Status::kOk;
+}
+
+Status average_turned_force(const ImuBuffer& buffer, const Stretch& stretch, TurnedForce& out) {
+    // Forces in the body frame at the beginning (B0), summed over time by tenths of the stretch.
+    std::array<Eigen::Vector3d, kBlocks> impulse;
+    impulse.fill(Eigen::Vector3d::Zero());
+    std::array<double, kBlocks> length_s{};
+    Eigen::Quaterniond q_B0_B = Eigen::Quaterniond::Identity();
+    const double block_s = stretch.duration_s() / kBlocks;
+    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end, [&](const ImuSample& a, const ImuSample& b, Duration) {
+        const double h = (b.stamp - a.stamp).seconds();
+        const Eigen::Vector3d half_turn = 0.25 * h * (a.w_B + b.w_B);
+        const double middle_s = (a.stamp - stretch.begin).seconds() + 0.5 * h;
+        const auto block = static_cast<std::size_t>(std::clamp(static_cast<int>(middle_s / block_s), 0, kBlocks - 1));
+        impulse[block] += h * (q_B0_B * (so3_exp(half_turn) * (0.5 * (a.a_B + b.a_B))));
+        length_s[block] += h;
+        q_B0_B = (q_B0_B * so3_exp(2.0 * half_turn)).normalized();
+    }));
+
+    Eigen::Vector3d mean_B0 = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& block : impulse) {
+        mean_B0 += block / stretch.duration_s();
+    }
+    double sum_squares = 0.0;
+    int blocks = 0;
+    for (std::size_t k = 0; k < impulse.size(); ++k) {
+        if (length_s[k] > 0.0) {
+            const Eigen::Vector3d force = impulse[k] / length_s[k];
+            const double angle = std::atan2(force.cross(mean_B0).norm(), force.dot(mean_B0));
+            sum_squares += 0.5 * angle * angle;  // two axes
+            ++blocks;
+        }
+    }
+    out.mean_B = q_B0_B.conjugate() * mean_B0;
+    out.direction_spread_rad = std::sqrt(sum_squares / std::max(1, blocks));
+    return Status::kOk;
+}
+
+/// Rotation whose W z is along up_B and whose yaw is zero as static_init.h says.
+Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B) {
+    const auto horizontal = [&](const Eigen::Vector3d& axis) -> Eigen::Vector3d {
+        return axis - axis.dot(up_B) * up_B;
+    };
+    Eigen::Vector3d x_B = horizontal(Eigen::Vector3d::UnitX());
+    if (x_B.norm() < kMinHorizontal) {
+        x_B = horizontal(Eigen::Vector3d::UnitZ());
+    }
+    x_B.normalize();
+    Eigen::Matrix3d R_W_B;
+    R_W_B << x_B.transpose(), up_B.cross(x_B).transpose(), up_B.transpose();
+    return Eigen::Quaterniond(R_W_B).normalized();
+}
+
+struct PriorSigmas {
+    double tilt_rad;
+    double velocity_m_per_s;
+    double gyro_bias_rad_per_s;
+    double accel_bias_m_per_s2;
+};
+
+void fill_prior(const PriorSigmas& sigmas, InitialState& out) {
+    out.tilt_sigma_rad = sigmas.tilt_rad;
+    const Eigen::Vector3d inverse_W(1.0 / sigmas.tilt_rad, 1.0 / sigmas.tilt_rad, 1.0 / kGaugeYawSigmaRad);
+    out.sqrt_information.setZero();
+    out.sqrt_information.block<3, 3>(kTheta, kTheta) = inverse_W.asDiagonal() * out.state.q_W_B.toRotationMatrix();
+    out.sqrt_information.diagonal().segment<3>(kPos).setConstant(1.0 / kGaugePosSigmaM);
+    out.sqrt_information.diagonal().segment<3>(kVel).setConstant(1.0 / sigmas.velocity_m_per_s);
+    out.sqrt_information.diagonal().segment<3>(kBiasGyro).setConstant(1.0 / sigmas.gyro_bias_rad_per_s);
+    out.sqrt_information.diagonal().segment<3>(kBiasAccel).setConstant(1.0 / sigmas.accel_bias_m_per_s2);
+}
+
+void fill_still(const Statistics& s, const InitializerConfig& config, InitialState& out) {
+    const double force = s.mean_a_B.norm();
+    const Eigen::Vector3d up_B = s.mean_a_B / force;
+    const double root_n = std::sqrt(static_cast<double>(s.samples));
+    out.state.q_W_B = level_attitude(up_B);
+    out.state.bias.gyro = s.mean_w_B;
+    out.state.bias.accel = (force - kGravity_W.norm()) * up_B;
+    fill_prior(
+        {std::hypot(config.still_tilt_sigma_rad, s.accel_std / (force * root_n)), config.still_velocity_sigma_m_per_s,
+         std::hypot(config.still_gyro_bias_sigma_rad_per_s, s.gyro_std / root_n), config.accel_bias_sigma_m_per_s2},
+        out);
+}
+
+void fill_moving(const TurnedForce& turned, double duration_s, const InitializerConfig& config, InitialState& out) {
+    const double force = turned.mean_B.norm();
+    const double magnitude_error = std::abs(force - kGravity_W.norm()) / kGravity_W.norm();
+    const double turn_error = 0.5 * duration_s * config.gyro_bias_sigma_rad_per_s;
+    const double tilt = std::sqrt(turned.direction_spread_rad * turned.direction_spread_rad +
+                                  magnitude_error * magnitude_error + turn_error * turn_error);
+    out.state.q_W_B = level_attitude(turned.mean_B / force);
+    fill_prior({std::max(tilt, config.moving_tilt_sigma_rad), config.moving_velocity_sigma_m_per_s,
+                config.gyro_bias_sigma_rad_per_s, config.accel_bias_sigma_m_per_s2},
+               out);
+}
+
+}  // namespace
+
+Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, InitialState& out) {
+    Stretch stretch;
+    Statistics statistics;
+    TurnedForce turned;
+    FACET_TRY(find_stretch(buffer, stamp, config, stretch));
+    FACET_TRY(compute_statistics(buffer, stretch, statistics));
+    FACET_TRY(average_turned_force(buffer, stretch, turned));
+    const double force = statistics.mean_a_B.norm();
+    InitialState result;
+    result.is_still = statistics.gyro_std < config.still_gyro_std_rad_per_s &&
+                      statistics.accel_std < config.still_accel_std_m_per_s2 &&
+                      statistics.mean_w_B.norm() < config.still_gyro_mean_rad_per_s &&
+                      std::abs(force - kGravity_W.norm()) < config.still_gravity_error_m_per_s2;
+    if (!result.is_still && turned.mean_B.norm() < kMinForceMPerS2) {
+        return Status::kDegenerate;
+    }
+    if (result.is_still) {
+        fill_still(statistics, config, result);
+    } else {
+        fill_moving(turned, stretch.duration_s(), config, result);
+    }
+    out = result;
+    return Status::kOk;
+}
+
+}  // namespace facet

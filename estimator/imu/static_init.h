@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The first state and its prior, from a short stretch of inertial samples: standing still or already moving.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "estimator/imu/imu_buffer.h"
+#include "estimator/imu/initializer_config.h"
+#include "estimator/imu/preintegration.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// A first state with its prior, tangent order [theta p v bg ba].
+struct InitialState {
+    NavState state;
+    /// W of the prior |W d|^2 with d = state.box_minus_to(x): diagonal but for the rotation, whose block is
+    /// diag(1 / tilt, 1 / tilt, 1 / yaw) R_W_B, because tilt and yaw are errors about the axes of W and theta is in B.
+    Eigen::Matrix<double, 15, 15> sqrt_information = Eigen::Matrix<double, 15, 15>::Zero();
+    bool is_still = false;
+    double tilt_sigma_rad = 0.0;  ///< of the gravity direction, each horizontal axis of W
+
+    /// W^T W.
+    Eigen::Matrix<double, 15, 15> information() const { return sqrt_information.transpose() * sqrt_information; }
+};
+
+/// State at a frame's stamp from the newest max_duration_s of samples before it (after the last gap in them).
+///
+/// Frame: the origin of W is the body at this stamp, W z is opposite to gravity, and the yaw is zero: the body x axis,
+/// projected on the horizontal plane, points along W x. If the body x axis is within 5.7 degrees of the vertical, the
+/// body z axis takes its place. Position and yaw get sigmas of 1e-4 m and 1e-4 rad: they are a choice, not an estimate.
+///
+/// Still, if the standard deviations of gyroscope and accelerometer, the mean rate and | |mean force| - g | are all
+/// below the config's limits: zero velocity, gyro bias = mean rate, accelerometer bias along gravity = |mean force| - g.
+/// Moving: forces are turned into the last body frame with the gyroscope before they are averaged; velocity and biases
+/// are zero with wide sigmas; the tilt sigma grows with the spread of the forces' direction over tenths of the stretch,
+/// the error of their magnitude, and what the unknown gyro bias turns the mean by; at least moving_tilt_sigma_rad.
+///
+/// @param stamp  the first frame's
+/// @param out    written on kOk only
+/// @return kNotReady if samples do not reach the stamp or cover less than min_duration_s before it, free of gaps;
+///         kDegenerate if the mean force is below 1 m/s^2 (free fall). Reentrant. No heap.
+Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, InitialState& out);
+
+}  // namespace facet

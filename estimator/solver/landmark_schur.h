@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Elimination of one landmark from the normal equations of the keyframes that see it.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "estimator/factors/stereo_factor.h"
+#include "estimator/solver/reduced_system.h"
+
+namespace facet {
+
+/// Collects the linearized measurements of one landmark, then adds what remains of them after the point is eliminated.
+///
+/// With A = d_r_d_pose (stacked, one 6-column block a keyframe) and B = d_r_d_point, the cost |r + A dx + B dl|^2 is
+/// minimised over dl in closed form, dl = -(B^T B)^-1 B^T (r + A dx), which leaves on the poses
+///   H  = A^T A - A^T B (B^T B)^-1 B^T A,     g = A^T r - A^T B (B^T B)^-1 B^T r.      [Forster17] eq. (30), [Ceres]
+/// The point's chart does not matter: any invertible change of B's columns cancels.
+/// Thread-bound. No heap.
+class LandmarkSchur {
+public:
+    void clear();
+
+    /// Adds a measurement by keyframe index (each keyframe at most once, ascending).
+    void add(int keyframe, const StereoLinearization& linearization);
+
+    /// Gaussian prior on the inverse depth, kept out of the poses' information: r = (rho - 0) / sigma.
+    void add_rho_prior(double rho, double sigma);
+
+    /// Eliminates the point and adds the rest to the system.
+    /// @return kDegenerate if the point's information is singular (system untouched).
+    Status eliminate_into(ReducedSystem& system);
+
+private:
+    struct PoseTerm {
+        int keyframe;
+        Eigen::Matrix<double, 6, 6> h_pose;
+        Eigen::Matrix<double, 6, 3> h_pose_point;
+        Eigen::Matrix<double, 6, 1> g_pose;
+    };
+    int count_ = 0;
+    std::array<PoseTerm, kMaxKeyframes> terms_;
+    Eigen::Matrix3d h_point_ = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d g_point_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace facet

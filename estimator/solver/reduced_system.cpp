@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/solver/reduced_system.h"
+
+#include <Eigen/Cholesky>
+
+#include "platform/base/assert.h"
+
+namespace facet {
+
+void ReducedSystem::reset(int keyframes) {
+    FACET_ASSERT(keyframes >= 0 && keyframes <= kMaxKeyframes);
+    dim_ = keyframes * kStateDim;
+    h().setZero();
+    g().setZero();
+}
+
+Status ReducedSolver::solve(const ReducedSystem& system, double lambda) {
+    dim_ = system.dim();
+    Eigen::Map<Eigen::MatrixXd, Eigen::Aligned64> l(l_.data(), dim_, dim_);
+    Eigen::Map<Eigen::VectorXd, Eigen::Aligned64> step(step_.data(), dim_);
+    l.triangularView<Eigen::Lower>() = system.h();
+    l.diagonal() += lambda * system.h().diagonal();
+    Eigen::Ref<Eigen::MatrixXd> l_ref(l);
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> llt(l_ref);
+    if (llt.info() != Eigen::Success) {
+        return Status::kDegenerate;
+    }
+    step = -system.g();
+    llt.solveInPlace(step);
+    if (!step.allFinite()) {
+        return Status::kDegenerate;
+    }
+    // (H + lambda D) dx = -g, so g.dx + 1/2 dx'H dx = 1/2 (g.dx - lambda dx'D dx).
+    const double damping = lambda * step.cwiseAbs2().dot(system.h().diagonal());
+    predicted_decrease_ = -0.5 * (system.g().dot(step) - damping);
+    return Status::kOk;
+}
+
+Eigen::Matrix<double, kStateDim, kStateDim> ReducedSolver::last_keyframe_covariance() const {
+    // The last diagonal block of (L L^T)^-1 needs only the last diagonal block of L.
+    FACET_ASSERT(dim_ >= kStateDim);
+    const Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64> l(l_.data(), dim_, dim_);
+    const Eigen::Matrix<double, kStateDim, kStateDim> corner = l.bottomRightCorner<kStateDim, kStateDim>();
+    const Eigen::Matrix<double, kStateDim, kStateDim> inverse =
+        corner.triangularView<Eigen::Lower>().solve(Eigen::Matrix<double, kStateDim, kStateDim>::Identity());
+    return inverse.transpose() * inverse;
+}
+
+}  // namespace facet

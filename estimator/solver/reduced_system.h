@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The normal equations over the keyframes' states, after the landmarks are eliminated: fixed storage, dense.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "estimator/api/capacity.h"
+#include "estimator/imu/preintegration.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// Largest dimension of the system: every keyframe's 15 parameters.
+inline constexpr int kMaxSystemDim = kMaxKeyframes * kStateDim;
+
+/// H dx = -g over n = 15 * keyframes parameters, H symmetric, of which only the lower triangle (row >= column) is kept
+/// up to date. Keyframe k owns rows 15 k .. 15 k + 14, order [theta p v bg ba]. Thread-bound. No heap; 1.8 MB.
+class ReducedSystem {
+public:
+    using Matrix = Eigen::Map<Eigen::MatrixXd, Eigen::Aligned64>;
+    using ConstMatrix = Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64>;
+    using Vector = Eigen::Map<Eigen::VectorXd, Eigen::Aligned64>;
+    using ConstVector = Eigen::Map<const Eigen::VectorXd, Eigen::Aligned64>;
+
+    /// Zeroes the system for this many keyframes.
+    void reset(int keyframes);
+    int keyframes() const { return dim_ / kStateDim; }
+    int dim() const { return dim_; }
+
+    Matrix h() { return {h_.data(), dim_, dim_}; }
+    ConstMatrix h() const { return {h_.data(), dim_, dim_}; }
+    Vector g() { return {g_.data(), dim_}; }
+    ConstVector g() const { return {g_.data(), dim_}; }
+
+    /// Adds a pose-to-pose block (6x6, order [theta p]) of keyframes i and j; i >= j.
+    void add_pose_block(int i, int j, const Eigen::Matrix<double, kPoseDim, kPoseDim>& block) {
+        h().block<kPoseDim, kPoseDim>(kStateDim * i, kStateDim * j) += block;
+    }
+    void add_pose_gradient(int i, const Eigen::Matrix<double, kPoseDim, 1>& gradient) {
+        g().segment<kPoseDim>(kStateDim * i) += gradient;
+    }
+    /// Adds a state-to-state block (15x15) of keyframes i and j; i >= j.
+    void add_state_block(int i, int j, const Eigen::Matrix<double, kStateDim, kStateDim>& block) {
+        h().block<kStateDim, kStateDim>(kStateDim * i, kStateDim * j) += block;
+    }
+    void add_state_gradient(int i, const Eigen::Matrix<double, kStateDim, 1>& gradient) {
+        g().segment<kStateDim>(kStateDim * i) += gradient;
+    }
+
+private:
+    int dim_ = 0;
+    alignas(64) std::array<double, static_cast<std::size_t>(kMaxSystemDim) * kMaxSystemDim> h_;
+    alignas(64) std::array<double, kMaxSystemDim> g_;
+};
+
+/// Factorizes and solves damped reduced systems in its own storage. Thread-bound. No heap.
+class ReducedSolver {
+public:
+    using Step = Eigen::Map<const Eigen::VectorXd, Eigen::Aligned64>;
+
+    /// Solves (H + lambda * diag(H)) dx = -g by Cholesky.
+    /// @return kDegenerate if the damped matrix is not positive definite (step() undefined).
+    Status solve(const ReducedSystem& system, double lambda);
+
+    /// The last solution, dimension of the last system.
+    Step step() const { return {step_.data(), dim_}; }
+
+    /// Decrease of the quadratic model by the last step: -(g . dx + 1/2 dx^T H dx), >= 0.
+    double predicted_decrease() const { return predicted_decrease_; }
+
+    /// Marginal covariance (15x15) of the last keyframe of the last system solved with lambda = 0. [Golub13] Sec. 4.2
+    Eigen::Matrix<double, kStateDim, kStateDim> last_keyframe_covariance() const;
+
+private:
+    int dim_ = 0;
+    double predicted_decrease_ = 0.0;
+    alignas(64) std::array<double, static_cast<std::size_t>(kMaxSystemDim) * kMaxSystemDim> l_;
+    alignas(64) std::array<double, kMaxSystemDim> step_;
+};
+
+}  // namespace facet

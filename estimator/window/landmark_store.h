@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The window's landmarks with their observations: fixed capacity, found by id.
+#pragma once
+
+#include <array>
+#include <boost/container/static_vector.hpp>
+#include <cstdint>
+
+#include "estimator/api/capacity.h"
+#include "estimator/factors/stereo_factor.h"
+#include "estimator/geometry/inverse_depth.h"
+#include "platform/base/typed_id.h"
+
+namespace facet {
+
+/// A landmark seen by one keyframe of the window.
+struct LandmarkObservation {
+    int keyframe = 0;  ///< index in the window, 0 = oldest
+    StereoMeasurement measurement;
+};
+
+/// A tracked point. Its position is not a state: it is found anew from the poses at each linearization.
+struct Landmark {
+    LandmarkId id;
+    boost::container::static_vector<LandmarkObservation, kMaxKeyframes> observations;  ///< ascending keyframes
+    InverseDepthPoint point;     ///< chart: left camera of the first observation's keyframe
+    bool has_point = false;      ///< point is a usable first guess
+    bool is_active = false;      ///< takes part in the current optimization
+    double cost = 0.0;           ///< robust cost at its last linearization
+    double squared_error = 0.0;  ///< whitened squared residual at its last linearization
+};
+
+/// Landmarks by increasing id. Full: the new landmark is rejected (its track goes on in the front-end and may be
+/// admitted when an older landmark has left). Iteration order is the order of ids, so results do not depend on storage.
+/// Thread-bound. No heap.
+class LandmarkStore {
+public:
+    LandmarkStore();
+
+    void clear();
+    int size() const { return static_cast<int>(order_.size()); }
+    /// The i-th landmark in order of ids.
+    Landmark& operator[](int i) { return slots_[order_[static_cast<std::size_t>(i)].slot]; }
+    const Landmark& operator[](int i) const { return slots_[order_[static_cast<std::size_t>(i)].slot]; }
+
+    /// Landmark of this id, or nullptr.
+    Landmark* find(LandmarkId id);
+
+    /// Finds or inserts. @return nullptr if full.
+    Landmark* find_or_insert(LandmarkId id);
+
+    /// Removes every landmark for which predicate(landmark) holds.
+    template <class Predicate>
+    void remove_if(Predicate predicate) {
+        std::size_t kept = 0;
+        for (const Entry entry : order_) {
+            if (predicate(slots_[entry.slot])) {
+                free_.push_back(entry.slot);
+            } else {
+                order_[kept++] = entry;
+            }
+        }
+        order_.resize(kept);
+    }
+
+private:
+    struct Entry {
+        LandmarkId id;
+        std::uint16_t slot;
+    };
+    std::array<Landmark, kMaxLandmarks> slots_;
+    boost::container::static_vector<Entry, kMaxLandmarks> order_;
+    boost::container::static_vector<std::uint16_t, kMaxLandmarks> free_;
+};
+
+}  // namespace facet

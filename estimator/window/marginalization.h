@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Takes the oldest keyframe out of the window and keeps what it knew as a prior on the rest.
+#pragma once
+
+#include <array>
+
+#include "estimator/solver/reduced_system.h"
+#include "estimator/window/window_problem.h"
+
+namespace facet {
+
+/// Replaces the prior by the Schur complement of `system` (dimension n, all keyframes) over its first keyframe:
+///   H' = H_rr - H_r0 H_00^-1 H_0r,  g' = g_r - H_r0 H_00^-1 g_0,   then moved from the current states to the points of
+/// linearization by the remaining keyframes' displacements d: g'' = g' - H' d.
+/// @param displacement  x_lin.box_minus_to(x) of the remaining keyframes, stacked
+/// @return kDegenerate if H_00 is not positive definite (prior untouched). No heap.
+Status marginalize_first_keyframe(const ReducedSystem& system, const Eigen::Ref<const Eigen::VectorXd>& displacement,
+                                  PriorFactor& prior);
+
+/// Marginalizes the oldest keyframe of a window of two keyframes or more.
+///
+/// Landmarks it sees whose track has ended go into the prior with all their observations; of those still tracked at the
+/// newest keyframe only the oldest keyframe's observation is dropped, so that the track stays one landmark. Keyframes the
+/// prior binds keep their linearization points from here on. Thread-bound. No heap.
+class Marginalizer {
+public:
+    /// @return kDegenerate if the oldest keyframe is not determined: it is then left out without a trace in the prior.
+    Status marginalize_oldest(WindowState& state, WindowProblem& problem, ReducedSystem& system);
+
+private:
+    std::array<bool, kMaxLandmarks> selected_;
+    Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> displacement_;
+};
+
+}  // namespace facet

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Tells a stage observer about the beginning and the end of a scope.
+#pragma once
+
+#include "estimator/api/stage.h"
+
+namespace facet {
+
+/// Reports one stage for the lifetime of the object; does nothing without an observer.
+class StageScope {
+public:
+    StageScope(StageObserver* observer, Stage stage) : observer_(observer), stage_(stage) {
+        if (observer_ != nullptr) {
+            observer_->begin(stage_);
+        }
+    }
+    ~StageScope() {
+        if (observer_ != nullptr) {
+            observer_->end(stage_);
+        }
+    }
+    StageScope(const StageScope&) = delete;
+    StageScope& operator=(const StageScope&) = delete;
+
+private:
+    StageObserver* observer_;
+    Stage stage_;
+};
+
+}  // namespace facet

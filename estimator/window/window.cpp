@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/window/window.h"
+
+#include "estimator/window/outlier_removal.h"
+#include "estimator/window/stage_scope.h"
+#include "platform/base/assert.h"
+
+namespace facet {
+
+void Window::configure(const WindowConfig& config, const StereoRig& rig, const ImuNoise& noise) {
+    config_ = config;
+    noise_ = noise;
+    problem_.bind(state_, config_, rig);
+    state_.keyframes.clear();
+    state_.landmarks.clear();
+    state_.prior.reset(0);
+}
+
+void Window::set_stage_observer(StageObserver* observer) {
+    observer_ = observer;
+    problem_.set_stage_observer(observer);
+}
+
+void Window::start(Timestamp stamp, const NavState& state,
+                   const Eigen::Matrix<double, kStateDim, kStateDim>& information,
+                   std::span<const FeatureObservation> observations) {
+    state_.keyframes.clear();
+    state_.landmarks.clear();
+    rejected_.clear();
+    Keyframe keyframe;
+    keyframe.stamp = stamp;
+    keyframe.state = state;
+    keyframe.state_lin = state;
+    state_.keyframes.push_back(keyframe);
+    state_.prior.reset(1);
+    state_.prior.h() = information;
+    add_observations(0, observations);
+}
+
+Status Window::add_keyframe(Timestamp stamp, const Preintegration& preintegration,
+                            std::span<const FeatureObservation> observations) {
+    FACET_ASSERT(!state_.keyframes.empty());
+    Keyframe keyframe;
+    FACET_TRY(keyframe.imu_from_previous.set(preintegration, noise_));
+    keyframe.stamp = stamp;
+    keyframe.state = preintegration.predict(newest().state);
+    keyframe.state_lin = keyframe.state;
+    marginalization_failed_ = false;
+    if (static_cast<int>(state_.keyframes.size()) >= config_.keyframes) {
+        const StageScope scope(observer_, Stage::kMarginalization);
+        marginalization_failed_ = !ok(marginalizer_.marginalize_oldest(state_, problem_, workspace_.systems[0]));
+    }
+    state_.keyframes.push_back(keyframe);
+    add_observations(static_cast<int>(state_.keyframes.size()) - 1, observations);
+    return Status::kOk;
+}
+
+void Window::add_observations(int keyframe, std::span<const FeatureObservation> observations) {
+    for (const FeatureObservation& o : observations) {
+        Landmark* landmark = state_.landmarks.find_or_insert(o.landmark);
+        if (landmark != nullptr && landmark->observations.size() < landmark->observations.capacity()) {
+            landmark->observations.push_back({keyframe, {o.left_xy, o.right_xy, o.has_right}});
+        }
+    }
+}
+
+WindowSummary Window::optimize() {
+    WindowSummary summary;
+    problem_.select_landmarks();
+    LevenbergOptions options;
+    options.max_iterations = config_.max_iterations;
+    summary.solver = levenberg(problem_, options, workspace_, current_system_);
+    const std::size_t count = state_.keyframes.size();
+    if (count >= 2) {
+        const Keyframe& j = state_.keyframes[count - 1];
+        summary.imu_squared_error =
+            j.imu_from_previous.residual(state_.keyframes[count - 2].state, j.state).squaredNorm();
+    }
+    summary.marginalization_failed = marginalization_failed_;
+    remove_outliers(summary);
+    summary.fit = problem_.fit();
+    return summary;
+}
+
+Status Window::newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance) {
+    FACET_TRY(workspace_.solver.solve(workspace_.systems[current_system_], 0.0));
+    covariance = workspace_.solver.last_keyframe_covariance();
+    return Status::kOk;
+}
+
+void Window::remove_outliers(WindowSummary& summary) {
+    const StageScope scope(observer_, Stage::kTriangulation);
+    problem_.update_cameras();
+    rejected_.clear();
+    const OutlierCount count = facet::remove_outliers(config_.outlier_threshold_px, state_, problem_, rejected_);
+    summary.rejected_observations = count.observations;
+    summary.rejected_landmarks = static_cast<int>(rejected_.size());
+}
+
+Status Window::replace_imu_factor(int keyframe, const Preintegration& preintegration) {
+    FACET_ASSERT(keyframe >= 1 && keyframe < static_cast<int>(state_.keyframes.size()));
+    return state_.keyframes[static_cast<std::size_t>(keyframe)].imu_from_previous.set(preintegration, noise_);
+}
+
+}  // namespace facet

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The fixed-lag window smoother.
+#pragma once
+
+#include <span>
+
+#include "estimator/frontend/frontend_types.h"
+#include "estimator/window/marginalization.h"
+#include "estimator/window/window_problem.h"
+
+namespace facet {
+
+/// What one optimization did.
+struct WindowSummary {
+    LevenbergSummary solver;
+    WindowFit fit;
+    double imu_squared_error = 0.0;  ///< whitened squared residual (15 rows) of the newest inertial factor
+    int rejected_observations = 0;   ///< taken out as outliers afterwards
+    int rejected_landmarks = 0;      ///< whose newest observation was one: their tracks should end
+    bool marginalization_failed = false;
+};
+
+/// Fixed-lag smoother over keyframe states [theta p v bg ba] with structureless stereo landmarks, inertial factors and a
+/// prior. Usage: configure; start with the first keyframe; then add_keyframe and optimize for each following one.
+/// About 10 MB, no heap after construction: allocate it once. Thread-bound. Deterministic.
+class Window {
+public:
+    void configure(const WindowConfig& config, const StereoRig& rig, const ImuNoise& noise);
+    void set_stage_observer(StageObserver* observer);
+
+    /// Forgets everything and begins with one keyframe and its Gaussian prior.
+    /// @param information  15x15, order [theta p v bg ba], about `state`
+    void start(Timestamp stamp, const NavState& state, const Eigen::Matrix<double, kStateDim, kStateDim>& information,
+               std::span<const FeatureObservation> observations);
+
+    /// Appends a keyframe predicted from the newest one by `preintegration`; the oldest one is marginalized if the
+    /// window is full.
+    /// @return kDegenerate if the preintegration spans no time (window untouched).
+    Status add_keyframe(Timestamp stamp, const Preintegration& preintegration,
+                        std::span<const FeatureObservation> observations);
+
+    /// Bounded optimization of the whole window, then removal of outliers.
+    WindowSummary optimize();
+
+    /// Landmarks whose newest observation optimize() has just rejected.
+    std::span<const LandmarkId> rejected() const { return {rejected_.data(), rejected_.size()}; }
+
+    /// Marginal covariance of the newest keyframe's state after optimize(), 15x15, order [theta p v bg ba], of the error
+    /// in the tangent of the estimate. @return kDegenerate if the window's information is singular (untouched).
+    Status newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance);
+
+    bool empty() const { return state_.keyframes.empty(); }
+    const Keyframe& newest() const { return state_.keyframes.back(); }
+    const WindowState& state() const { return state_; }
+
+    /// Keyframe k's inertial factor integrated anew, at another bias. @return kDegenerate if refused (untouched).
+    Status replace_imu_factor(int keyframe, const Preintegration& preintegration);
+
+private:
+    void add_observations(int keyframe, std::span<const FeatureObservation> observations);
+    void remove_outliers(WindowSummary& summary);
+
+    WindowConfig config_;
+    ImuNoise noise_;
+    StageObserver* observer_ = nullptr;
+    WindowState state_;
+    WindowProblem problem_;
+    Marginalizer marginalizer_;
+    LevenbergWorkspace workspace_;
+    boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;
+    int current_system_ = 0;  ///< which workspace system holds the final linearization
+    bool marginalization_failed_ = false;
+};
+
+}  // namespace facet

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The window as a least-squares problem: cost and reduced normal equations at the current states.
+#pragma once
+
+#include <array>
+
+#include "estimator/api/stage.h"
+#include "estimator/geometry/stereo_rig.h"
+#include "estimator/solver/landmark_schur.h"
+#include "estimator/solver/levenberg.h"
+#include "estimator/window/window_config.h"
+#include "estimator/window/window_state.h"
+
+namespace facet {
+
+/// How well the window fits, at its last linearization.
+struct WindowFit {
+    int active_landmarks = 0;
+    int vision_rows = 0;                ///< scalar residuals of active landmarks minus three a landmark
+    double vision_squared_error = 0.0;  ///< whitened, not robust
+};
+
+/// Structureless window problem: prior, inertial factors, and landmarks that are triangulated anew and eliminated at each
+/// linearization. Fulfils the Problem concept of levenberg(). Thread-bound. No heap.
+class WindowProblem {
+public:
+    /// `state` and `config` must outlive the problem.
+    void bind(WindowState& state, const WindowConfig& config, const StereoRig& rig);
+    void set_stage_observer(StageObserver* observer) { observer_ = observer; }
+
+    /// Decides which landmarks take part: seen by two keyframes or more and triangulated. Call before levenberg().
+    void select_landmarks();
+
+    double linearize(ReducedSystem& system);
+    Status solve(ReducedSolver& solver, const ReducedSystem& system, double lambda);
+    void save();
+    void apply(const ReducedSolver::Step& step);
+    void restore();
+
+    /// Linearizes only what touches the oldest keyframe: prior, its inertial factor, and the landmarks that
+    /// `is_selected` names (all must be seen by it). Used by marginalization.
+    double linearize_oldest(ReducedSystem& system, const std::array<bool, kMaxLandmarks>& is_selected);
+
+    /// Camera poses at the current states; refreshed by update_cameras().
+    const CameraPose& left_camera(int keyframe) const { return left_[static_cast<std::size_t>(keyframe)]; }
+    const CameraPose& right_camera(int keyframe) const { return right_[static_cast<std::size_t>(keyframe)]; }
+    void update_cameras();
+
+    /// Triangulates a landmark at the current camera poses; false (and untouched) if it fails.
+    bool triangulate_landmark(Landmark& landmark) const;
+
+    const WindowFit& fit() const { return fit_; }
+    const StereoGeometry& geometry() const { return geometry_; }
+    /// Standard deviations in a pixel.
+    double pixels_to_sigmas() const { return 1.0 / config_->pixel_sigma_px; }
+
+private:
+    double add_prior(ReducedSystem& system);
+    double add_imu(ReducedSystem& system, int keyframe);
+    double add_landmark(ReducedSystem& system, Landmark& landmark);
+
+    WindowState* state_ = nullptr;
+    const WindowConfig* config_ = nullptr;
+    StageObserver* observer_ = nullptr;
+    StereoGeometry geometry_;
+    Se3 T_B_C0_;
+    Se3 T_B_C1_;
+    WindowFit fit_;
+    LandmarkSchur schur_;
+    std::array<CameraPose, kMaxKeyframes> left_;
+    std::array<CameraPose, kMaxKeyframes> right_;
+    std::array<NavState, kMaxKeyframes> saved_;
+    Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> prior_displacement_;
+    Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> prior_gradient_;
+};
+
+}  // namespace facet

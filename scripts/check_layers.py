@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-2-Clause
+"""Checks who includes whom, and a few rules on single files. ARCHITECTURE.md ("Who may include whom") has the reasons.
+
+Usage: check_layers.py [ROOT]      prints a line `file:line: rule` for every violation; exit code 1 if there is any
+"""
+import argparse
+import re
+import sys
+from pathlib import Path
+
+SOURCE_FOLDERS = ("platform", "drivers", "estimator", "mesh", "app", "tests")
+MAX_LINES = 500
+SPDX = "// SPDX-License-Identifier: BSD-2-Clause"
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^">]+)[">]')
+
+# For every area the prefixes of project headers it may include, itself aside. The longest area that fits a file counts.
+# A prefix ends in "/" for a folder, otherwise it names one file.
+EVERYWHERE_IN_ESTIMATOR = ("platform/base/", "estimator/api/capacity.h", "estimator/api/stage.h")
+ALLOWED = {
+    "platform/base": (),
+    "platform/port": ("platform/base/",),
+    "platform/linux": ("platform/base/", "platform/port/"),
+    "platform/sim": ("platform/base/", "platform/port/"),
+    "drivers": ("platform/base/", "platform/port/"),
+    "estimator/geometry": EVERYWHERE_IN_ESTIMATOR,
+    "estimator/frontend": EVERYWHERE_IN_ESTIMATOR + ("estimator/geometry/",),
+    "estimator/imu": EVERYWHERE_IN_ESTIMATOR + ("estimator/geometry/",),
+    "estimator/factors": EVERYWHERE_IN_ESTIMATOR + ("estimator/geometry/", "estimator/imu/"),
+    "estimator/solver": EVERYWHERE_IN_ESTIMATOR + ("estimator/geometry/", "estimator/imu/", "estimator/factors/"),
+    "estimator/window": EVERYWHERE_IN_ESTIMATOR
+    + (
+        "estimator/geometry/",
+        "estimator/imu/",
+        "estimator/factors/",
+        "estimator/solver/",
+        "estimator/frontend/frontend_types.h",
+    ),
+    "estimator/api": ("platform/base/", "estimator/"),
+    "mesh": ("platform/base/", "estimator/api/", "estimator/geometry/"),
+    "app": ("platform/", "drivers/", "estimator/", "mesh/"),
+    "tests": ("platform/", "drivers/", "estimator/", "mesh/", "app/"),
+}
+
+# Headers of the standard library and the operating system that make code impure: clocks, threads, files, output.
+IMPURE = re.compile(
+    r"^(thread|mutex|shared_mutex|condition_variable|future|stop_token|semaphore|latch|barrier|atomic|chrono|ctime|time\.h"
+    r"|iostream|ostream|istream|fstream|sstream|syncstream|cstdio|stdio\.h|filesystem|csignal|signal\.h"
+    r"|unistd\.h|fcntl\.h|poll\.h|pthread\.h|sched\.h|dlfcn\.h|(sys|linux|arpa|netinet)/.*)$"
+)
+PURE_AREAS = ("estimator", "mesh")
+
+# Third-party headers and the areas that may use them. Tests may use all.
+THIRD_PARTY = (
+    (re.compile(r"^yaml-cpp/"), ("app",)),
+    (re.compile(r"^CLI/"), ("app",)),
+    (re.compile(r"^nlohmann/"), ("app",)),
+    (re.compile(r"^spdlog/"), ("app",)),
+    (re.compile(r"^fmt/"), ("app", "drivers")),
+    (re.compile(r"^png\.h$"), ("app", "drivers/replay_asl")),
+    (re.compile(r"^opencv2/"), ("estimator/frontend",)),
+)
+
+
+def in_area(path, area):
+    return path == area or path.startswith(area + "/")
+
+
+def area_of(path):
+    """The longest area of ALLOWED that holds the file, or None."""
+    fitting = [area for area in ALLOWED if in_area(path, area)]
+    return max(fitting, key=len) if fitting else None
+
+
+def unit_of(path):
+    """The folder inside which a file may include freely: a single driver, or its area."""
+    if path.startswith("drivers/"):
+        return "/".join(path.split("/")[:2])
+    return area_of(path)
+
+
+def is_private_frontend_header(path):
+    return path.startswith("estimator/frontend/") and (
+        path.endswith("_impl.h") or path.startswith("estimator/frontend/internal/")
+    )
+
+
+def check_project_include(path, included, root):
+    if not included.startswith(tuple(folder + "/" for folder in SOURCE_FOLDERS)):
+        return f'"{included}" does not start at the project root'
+    if not (root / included).is_file() and not (root / f"{included}.in").is_file():
+        return f'"{included}" does not exist'
+    area = area_of(path)
+    if is_private_frontend_header(included) and area not in ("estimator/frontend", "tests"):
+        return f'"{included}" is private to estimator/frontend'
+    if in_area(included, unit_of(path)):
+        return None
+    for prefix in ALLOWED[area]:
+        if included == prefix or (prefix.endswith("/") and included.startswith(prefix)):
+            return None
+    return f'{area} must not include "{included}"'
+
+
+def check_system_include(path, included):
+    if in_area(path, "tests"):
+        return None
+    for pattern, areas in THIRD_PARTY:
+        if pattern.search(included) and not any(in_area(path, area) for area in areas):
+            return f"<{included}> is only for {', '.join(areas)}"
+    if included.startswith("opencv2/") and path.endswith(".h") and not is_private_frontend_header(path):
+        return f"<{included}> in a header: only .cpp files, *_impl.h and internal/ of estimator/frontend"
+    if any(in_area(path, area) for area in PURE_AREAS) and IMPURE.match(included):
+        return f"<{included}> in {path.split('/')[0]}/, which has no clock, thread, file or log"
+    return None
+
+
+def check_file(root, path):
+    """Violations of one file as (line, text)."""
+    lines = (root / path).read_text(encoding="utf-8").splitlines()
+    if not lines or lines[0] != SPDX:
+        yield 1, f"first line must be: {SPDX}"
+    if len(lines) > MAX_LINES:
+        yield len(lines), f"{len(lines)} lines; split the file ({MAX_LINES} at most)"
+    if path.endswith(".h"):
+        if len(lines) < 2 or not lines[1].startswith("// "):
+            yield 2, "second line must be a comment with the header's purpose"
+        if "#pragma once" not in lines:
+            yield 1, "#pragma once is missing"
+    if area_of(path) is None:
+        yield 1, f"no include rule for this folder: add it to {Path(__file__).name}"
+        return
+    for number, line in enumerate(lines, start=1):
+        match = INCLUDE.match(line)
+        if match:
+            quoted = match.group(1) == '"'
+            included = match.group(2)
+            text = check_project_include(path, included, root) if quoted else check_system_include(path, included)
+            if text:
+                yield number, text
+
+
+def check_tree(root):
+    """All violations below root as `file:line: text`, and the number of files seen."""
+    violations = []
+    files = 0
+    for folder in SOURCE_FOLDERS:
+        for file in sorted((root / folder).rglob("*")):
+            if file.suffix in (".h", ".cpp") and file.is_file():
+                files += 1
+                path = file.relative_to(root).as_posix()
+                violations += [f"{path}:{line}: {text}" for line, text in check_file(root, path)]
+    return violations, files
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("root", nargs="?", type=Path, default=Path(__file__).resolve().parent.parent)
+    root = parser.parse_args().root
+    violations, files = check_tree(root)
+    for violation in violations:
+        print(violation)
+    if files == 0:
+        print(f"{root}: no sources found")
+        return 2
+    print(f"layers: {files} files, {len(violations)} violations")
+    return 1 if violations else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The program's command line: exit codes and what it says, from outside.
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/asl_folder.h"
+#include "tests/support/temp_dir.h"
+
+namespace facet {
+namespace {
+
+struct Outcome {
+    int code = -1;
+    std::string out;
+    std::string err;
+};
+
+Outcome run(const test::TempDir& dir, const std::string& arguments) {
+    const std::string command =
+        std::string(FACET_PROGRAM) + " " + arguments + " >" + dir.file("stdout") + " 2>" + dir.file("stderr");
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_file(dir.file("stdout")),
+            test::read_file(dir.file("stderr"))};
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+std::size_t count_lines(const std::string& text) {
+    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+TEST_CASE("help, version and info explain the program") {
+    const test::TempDir dir;
+    const Outcome help = run(dir, "--help");
+    CHECK(help.code == 0);
+    for (const char* command : {"replay", "eval", "info"}) {
+        CHECK(contains(help.out, command));
+        CHECK(run(dir, std::string(command) + " --help").code == 0);
+    }
+    for (const char* option :
+         {"--mode", "--out", "--config", "--start", "--duration", "--calibration", "--imu-calibration"}) {
+        CHECK(contains(run(dir, "replay --help").out, option));
+    }
+    CHECK(run(dir, "--version").out.starts_with("facet "));
+    const Outcome info = run(dir, "info");
+    CHECK(info.code == 0);
+    for (const char* part : {"compiler", "-Wall", "Eigen 3", "OpenCV 4", "max_features"}) {
+        INFO(part);
+        CHECK(contains(info.out, part));
+    }
+}
+
+TEST_CASE("bad usage is one line and exit code 2") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 3);
+    const std::string replay = "replay " + dir.path() + " --out " + dir.file("out");
+    const std::string config = dir.write("bad.yaml", "window:\n  keyfames: 3\n");
+    const struct {
+        std::string arguments;
+        std::string complaint;
+    } cases[] = {
+        {"", "subcommand"},
+        {"fly", "fly"},
+        {"replay", "DATASET"},
+        {"replay " + dir.path(), "--out"},
+        {replay + " --mode sp", "--mode sp: this build has mode s only"},
+        {replay + " --mode spr", "--mode spr: this build has mode s only"},
+        {replay + " --mode x", "--mode x: unknown"},
+        {replay + " --start abc", "--start"},
+        {replay + " --duration -1", "--duration must be positive"},
+        {replay + " --start 1000", "no frame between --start"},
+        {replay + " --config " + config, config + ":2: window.keyfames: unknown key"},
+        {replay + " --set window.keyframes=1000", "window.keyframes: must be within"},
+        {replay + " --calibration " + dir.file("no.yaml"), dir.file("no.yaml") + ": cannot be read"},
+        {"replay " + dir.file("none") + " --out " + dir.file("out"), dir.file("none") + ": no such folder"},
+        {"eval --groundtruth " + dir.path() + " --estimate " + dir.file("none"), dir.file("none") + ": cannot be read"},
+    };
+    for (const auto& c : cases) {
+        INFO(c.arguments);
+        const Outcome outcome = run(dir, c.arguments);
+        CHECK(outcome.code == 2);
+        INFO(outcome.err);
+        CHECK(contains(outcome.err, c.complaint));
+        CHECK(outcome.err.starts_with("facet: error: "));
+        CHECK(count_lines(outcome.err) == 1);
+    }
+}
+
+TEST_CASE("info --config writes a file that replay accepts") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 3);
+    const std::string config = dir.write("default.yaml", run(dir, "info --config").out);
+    const Outcome outcome =
+        run(dir, "replay " + dir.path() + " --out " + dir.file("out") + " --quiet --config " + config);
+    INFO(outcome.err);
+    CHECK((outcome.code == 0 || outcome.code == 1));  // three frames need not give an estimate
+    CHECK(nlohmann::json::parse(test::read_file(dir.file("out/summary.json")))["frames"] == 3);
+}
+
+TEST_CASE("eval compares files, writes JSON, and fails if nothing matches") {
+    const test::TempDir dir;
+    std::string truth = "#t\n";
+    std::string estimate;
+    std::string late;
+    for (int i = 0; i < 50; ++i) {
+        const std::string x = std::to_string(0.1 * i);
+        truth += std::to_string(test::kAslBegin + i * test::kAslFrameStep) + "," + x + ",0,0,1,0,0,0\n";
+        const std::string seconds = std::to_string(i / 20) + "." + std::to_string(1000 + i % 20 * 50).substr(1);
+        estimate += "140000000" + seconds + " " + x + " 5 0 0 0 0 1\n";
+        late += "150000000" + seconds + " " + x + " 5 0 0 0 0 1\n";
+    }
+    dir.write("mav0/state_groundtruth_estimate0/data.csv", truth);
+    dir.write("run/trajectory.tum", estimate);
+    const std::string late_path = dir.write("late.tum", late);
+    const std::string base = "eval --groundtruth " + dir.path() + " --estimate ";
+    const Outcome good = run(dir, base + dir.file("run") + " --json " + dir.file("e.json") + " --rpe-lengths 1,3");
+    INFO(good.err);
+    REQUIRE(good.code == 0);
+    CHECK(contains(good.out, "alignment SE(3), no scale"));
+    const auto json = nlohmann::json::parse(test::read_file(dir.file("e.json")));
+    CHECK(json["matched"] == 50);
+    CHECK(json["ate_se3"]["translation_m"]["max"].get<double>() < 1e-6);
+    CHECK(json["rpe"].size() == 2);
+    CHECK(json["rpe"][1]["length_m"].get<double>() == 3.0);
+    CHECK(run(dir, base + late_path).code == 1);
+    CHECK(run(dir, base + dir.file("run") + " --rpe-lengths 0").code == 2);
+}
+
+}  // namespace
+}  // namespace facet

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "app/output/frame_log.h"
+#include "app/output/summary.h"
+#include "app/output/trajectory_writer.h"
+#include "tests/support/temp_dir.h"
+
+namespace facet {
+namespace {
+
+std::vector<std::string> lines(const std::string& path) {
+    std::istringstream stream(test::read_file(path));
+    std::vector<std::string> result;
+    for (std::string line; std::getline(stream, line);) {
+        result.push_back(line);
+    }
+    return result;
+}
+
+std::size_t columns(const std::string& row) {
+    return static_cast<std::size_t>(std::count(row.begin(), row.end(), ',')) + 1;
+}
+
+Estimate sample_estimate() {
+    Estimate e;
+    e.stamp.ns = 1403636580838555648;
+    e.state.p_W_B = {1.5, -2.25, 1e-9};
+    e.state.q_W_B = Eigen::Quaterniond(0.8, 0.6, 0.0, 0.0);
+    e.state.v_W_B = {1, 2, 3};
+    e.state.bias.gyro = {0.01, 0.02, 0.03};
+    e.state.bias.accel = {0.1, 0.2, 0.3};
+    return e;
+}
+
+TEST_CASE("TUM seconds are exact to the nanosecond") {
+    CHECK(tum_seconds({1403636580838555648}) == "1403636580.838555648");
+    CHECK(tum_seconds({5}) == "0.000000005");
+    CHECK(tum_seconds({-1'500'000'000}) == "-1.500000000");
+    CHECK(tum_seconds({0}) == "0.000000000");
+}
+
+TEST_CASE("trajectories follow the TUM and EuRoC column orders") {
+    const test::TempDir dir;
+    TrajectoryWriter writer(dir.path());
+    writer.write(sample_estimate());
+    writer.close();
+    CHECK(
+        test::read_file(dir.file("trajectory.tum")) ==
+        "1403636580.838555648 1.500000000 -2.250000000 0.000000001 0.600000000 0.000000000 0.000000000 0.800000000\n");
+    const std::vector<std::string> rows = lines(dir.file("trajectory.csv"));
+    REQUIRE(rows.size() == 2);
+    CHECK(rows[0].starts_with("#timestamp"));
+    CHECK(columns(rows[0]) == 17);
+    CHECK(
+        rows[1] ==
+        "1403636580838555648,1.500000000,-2.250000000,0.000000001,0.800000000,0.600000000,0.000000000,0.000000000,"
+        "1.000000000,2.000000000,3.000000000,0.010000000,0.020000000,0.030000000,0.100000000,0.200000000,0.300000000");
+}
+
+TEST_CASE("health.csv has a column for every field and names the reasons") {
+    const test::TempDir dir;
+    HealthWriter writer(dir.path());
+    Health h;
+    h.state = TrackingState::kDegraded;
+    h.reasons = kReasonFewStereo | kReasonImuGap | (1U << 31);
+    h.is_keyframe = true;
+    h.tracked = 1;
+    h.detected = 2;
+    h.stereo = 3;
+    h.outliers = 4;
+    h.keyframes = 5;
+    h.landmarks = 6;
+    h.iterations = 7;
+    h.mean_vision_chi2 = 0.5;
+    h.imu_chi2 = 1.25;
+    h.imu_gaps = 8;
+    h.imu_dropped = 9;
+    writer.write({42}, h);
+    writer.close();
+    const std::vector<std::string> rows = lines(dir.file("health.csv"));
+    REQUIRE(rows.size() == 2);
+    CHECK(
+        rows[0] ==
+        "stamp_ns,state,reasons,reason_names,is_keyframe,is_still,tracked,detected,stereo,outliers,keyframes,landmarks,"
+        "iterations,mean_vision_chi2,imu_chi2,imu_gaps,imu_dropped");
+    CHECK(rows[1] == "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,1,0,1,2,3,4,5,6,7,0.5,1.25,8,9");
+    CHECK(reason_names(0).empty());
+}
+
+TEST_CASE("timing.csv has a column for every stage") {
+    const test::TempDir dir;
+    TimingWriter writer(dir.path());
+    FrameTiming timing;
+    timing.total_ms = 10.0;
+    timing.stage_ms[static_cast<std::size_t>(Stage::kSolve)] = 2.5;
+    writer.write({42}, true, timing);
+    writer.close();
+    const std::vector<std::string> rows = lines(dir.file("timing.csv"));
+    REQUIRE(rows.size() == 2);
+    CHECK(rows[0] ==
+          "stamp_ns,is_keyframe,total_ms,propagation_ms,tracking_ms,triangulation_ms,linearization_ms,solve_ms,"
+          "marginalization_ms");
+    CHECK(rows[1] == "42,1,10.0000,0.0000,0.0000,0.0000,0.0000,2.5000,0.0000");
+    CHECK(columns(rows[0]) == 3 + kStageCount);
+}
+
+TEST_CASE("timing statistics are order statistics") {
+    std::vector<double> times;
+    for (int i = 200; i >= 1; --i) {
+        times.push_back(i);
+    }
+    const TimingStatistics s = timing_statistics(times);
+    CHECK(s.count == 200);
+    CHECK(s.median_ms == 100.5);
+    CHECK(s.p99_ms == 198.0);
+    CHECK(s.max_ms == 200.0);
+    CHECK(s.mean_ms == Approx(100.5));
+    CHECK(timing_statistics({3.0}).p99_ms == 3.0);
+    CHECK(timing_statistics({}).count == 0);
+}
+
+TEST_CASE("summary.json differs between runs under timing only") {
+    const test::TempDir dir;
+    RunSummary run;
+    run.dataset = "logs/a";
+    run.mode = "s";
+    run.frames_listed = 10;
+    run.frames = 9;
+    run.estimates = 8;
+    run.frames_by_state = {{"INIT", 1}, {"TRACKING", 8}};
+    run.keyframes = 2;
+    run.warnings = {{"imu_gap", 2}, {"corrupt_image", 1}};
+    run.last = sample_estimate();
+    run.last.health.state = TrackingState::kTracking;
+    run.timed = {{true, {}}, {false, {}}};
+    const auto write = [&](double total_ms, double wall_s) {
+        run.timed[0].timing.total_ms = total_ms;
+        run.wall_s = wall_s;
+        write_summary(run, dir.path());
+        return nlohmann::json::parse(test::read_file(dir.file("summary.json")));
+    };
+    auto first = write(30.0, 1.0);
+    auto second = write(50.0, 2.0);
+    CHECK(first["coverage"].get<double>() == 0.8);
+    CHECK(first["warnings"] == 3);
+    CHECK(first["warnings_by_kind"]["imu_gap"] == 2);
+    CHECK(first["frames_by_state"]["TRACKING"] == 8);
+    CHECK(first["final"]["state"] == "TRACKING");
+    CHECK(first["final"]["quaternion_xyzw"][3].get<double>() == 0.8);
+    CHECK_FALSE(first["version"].get<std::string>().empty());
+    CHECK(first["timing"]["keyframe"]["median"].get<double>() == 30.0);
+    CHECK(first["timing"]["tracked"]["count"] == 1);
+    CHECK(first["timing"]["all"]["count"] == 2);
+    CHECK(first != second);
+    first.erase("timing");
+    second.erase("timing");
+    CHECK(first == second);
+}
+
+}  // namespace
+}  // namespace facet

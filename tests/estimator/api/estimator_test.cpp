@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The facade's contract: order, readiness, bad images, blindness, missing inertial data. Accuracy is tests/scenario's.
+#include "estimator/api/estimator.h"
+
+#include <catch2/catch.hpp>
+#include <limits>
+#include <vector>
+
+#include "tests/support/synthetic_flight.h"
+
+using namespace facet;
+
+namespace {
+
+constexpr double kImuStep_s = 0.005;
+
+/// A still vehicle in front of a random texture, both cameras seeing the same picture (everything at infinity).
+class StillVehicle {
+public:
+    StillVehicle() : picture_(752U * 480U), dark_(752U * 480U, 0) {
+        std::mt19937 generator(3);
+        // Blocks of 8 px of random grey: corners everywhere.
+        std::vector<std::uint8_t> blocks(94U * 60U);
+        for (auto& b : blocks) {
+            b = static_cast<std::uint8_t>(generator() % 200U + 20U);
+        }
+        for (std::size_t v = 0; v < 480; ++v) {
+            for (std::size_t u = 0; u < 752; ++u) {
+                picture_[v * 752 + u] = blocks[(v / 8) * 94 + u / 8];
+            }
+        }
+        rig = test::make_rig();
+        rig.T_B_C1.q = rig.T_B_C0.q;
+    }
+    void feed_imu(Estimator& estimator, double t0, double t1) const {
+        for (double t = t0; t < t1 - 1e-9; t += kImuStep_s) {
+            REQUIRE(ok(estimator.add_imu({test::at(t), {0.001, -0.002, 0.003}, {0.0, 0.0, 9.81}})));
+        }
+    }
+    StereoFrame frame(double t, bool dark = false) const {
+        const auto& pixels = dark ? dark_ : picture_;
+        const ImageView view{pixels.data(), 752, 480, 752};
+        return {test::at(t), view, view};
+    }
+    StereoRig rig;
+
+private:
+    std::vector<std::uint8_t> picture_;
+    std::vector<std::uint8_t> dark_;
+};
+
+}  // namespace
+
+TEST_CASE("a still vehicle is tracked from the first frame and stays where it is", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    vehicle.feed_imu(estimator, 0.0, 4.0);
+    Estimate estimate;
+    for (double t = 0.5; t < 3.9; t += 0.05) {
+        REQUIRE(ok(estimator.add_frame(vehicle.frame(t), estimate)));
+        CHECK(estimate.health.state == TrackingState::kTracking);
+        CHECK(estimate.stamp == test::at(t));
+    }
+    CHECK(estimate.state.p_W_B.norm() < 0.01);
+    CHECK(estimate.state.v_W_B.norm() < 0.01);
+    CHECK((estimate.state.bias.gyro - Eigen::Vector3d(0.001, -0.002, 0.003)).norm() < 1e-4);
+    CHECK(estimate.health.is_still);
+}
+
+TEST_CASE("frames wait for inertial samples and must come in order", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    Estimate estimate;
+    CHECK(estimator.add_frame(vehicle.frame(0.0), estimate) == Status::kNotReady);
+    vehicle.feed_imu(estimator, 0.0, 0.6);
+    CHECK(estimator.add_frame(vehicle.frame(0.9), estimate) == Status::kNotReady);
+    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.5), estimate)));
+    CHECK(estimator.add_frame(vehicle.frame(0.5), estimate) == Status::kOutOfOrder);
+    CHECK(estimator.add_frame(vehicle.frame(0.4), estimate) == Status::kOutOfOrder);
+    vehicle.feed_imu(estimator, 0.6, 1.0);
+    CHECK(ok(estimator.add_frame(vehicle.frame(0.9), estimate)));
+}
+
+TEST_CASE("too little inertial data before the first frame means INIT, not an error", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    vehicle.feed_imu(estimator, 0.0, 1.0);
+    Estimate estimate;
+    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.02), estimate)));
+    CHECK(estimate.health.state == TrackingState::kInit);
+    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.5), estimate)));
+    CHECK(estimate.health.state == TrackingState::kTracking);
+}
+
+TEST_CASE("bad inertial samples are dropped and counted", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    vehicle.feed_imu(estimator, 0.0, 1.0);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK(estimator.add_imu({test::at(1.0), {nan, 0.0, 0.0}, {0.0, 0.0, 9.81}}) == Status::kInvalidArgument);
+    CHECK(estimator.add_imu({test::at(0.5), {0.0, 0.0, 0.0}, {0.0, 0.0, 9.81}}) == Status::kOutOfOrder);
+    Estimate estimate;
+    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.8), estimate)));
+    CHECK(estimate.health.imu_dropped == 2);
+    CHECK(estimate.state.p_W_B.allFinite());
+}
+
+TEST_CASE("darkness degrades, then loses; light brings vision back", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    vehicle.feed_imu(estimator, 0.0, 6.0);
+    Estimate estimate;
+    const auto fly = [&](double t0, double t1, bool dark) {
+        for (double t = t0; t < t1 - 1e-9; t += 0.05) {
+            REQUIRE(ok(estimator.add_frame(vehicle.frame(t, dark), estimate)));
+            REQUIRE(estimate.state.p_W_B.allFinite());
+        }
+    };
+    fly(0.5, 2.0, false);
+    fly(2.0, 3.0, true);
+    CHECK(estimate.health.state == TrackingState::kDegraded);
+    CHECK((estimate.health.reasons & kReasonFewFeatures) != 0U);
+    CHECK(estimate.state.p_W_B.norm() < 0.2);
+    fly(3.0, 4.5, true);
+    CHECK(estimate.health.state == TrackingState::kLost);
+    fly(4.5, 5.9, false);
+    CHECK(estimate.health.state == TrackingState::kTracking);
+}
+
+TEST_CASE("a wrong image size is refused, the estimate goes on by inertial data", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    vehicle.feed_imu(estimator, 0.0, 2.0);
+    Estimate estimate;
+    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.5), estimate)));
+    StereoFrame small = vehicle.frame(0.55);
+    small.left.width = 640;
+    CHECK(estimator.add_frame(small, estimate) == Status::kInvalidArgument);
+    CHECK(estimate.stamp == small.stamp);
+    CHECK((estimate.health.reasons & kReasonImageRejected) != 0U);
+    CHECK(estimate.health.state == TrackingState::kDegraded);
+    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.6), estimate)));
+    CHECK(estimate.health.state == TrackingState::kTracking);
+}
+
+TEST_CASE("configurations out of range are refused", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    EstimatorConfig config;
+    config.window.keyframes = 99;
+    CHECK(estimator.configure(config, vehicle.rig) == Status::kInvalidArgument);
+    config = {};
+    config.imu_noise.rate_hz = std::numeric_limits<double>::quiet_NaN();
+    CHECK(estimator.configure(config, vehicle.rig) == Status::kInvalidArgument);
+    CHECK(estimator.configure({}, StereoRig{}) == Status::kInvalidArgument);
+}

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Reprojection factor: residual, Jacobians against numeric differentiation, first-estimate Jacobians, robust weights.
+#include "estimator/factors/stereo_factor.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "tests/support/numeric_jacobian.h"
+#include "tests/support/synthetic_flight.h"
+
+using namespace facet;
+
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+struct Setup {
+    StereoGeometry geometry;
+    Se3 T_W_B;
+    CameraPose host;
+    InverseDepthPoint point;
+    StereoMeasurement z;
+};
+
+Setup make_setup(unsigned seed, double rho) {
+    std::mt19937 generator(seed);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    const auto random3 = [&] { return Eigen::Vector3d(uniform(generator), uniform(generator), uniform(generator)); };
+    const StereoRig rig = test::make_rig();
+    Setup s;
+    s.geometry = {rig.T_B_C0.R().transpose(), rig.T_B_C1.R().transpose(), rig.T_B_C0.p, rig.T_B_C1.p, 400.0, 420.0};
+    const Se3 T_W_H{so3_exp(0.5 * random3()), random3()};
+    s.host = CameraPose::from(T_W_H * rig.T_B_C0);
+    s.T_W_B = T_W_H.box_plus((Vector6() << 0.05 * random3(), 0.3 * random3()).finished());
+    s.point = {{0.2 * uniform(generator), 0.2 * uniform(generator)}, rho};
+    s.z = {{0.21 * uniform(generator), 0.1}, {0.05, 0.1 * uniform(generator)}, true};
+    return s;
+}
+
+StereoLinearization linearize(const Setup& s, const Se3& at, const Se3& lin, const InverseDepthPoint& point,
+                              double huber = 1e9) {
+    StereoLinearization l;
+    REQUIRE(ok(linearize_stereo(s.z, s.geometry, at, lin, s.host, point, HuberLoss{huber}, l)));
+    return l;
+}
+
+}  // namespace
+
+TEST_CASE("stereo factor Jacobians match numeric differentiation", "[stereo_factor]") {
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+        for (const double rho : {1.0, 0.2, 1e-3, 0.0}) {
+            const Setup s = make_setup(seed, rho);
+            const StereoLinearization l = linearize(s, s.T_W_B, s.T_W_B, s.point);
+            test::expect_jacobian_near(
+                l.d_r_d_T_W_B,
+                [&](const Vector6& d) {
+                    const Se3 T = s.T_W_B.box_plus(d);
+                    return linearize(s, T, T, s.point).r;
+                },
+                Vector6::Zero().eval(), 1e-6);
+            test::expect_jacobian_near(
+                l.d_r_d_point,
+                [&](const Eigen::Vector3d& d) {
+                    const InverseDepthPoint p{s.point.xy + d.head<2>(), s.point.rho + d.z()};
+                    return linearize(s, s.T_W_B, s.T_W_B, p).r;
+                },
+                Eigen::Vector3d::Zero().eval(), 1e-6);
+        }
+    }
+}
+
+TEST_CASE("stereo factor takes residuals at the estimate and Jacobians at the first estimate", "[stereo_factor]") {
+    const Setup s = make_setup(3, 0.4);
+    const Se3 moved = s.T_W_B.box_plus((Vector6() << 0.01, -0.02, 0.01, 0.05, 0.02, -0.03).finished());
+    const StereoLinearization mixed = linearize(s, moved, s.T_W_B, s.point);
+    CHECK(mixed.r.isApprox(linearize(s, moved, moved, s.point).r, 1e-12));
+    CHECK(mixed.d_r_d_T_W_B.isApprox(linearize(s, s.T_W_B, s.T_W_B, s.point).d_r_d_T_W_B, 1e-12));
+    CHECK_FALSE(mixed.d_r_d_T_W_B.isApprox(linearize(s, moved, moved, s.point).d_r_d_T_W_B, 1e-6));
+}
+
+TEST_CASE("stereo factor: an exact measurement has no residual, a mono one no right rows", "[stereo_factor]") {
+    Setup s = make_setup(2, 0.5);
+    const ScaledWorldPoint world(s.host, s.point);
+    const Eigen::Vector3d q_B = s.T_W_B.R().transpose() * world.from(s.T_W_B.p);
+    const Eigen::Vector3d q_0 = s.geometry.R_C0_B * (q_B - s.point.rho * s.geometry.p_B_C0);
+    const Eigen::Vector3d q_1 = s.geometry.R_C1_B * (q_B - s.point.rho * s.geometry.p_B_C1);
+    s.z = {q_0.head<2>() / q_0.z(), q_1.head<2>() / q_1.z(), true};
+    CHECK(linearize(s, s.T_W_B, s.T_W_B, s.point).r.norm() < 1e-9);
+    s.z.has_right = false;
+    const StereoLinearization mono = linearize(s, s.T_W_B, s.T_W_B, s.point);
+    CHECK(mono.d_r_d_T_W_B.bottomRows<2>().isZero(0.0));
+    CHECK(mono.d_r_d_point.bottomRows<2>().isZero(0.0));
+    CHECK(mono.d_r_d_T_W_B.topRows<2>().norm() > 1.0);
+}
+
+TEST_CASE("stereo factor: Huber weights scale rows and cap the cost's growth", "[stereo_factor]") {
+    const Setup s = make_setup(4, 0.5);
+    const StereoLinearization plain = linearize(s, s.T_W_B, s.T_W_B, s.point);
+    const StereoLinearization robust = linearize(s, s.T_W_B, s.T_W_B, s.point, 1.5);
+    const double norm = plain.r.head<2>().norm();
+    REQUIRE(norm > 1.5);
+    CHECK(robust.r.head<2>().norm() == Approx(std::sqrt(1.5 / norm) * norm));
+    CHECK(robust.cost < plain.cost);
+    CHECK(robust.squared_error == Approx(plain.squared_error));
+    CHECK(plain.cost == Approx(0.5 * plain.squared_error));
+}
+
+TEST_CASE("stereo factor refuses points behind a camera and leaves the output alone", "[stereo_factor]") {
+    Setup s = make_setup(5, 1.0);
+    const Se3 beyond{s.T_W_B.q, s.host.p_W_C + s.host.R_C_W.transpose() * Eigen::Vector3d(0.0, 0.0, 5.0)};
+    StereoLinearization l;
+    l.cost = -1.0;
+    CHECK(linearize_stereo(s.z, s.geometry, beyond, beyond, s.host, s.point, HuberLoss{}, l) == Status::kDegenerate);
+    CHECK(l.cost == -1.0);
+}

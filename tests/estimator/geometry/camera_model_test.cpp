@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Camera models: round trips and Jacobians over the whole image, limits of validity.
+#include "estimator/geometry/camera_model.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "tests/support/numeric_jacobian.h"
+
+namespace facet {
+namespace {
+
+CameraIntrinsics pinhole() { return {640, 480, 400.0, 410.0, 320.5, 239.5, Distortion::kNone, {}}; }
+
+/// A moderate wide-angle lens with barrel distortion.
+CameraIntrinsics radial_tangential() {
+    return {752,
+            480,
+            458.654,
+            457.296,
+            367.215,
+            248.375,
+            Distortion::kRadialTangential,
+            {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05}};
+}
+
+/// A fisheye of nearly 190 degrees across a 512 pixel image.
+CameraIntrinsics equidistant() {
+    return {512,
+            512,
+            190.978,
+            190.973,
+            254.932,
+            256.897,
+            Distortion::kEquidistant,
+            {0.0034824, 0.00071502, -0.0020532, 0.00020294}};
+}
+
+/// Calls f(uv) over a grid of pixels; margin keeps it inside.
+template <class Function>
+void for_pixels(const CameraIntrinsics& k, double margin, const Function& f) {
+    constexpr int kGrid = 12;
+    for (int a = 0; a <= kGrid; ++a) {
+        for (int b = 0; b <= kGrid; ++b) {
+            f(Eigen::Vector2d(margin + (k.width - 1 - 2 * margin) * a / kGrid,
+                              margin + (k.height - 1 - 2 * margin) * b / kGrid));
+        }
+    }
+}
+
+void expect_round_trip_and_jacobians(const CameraIntrinsics& k, double margin, int least_points) {
+    const CameraModel camera(k);
+    int points = 0;
+    for_pixels(k, margin, [&](const Eigen::Vector2d& uv) {
+        CAPTURE(uv.transpose());
+        Eigen::Vector2d xy;
+        Eigen::Matrix2d d_xy_d_uv;
+        if (!ok(camera.unproject(uv, xy, &d_xy_d_uv))) {
+            return;
+        }
+        ++points;
+        for (const double depth : {0.2, 3.0}) {
+            const Eigen::Vector3d p_C = depth * Eigen::Vector3d(xy.x(), xy.y(), 1.0);
+            Eigen::Vector2d again;
+            Eigen::Matrix<double, 2, 3> d_uv_d_p_C;
+            REQUIRE(ok(camera.project(p_C, again, &d_uv_d_p_C)));
+            CHECK((again - uv).norm() < 1e-7);
+            const auto project = [&](const Eigen::Vector3d& p) {
+                Eigen::Vector2d out;
+                REQUIRE(ok(camera.project(p, out)));
+                return out;
+            };
+            test::expect_jacobian_near(d_uv_d_p_C, project, p_C, 1e-6, 1e-6 * depth);
+            // the inverse of the projection's Jacobian over the image plane
+            const Eigen::Matrix2d product = d_xy_d_uv * d_uv_d_p_C.leftCols<2>() * depth;
+            CHECK((product - Eigen::Matrix2d::Identity()).norm() < 1e-7);
+        }
+    });
+    CHECK(points >= least_points);
+}
+
+}  // namespace
+
+TEST_CASE("pinhole: closed form") {
+    const CameraModel camera(pinhole());
+    Eigen::Vector2d uv;
+    REQUIRE(ok(camera.project({0.5, -0.25, 2.0}, uv)));
+    CHECK(uv.x() == Approx(400.0 * 0.25 + 320.5));
+    CHECK(uv.y() == Approx(410.0 * -0.125 + 239.5));
+    CHECK(camera.focal_px() == Approx(405.0));
+}
+
+TEST_CASE("radial-tangential: closed form of one point") {
+    const CameraIntrinsics k = radial_tangential();
+    const double x = 0.3;
+    const double y = -0.2;
+    const double r2 = x * x + y * y;
+    const double radial = 1.0 + k.coeffs[0] * r2 + k.coeffs[1] * r2 * r2;
+    const double xd = x * radial + 2.0 * k.coeffs[2] * x * y + k.coeffs[3] * (r2 + 2.0 * x * x);
+    const double yd = y * radial + k.coeffs[2] * (r2 + 2.0 * y * y) + 2.0 * k.coeffs[3] * x * y;
+    Eigen::Vector2d uv;
+    REQUIRE(ok(CameraModel(k).project({3.0 * x, 3.0 * y, 3.0}, uv)));
+    CHECK((uv - Eigen::Vector2d(k.fx * xd + k.cx, k.fy * yd + k.cy)).norm() < 1e-10);
+}
+
+TEST_CASE("equidistant: without coefficients the image radius is the angle") {
+    CameraIntrinsics k = equidistant();
+    k.coeffs = {};
+    const CameraModel camera(k);
+    for (const double angle : {1e-6, 1e-4, 0.01, 0.5, 1.0, 1.4}) {
+        Eigen::Vector2d uv;
+        REQUIRE(ok(camera.project({std::sin(angle), 0.0, std::cos(angle)}, uv)));
+        CHECK(uv.x() - k.cx == Approx(k.fx * angle).epsilon(1e-9));
+        CHECK(uv.y() == Approx(k.cy));
+    }
+}
+
+TEST_CASE("project inverts unproject, and Jacobians match, over the whole image") {
+    SECTION("pinhole") { expect_round_trip_and_jacobians(pinhole(), 0.0, 169); }
+    SECTION("radial-tangential") { expect_round_trip_and_jacobians(radial_tangential(), 0.0, 169); }
+    SECTION("equidistant, 64 px inside: up to 80 degrees off axis") {
+        expect_round_trip_and_jacobians(equidistant(), 64.0, 145);
+    }
+}
+
+TEST_CASE("equidistant is smooth across the near-axis branch") {
+    const CameraModel camera(equidistant());
+    for (const double r : {0.0, 1e-8, 9.99e-5, 1.001e-4, 1e-3}) {
+        CAPTURE(r);
+        const Eigen::Vector2d xy(0.6 * r, 0.8 * r);
+        Eigen::Matrix2d jacobian;
+        camera.distort(xy, &jacobian);
+        const auto f = [&](const Eigen::Vector2d& p) { return camera.distort(p); };
+        test::expect_jacobian_near(jacobian, f, xy, 1e-9, 1e-6);
+    }
+}
+
+TEST_CASE("points behind, on, or far off the axis are degenerate and leave the output alone") {
+    for (const CameraIntrinsics& k : {pinhole(), radial_tangential(), equidistant()}) {
+        const CameraModel camera(k);
+        Eigen::Vector2d uv(-7.0, -8.0);
+        const double nan = std::numeric_limits<double>::quiet_NaN();
+        CHECK(camera.project({0.0, 0.0, -1.0}, uv) == Status::kDegenerate);
+        CHECK(camera.project({0.0, 0.0, 0.0}, uv) == Status::kDegenerate);
+        CHECK(camera.project({100.0, 0.0, 1.0}, uv) == Status::kDegenerate);
+        CHECK(camera.project({nan, 0.0, 1.0}, uv) == Status::kDegenerate);
+        CHECK(camera.project({0.0, 0.0, nan}, uv) == Status::kDegenerate);
+        CHECK(camera.unproject({nan, 1.0}, uv) == Status::kDegenerate);
+        CHECK(camera.unproject({1e9, 1e9}, uv) == Status::kDegenerate);
+        CHECK(uv == Eigen::Vector2d(-7.0, -8.0));
+    }
+}
+
+TEST_CASE("the radius of use ends where the distortion folds") {
+    CameraIntrinsics k = radial_tangential();
+    k.coeffs = {-0.3, 0.0, 0.0, 0.0};  // 1 - 0.9 r^2 = 0 at r = 1.054
+    const CameraModel camera(k);
+    CHECK(camera.max_radius() > 0.95);
+    CHECK(camera.max_radius() < 1.054);
+    Eigen::Vector2d uv;
+    CHECK(ok(camera.project({0.9, 0.0, 1.0}, uv)));
+    CHECK(camera.project({1.2, 0.0, 1.0}, uv) == Status::kDegenerate);
+}
+
+TEST_CASE("in_image keeps the border") {
+    const CameraModel camera(pinhole());
+    CHECK(camera.in_image({0.0, 0.0}, 0.0));
+    CHECK(camera.in_image({639.0, 479.0}, 0.0));
+    CHECK_FALSE(camera.in_image({639.5, 100.0}, 0.0));
+    CHECK_FALSE(camera.in_image({4.9, 100.0}, 5.0));
+    CHECK(camera.in_image({5.0, 474.0}, 5.0));
+}
+
+TEST_CASE("intrinsics are validated") {
+    CHECK(CameraModel::validate(pinhole()) == Status::kOk);
+    CHECK(CameraModel::validate(radial_tangential()) == Status::kOk);
+    // Corners of a fisheye image lie outside its lens circle: they need not unproject.
+    CHECK(CameraModel::validate(equidistant()) == Status::kOk);
+
+    struct Case {
+        const char* what;
+        void (*spoil)(CameraIntrinsics&);
+    };
+    const Case cases[] = {
+        {"width", [](CameraIntrinsics& k) { k.width = 0; }},
+        {"height", [](CameraIntrinsics& k) { k.height = -1; }},
+        {"fx zero", [](CameraIntrinsics& k) { k.fx = 0.0; }},
+        {"fy negative", [](CameraIntrinsics& k) { k.fy = -1.0; }},
+        {"cx", [](CameraIntrinsics& k) { k.cx = std::nan(""); }},
+        {"cy", [](CameraIntrinsics& k) { k.cy = std::numeric_limits<double>::infinity(); }},
+        {"coefficient", [](CameraIntrinsics& k) { k.coeffs[3] = std::nan(""); }},
+        {"folds inside the image",
+         [](CameraIntrinsics& k) {
+             k.coeffs = {-1.5, 0.0, 0.0, 0.0};
+         }},
+        {"tangential part folds",
+         [](CameraIntrinsics& k) {
+             k.coeffs = {0.0, 0.0, 0.8, 0.0};
+         }},
+        {"fisheye folds",
+         [](CameraIntrinsics& k) {
+             k.distortion = Distortion::kEquidistant;
+             k.coeffs = {-1.0, 0.0, 0.0, 0.0};
+         }},
+    };
+    for (const Case& c : cases) {
+        CAPTURE(c.what);
+        CameraIntrinsics k = radial_tangential();
+        c.spoil(k);
+        CHECK(CameraModel::validate(k) == Status::kInvalidArgument);
+    }
+}
+
+}  // namespace facet

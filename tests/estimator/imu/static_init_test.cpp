@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The first state: gravity direction, biases, still or moving, and the prior's sigmas about the right axes.
+#include "estimator/imu/static_init.h"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <random>
+
+namespace facet {
+namespace {
+
+using Matrix15 = Eigen::Matrix<double, 15, 15>;
+
+constexpr std::int64_t kStep_ns = 5'000'000;
+
+/// What an IMU at attitude R(t) with acceleration a_W(t) reads, with EuRoC-grade noise.
+struct Scenario {
+    Eigen::Quaterniond q_W_B = Eigen::Quaterniond::Identity();
+    ImuBias bias;
+    Eigen::Vector3d rate_B = Eigen::Vector3d::Zero();  ///< constant
+    std::function<Eigen::Vector3d(double)> a_W = [](double) { return Eigen::Vector3d::Zero(); };
+
+    Eigen::Quaterniond attitude(double t) const { return q_W_B * so3_exp(t * rate_B); }
+
+    std::unique_ptr<ImuBuffer> record(double duration_s, unsigned seed = 1) const {
+        auto buffer = std::make_unique<ImuBuffer>(200.0);
+        std::mt19937 rng(seed);
+        std::normal_distribution<double> normal;
+        const auto noise = [&](double sigma) {
+            return Eigen::Vector3d(sigma * normal(rng), sigma * normal(rng), sigma * normal(rng));
+        };
+        for (std::int64_t k = 0; k * kStep_ns <= static_cast<std::int64_t>(duration_s * 1e9); ++k) {
+            const double t = static_cast<double>(k * kStep_ns) * 1e-9;
+            ImuSample s;
+            s.stamp = Timestamp{k * kStep_ns};
+            s.w_B = rate_B + bias.gyro + noise(2.4e-3);
+            s.a_B = attitude(t).conjugate() * (a_W(t) - kGravity_W) + bias.accel + noise(2.8e-2);
+            REQUIRE(ok(buffer->push(s)));
+        }
+        return buffer;
+    }
+};
+
+Timestamp at_s(double t) { return Timestamp{Duration::from_seconds(t).ns}; }
+
+/// Angle between true and estimated gravity direction, in B.
+double tilt_error(const NavState& state, const Eigen::Quaterniond& q_W_B) {
+    const Eigen::Vector3d up_estimated = state.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d up_true = q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    return std::atan2(up_estimated.cross(up_true).norm(), up_estimated.dot(up_true));
+}
+
+/// Standard deviation of a rotation error about an axis of W, from the prior.
+double sigma_about_W(const InitialState& initial, const Eigen::Vector3d& axis_W) {
+    // covariance = W^-1 W^-T, so the variance along a is |W^-T a|^2: well conditioned, unlike the covariance
+    const Eigen::Matrix3d root = initial.sqrt_information.block<3, 3>(kTheta, kTheta);
+    const Eigen::Vector3d axis_B = initial.state.q_W_B.conjugate() * axis_W;
+    return root.transpose().fullPivLu().solve(axis_B).norm();
+}
+
+}  // namespace
+
+TEST_CASE("standing still: level, tilted, upside down, nose up") {
+    const InitializerConfig config;
+    const Eigen::Vector3d turns[] = {{0.0, 0.0, 0.0}, {0.3, -0.2, 1.0},    {3.1, 0.0, 0.0},
+                                     {0.0, 1.2, 0.4}, {0.0, -1.5708, 0.0}, {0.0, 1.5708, 0.0}};
+    for (const Eigen::Vector3d& turn : turns) {
+        CAPTURE(turn.transpose());
+        Scenario scenario;
+        scenario.q_W_B = so3_exp(turn);
+        scenario.bias.gyro = {-0.002, 0.02, 0.08};  // as large as EuRoC's
+        InitialState initial;
+        REQUIRE(ok(initialize_state(*scenario.record(1.2), at_s(1.1), config, initial)));
+        CHECK(initial.is_still);
+        CHECK(tilt_error(initial.state, scenario.q_W_B) < 1e-3);
+        CHECK((initial.state.bias.gyro - scenario.bias.gyro).norm() < 1e-3);
+        CHECK(initial.state.bias.accel.norm() < 0.02);
+        CHECK(initial.state.v_W_B.norm() == 0.0);
+        CHECK(initial.state.p_W_B.norm() == 0.0);
+        CHECK(std::abs(initial.state.q_W_B.norm() - 1.0) < 1e-12);
+        // yaw zero: the x axis (or z, if x is upright) lies in the half plane y = 0, x > 0
+        const Eigen::Vector3d x_W = initial.state.q_W_B * Eigen::Vector3d::UnitX();
+        const Eigen::Vector3d forward_W =
+            x_W.head<2>().norm() < 0.1 ? initial.state.q_W_B * Eigen::Vector3d::UnitZ() : x_W;
+        CHECK(std::abs(forward_W.y()) < 1e-12);
+        CHECK(forward_W.x() > 0.05);
+    }
+}
+
+TEST_CASE("the prior: tilt about the horizontal axes of W, yaw about its vertical, the rest diagonal") {
+    const InitializerConfig config;
+    Scenario scenario;
+    scenario.q_W_B = so3_exp({0.7, -0.4, 0.2});
+    InitialState initial;
+    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), config, initial)));
+    CHECK(initial.is_still);
+    CHECK(sigma_about_W(initial, Eigen::Vector3d::UnitX()) == Approx(config.still_tilt_sigma_rad).epsilon(0.01));
+    CHECK(sigma_about_W(initial, Eigen::Vector3d::UnitY()) == Approx(config.still_tilt_sigma_rad).epsilon(0.01));
+    CHECK(sigma_about_W(initial, Eigen::Vector3d::UnitZ()) == Approx(1e-4).epsilon(1e-6));
+    const Matrix15 information = initial.information();
+    const auto sigma = [&](int offset) { return 1.0 / std::sqrt(information(offset, offset)); };
+    CHECK(sigma(kPos) == Approx(1e-4));
+    CHECK(sigma(kVel) == Approx(config.still_velocity_sigma_m_per_s));
+    CHECK(sigma(kBiasGyro) == Approx(config.still_gyro_bias_sigma_rad_per_s).epsilon(0.01));
+    CHECK(sigma(kBiasAccel) == Approx(config.accel_bias_sigma_m_per_s2));
+    CHECK(information.block<3, 12>(kTheta, kPos).norm() == 0.0);
+    CHECK(information.bottomRightCorner<12, 12>().isDiagonal());
+}
+
+TEST_CASE("standing still, the accelerometer bias along gravity is seen") {
+    Scenario scenario;
+    scenario.bias.accel = {0.0, 0.0, 0.3};
+    InitialState initial;
+    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), InitializerConfig{}, initial)));
+    CHECK(initial.is_still);
+    CHECK((initial.state.bias.accel - scenario.bias.accel).norm() < 0.02);
+}
+
+TEST_CASE("shaken: moving, with gravity from the mean and honest sigmas") {
+    const InitializerConfig config;
+    Scenario scenario;
+    scenario.q_W_B = so3_exp({0.2, 0.3, 0.0});
+    scenario.bias.gyro = {-0.002, 0.02, 0.08};
+    scenario.a_W = [](double t) { return Eigen::Vector3d(2.0 * std::sin(12.0 * t), 1.5 * std::cos(9.0 * t), 1.0); };
+    InitialState initial;
+    REQUIRE(ok(initialize_state(*scenario.record(1.5), at_s(1.5), config, initial)));
+    CHECK_FALSE(initial.is_still);
+    CHECK(initial.state.bias.gyro.norm() == 0.0);
+    CHECK(initial.state.bias.accel.norm() == 0.0);
+    CHECK(initial.tilt_sigma_rad >= config.moving_tilt_sigma_rad);
+    CHECK(tilt_error(initial.state, scenario.q_W_B) < 2.0 * initial.tilt_sigma_rad);
+    CHECK(sigma_about_W(initial, Eigen::Vector3d::UnitX()) == Approx(initial.tilt_sigma_rad));
+    CHECK(sigma_about_W(initial, Eigen::Vector3d::UnitZ()) == Approx(1e-4).epsilon(1e-6));
+    const Matrix15 information = initial.information();
+    CHECK(1.0 / std::sqrt(information(kVel, kVel)) == Approx(config.moving_velocity_sigma_m_per_s));
+    CHECK(1.0 / std::sqrt(information(kBiasGyro, kBiasGyro)) == Approx(config.gyro_bias_sigma_rad_per_s));
+}
+
+TEST_CASE("a wilder motion widens the tilt sigma beyond its least value") {
+    const InitializerConfig config;
+    Scenario scenario;
+    scenario.a_W = [](double t) { return Eigen::Vector3d(8.0 * std::sin(7.0 * t), 6.0 * std::cos(5.0 * t), 2.0); };
+    InitialState initial;
+    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), config, initial)));
+    CHECK_FALSE(initial.is_still);
+    CHECK(initial.tilt_sigma_rad > 1.5 * config.moving_tilt_sigma_rad);
+    CHECK(tilt_error(initial.state, scenario.q_W_B) < 2.0 * initial.tilt_sigma_rad);
+}
+
+TEST_CASE("a steady turn is motion, not bias, and gravity is taken in the last body frame") {
+    const InitializerConfig config;
+    Scenario scenario;
+    scenario.rate_B = {0.9, 0.0, 0.0};  // rolls by 52 degrees in a second
+    InitialState initial;
+    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), config, initial)));
+    CHECK_FALSE(initial.is_still);
+    CHECK(initial.state.bias.gyro.norm() == 0.0);
+    CHECK(tilt_error(initial.state, scenario.attitude(1.0)) < 5e-3);
+}
+
+TEST_CASE("only the newest stretch counts") {
+    // GIVEN shaking that ends at 1 s, then a second and more of rest
+    Scenario scenario;
+    scenario.a_W = [](double t) { return Eigen::Vector3d(t < 1.0 ? 5.0 * std::sin(20.0 * t) : 0.0, 0.0, 0.0); };
+    const auto buffer = scenario.record(2.5);
+    InitialState initial;
+    REQUIRE(ok(initialize_state(*buffer, at_s(1.5), InitializerConfig{}, initial)));
+    CHECK_FALSE(initial.is_still);
+    REQUIRE(ok(initialize_state(*buffer, at_s(2.1), InitializerConfig{}, initial)));
+    CHECK(initial.is_still);
+}
+
+TEST_CASE("too little data, or data with a gap, is not ready") {
+    const InitializerConfig config;
+    InitialState initial;
+    initial.tilt_sigma_rad = -1.0;
+    const auto empty = std::make_unique<ImuBuffer>(200.0);
+    CHECK(initialize_state(*empty, at_s(0.5), config, initial) == Status::kNotReady);
+    const auto buffer = Scenario{}.record(0.5);
+    CHECK(initialize_state(*buffer, at_s(0.05), config, initial) == Status::kNotReady);
+    CHECK(initialize_state(*buffer, at_s(-1.0), config, initial) == Status::kNotReady);
+    CHECK(initialize_state(*buffer, at_s(0.6), config, initial) == Status::kNotReady);
+    CHECK(initial.tilt_sigma_rad == -1.0);
+    CHECK(ok(initialize_state(*buffer, at_s(0.1), config, initial)));
+    // samples come back after a gap of 0.2 s: the stretch starts anew
+    for (int k = 0; k < 40; ++k) {
+        REQUIRE(ok(buffer->push({at_s(0.7 + 0.005 * k), Eigen::Vector3d::Zero(), -kGravity_W})));
+    }
+    CHECK(initialize_state(*buffer, at_s(0.75), config, initial) == Status::kNotReady);
+    CHECK(ok(initialize_state(*buffer, at_s(0.85), config, initial)));
+}
+
+TEST_CASE("free fall tells no direction") {
+    Scenario scenario;
+    scenario.a_W = [](double) { return kGravity_W; };
+    InitialState initial;
+    CHECK(initialize_state(*scenario.record(1.0), at_s(1.0), InitializerConfig{}, initial) == Status::kDegenerate);
+}
+
+TEST_CASE("the config is validated field by field") {
+    CHECK(InitializerConfig{}.validate() == Status::kOk);
+    double InitializerConfig::*const fields[] = {&InitializerConfig::min_duration_s,
+                                                 &InitializerConfig::max_duration_s,
+                                                 &InitializerConfig::still_gyro_std_rad_per_s,
+                                                 &InitializerConfig::still_accel_std_m_per_s2,
+                                                 &InitializerConfig::still_gyro_mean_rad_per_s,
+                                                 &InitializerConfig::still_gravity_error_m_per_s2,
+                                                 &InitializerConfig::still_velocity_sigma_m_per_s,
+                                                 &InitializerConfig::moving_velocity_sigma_m_per_s,
+                                                 &InitializerConfig::still_tilt_sigma_rad,
+                                                 &InitializerConfig::moving_tilt_sigma_rad,
+                                                 &InitializerConfig::gyro_bias_sigma_rad_per_s,
+                                                 &InitializerConfig::still_gyro_bias_sigma_rad_per_s,
+                                                 &InitializerConfig::accel_bias_sigma_m_per_s2};
+    int index = 0;
+    for (const auto field : fields) {
+        CAPTURE(index++);
+        for (const double bad : {0.0, -1.0, 1e3, std::nan("")}) {
+            InitializerConfig config;
+            config.*field = bad;
+            CHECK(config.validate() == Status::kInvalidArgument);
+        }
+    }
+    InitializerConfig crossed;
+    crossed.min_duration_s = 1.5;
+    CHECK(crossed.validate() == Status::kInvalidArgument);
+}
+
+}  // namespace facet

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Landmark elimination and the reduced solver against dense references.
+#include "estimator/solver/landmark_schur.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <memory>
+#include <random>
+
+using namespace facet;
+
+namespace {
+
+constexpr int kKeyframes = 4;
+
+Eigen::MatrixXd random_matrix(int rows, int cols, std::mt19937& generator) {
+    std::normal_distribution<double> normal;
+    return Eigen::MatrixXd::NullaryExpr(rows, cols, [&] { return normal(generator); });
+}
+
+/// Rows of all measurements over [keyframe states | point].
+struct Dense {
+    Eigen::MatrixXd a;
+    Eigen::MatrixXd b;
+    Eigen::VectorXd r;
+};
+
+Dense fill(LandmarkSchur& schur, const std::vector<int>& keyframes, std::mt19937& generator) {
+    const int rows = 4 * static_cast<int>(keyframes.size());
+    Dense d{Eigen::MatrixXd::Zero(rows, kKeyframes * kStateDim), Eigen::MatrixXd::Zero(rows, 3),
+            Eigen::VectorXd::Zero(rows)};
+    schur.clear();
+    for (std::size_t i = 0; i < keyframes.size(); ++i) {
+        StereoLinearization l;
+        l.r = random_matrix(4, 1, generator);
+        l.d_r_d_T_W_B = random_matrix(4, 6, generator);
+        l.d_r_d_point = random_matrix(4, 3, generator);
+        const int row = 4 * static_cast<int>(i);
+        d.a.block(row, keyframes[i] * kStateDim, 4, 6) = l.d_r_d_T_W_B;
+        d.b.middleRows(row, 4) = l.d_r_d_point;
+        d.r.segment(row, 4) = l.r;
+        schur.add(keyframes[i], l);
+    }
+    return d;
+}
+
+}  // namespace
+
+TEST_CASE("landmark elimination equals the dense Schur complement", "[landmark_schur]") {
+    std::mt19937 generator(7);
+    const auto schur = std::make_unique<LandmarkSchur>();
+    const auto system = std::make_unique<ReducedSystem>();
+    system->reset(kKeyframes);
+    Eigen::MatrixXd h = Eigen::MatrixXd::Zero(system->dim(), system->dim());
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(system->dim());
+    for (const auto& keyframes : {std::vector<int>{0, 1, 2, 3}, {1, 3}, {2}}) {
+        const Dense d = fill(*schur, keyframes, generator);
+        REQUIRE(ok(schur->eliminate_into(*system)));
+        const Eigen::MatrixXd projector = Eigen::MatrixXd::Identity(d.r.size(), d.r.size()) -
+                                          d.b * (d.b.transpose() * d.b).inverse() * d.b.transpose();
+        h += d.a.transpose() * projector * d.a;
+        g += d.a.transpose() * projector * d.r;
+    }
+    const Eigen::MatrixXd lower = system->h().triangularView<Eigen::Lower>();
+    const Eigen::MatrixXd expected = h.triangularView<Eigen::Lower>();
+    CHECK((lower - expected).cwiseAbs().maxCoeff() < 1e-9);
+    CHECK((Eigen::VectorXd(system->g()) - g).cwiseAbs().maxCoeff() < 1e-9);
+}
+
+TEST_CASE("landmark elimination refuses a point without information", "[landmark_schur]") {
+    const auto schur = std::make_unique<LandmarkSchur>();
+    const auto system = std::make_unique<ReducedSystem>();
+    system->reset(2);
+    StereoLinearization l;
+    l.r.setOnes();
+    l.d_r_d_T_W_B.setOnes();
+    l.d_r_d_point.setZero();
+    schur->clear();
+    schur->add(0, l);
+    CHECK(schur->eliminate_into(*system) == Status::kDegenerate);
+    CHECK(system->h().isZero(0.0));
+}
+
+TEST_CASE("reduced solver equals a dense solve, damped or not", "[reduced_system]") {
+    std::mt19937 generator(11);
+    const auto system = std::make_unique<ReducedSystem>();
+    const auto solver = std::make_unique<ReducedSolver>();
+    system->reset(kKeyframes);
+    const Eigen::MatrixXd j = random_matrix(2 * system->dim(), system->dim(), generator);
+    const Eigen::MatrixXd h = j.transpose() * j;
+    const Eigen::VectorXd g = random_matrix(system->dim(), 1, generator);
+    system->h() = h.triangularView<Eigen::Lower>();
+    system->g() = g;
+    for (const double lambda : {0.0, 0.1}) {
+        REQUIRE(ok(solver->solve(*system, lambda)));
+        Eigen::MatrixXd damped = h;
+        damped.diagonal() *= 1.0 + lambda;
+        const Eigen::VectorXd expected = damped.ldlt().solve(-g);
+        CHECK((Eigen::VectorXd(solver->step()) - expected).norm() < 1e-9 * expected.norm());
+        const double decrease = -(g.dot(expected) + 0.5 * expected.dot(h * expected));
+        CHECK(solver->predicted_decrease() == Approx(decrease));
+    }
+    REQUIRE(ok(solver->solve(*system, 0.0)));
+    const Eigen::MatrixXd covariance = h.inverse().bottomRightCorner<kStateDim, kStateDim>();
+    CHECK((solver->last_keyframe_covariance() - covariance).cwiseAbs().maxCoeff() <
+          1e-9 * covariance.cwiseAbs().maxCoeff());
+}
+
+TEST_CASE("reduced solver refuses an indefinite system", "[reduced_system]") {
+    const auto system = std::make_unique<ReducedSystem>();
+    const auto solver = std::make_unique<ReducedSolver>();
+    system->reset(1);
+    system->h().setIdentity();
+    system->h()(3, 3) = -1.0;
+    CHECK(solver->solve(*system, 0.0) == Status::kDegenerate);
+}

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Levenberg-Marquardt on a small curved problem: convergence, rejection of bad steps, bounded work, failure.
+#include "estimator/solver/levenberg.h"
+
+#include <catch2/catch.hpp>
+#include <memory>
+
+using namespace facet;
+
+namespace {
+
+/// Rosenbrock's valley in the first two parameters of one keyframe, a bowl in the others. Minimum 0 at (1, 1, 0, ...).
+class Valley {
+public:
+    explicit Valley(double x, double y) {
+        x_.setConstant(0.5);
+        x_(0) = x;
+        x_(1) = y;
+    }
+    double linearize(ReducedSystem& system) {
+        ++linearizations;
+        Eigen::Matrix<double, kStateDim, 1> r = x_;
+        r(0) = 10.0 * (x_(1) - x_(0) * x_(0));
+        r(1) = 1.0 - x_(0);
+        Eigen::Matrix<double, kStateDim, kStateDim> j = Eigen::Matrix<double, kStateDim, kStateDim>::Identity();
+        j(0, 0) = -20.0 * x_(0);
+        j(0, 1) = 10.0;
+        j(1, 0) = -1.0;
+        j(1, 1) = 0.0;
+        system.reset(1);
+        system.add_state_block(0, 0, j.transpose() * j);
+        system.add_state_gradient(0, j.transpose() * r);
+        return 0.5 * r.squaredNorm();
+    }
+    Status solve(ReducedSolver& solver, const ReducedSystem& system, double lambda) {
+        return fail_solves ? Status::kDegenerate : solver.solve(system, lambda);
+    }
+    void save() { saved_ = x_; }
+    void apply(const ReducedSolver::Step& step) { x_ = saved_ + step; }
+    void restore() { x_ = saved_; }
+
+    const Eigen::Matrix<double, kStateDim, 1>& x() const { return x_; }
+    int linearizations = 0;
+    bool fail_solves = false;
+
+private:
+    Eigen::Matrix<double, kStateDim, 1> x_;
+    Eigen::Matrix<double, kStateDim, 1> saved_;
+};
+
+}  // namespace
+
+TEST_CASE("levenberg reaches the minimum of a curved valley, never going uphill", "[levenberg]") {
+    const auto workspace = std::make_unique<LevenbergWorkspace>();
+    Valley valley(-1.2, 1.0);
+    LevenbergOptions options;
+    options.max_iterations = 100;
+    options.relative_decrease = 1e-14;
+    int current = 0;
+    const LevenbergSummary summary = levenberg(valley, options, *workspace, current);
+    CHECK(valley.x()(0) == Approx(1.0).margin(1e-5));
+    CHECK(valley.x()(1) == Approx(1.0).margin(1e-5));
+    CHECK(summary.final_cost < 1e-10);
+    CHECK(summary.final_cost < summary.initial_cost);
+    CHECK_FALSE(summary.solver_failed);
+    // The system handed back is the one at the final states: its gradient vanishes there.
+    CHECK(Eigen::VectorXd(workspace->systems[current].g()).norm() < 1e-4);
+}
+
+TEST_CASE("levenberg leaves the states at the best point when the budget ends", "[levenberg]") {
+    const auto workspace = std::make_unique<LevenbergWorkspace>();
+    for (int budget = 1; budget <= 6; ++budget) {
+        Valley valley(-1.2, 1.0);
+        LevenbergOptions options;
+        options.max_iterations = budget;
+        options.relative_decrease = 0.0;
+        int current = 0;
+        const LevenbergSummary summary = levenberg(valley, options, *workspace, current);
+        CHECK(summary.iterations <= budget);
+        CHECK(valley.linearizations <= budget + 1);
+        const auto at_end = std::make_unique<ReducedSystem>();
+        CHECK(valley.linearize(*at_end) == Approx(summary.final_cost));
+        CHECK((Eigen::VectorXd(at_end->g()) - Eigen::VectorXd(workspace->systems[current].g())).norm() < 1e-12);
+    }
+}
+
+TEST_CASE("levenberg says so when no system can be solved, and moves nothing", "[levenberg]") {
+    const auto workspace = std::make_unique<LevenbergWorkspace>();
+    Valley valley(-1.2, 1.0);
+    valley.fail_solves = true;
+    int current = 0;
+    const LevenbergSummary summary = levenberg(valley, {}, *workspace, current);
+    CHECK(summary.solver_failed);
+    CHECK(valley.x()(0) == -1.2);
+    CHECK(summary.final_cost == summary.initial_cost);
+}

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The window's linearization against numeric differentiation of its cost, landmarks triangulated anew each time.
+#include "estimator/window/window_problem.h"
+
+#include <catch2/catch.hpp>
+#include <memory>
+
+#include "estimator/window/outlier_removal.h"
+#include "tests/support/synthetic_flight.h"
+
+using namespace facet;
+using facet::test::SyntheticFlight;
+
+namespace {
+
+constexpr int kKeyframes = 3;
+constexpr double kStep_s = 0.3;
+
+struct Fixture {
+    WindowConfig config;
+    std::unique_ptr<WindowState> state = std::make_unique<WindowState>();
+    std::unique_ptr<ReducedSystem> system = std::make_unique<ReducedSystem>();
+    std::unique_ptr<WindowProblem> problem = std::make_unique<WindowProblem>();
+
+    explicit Fixture(double pixel_sigma) {
+        SyntheticFlight::Options options;
+        options.pixel_sigma = pixel_sigma;
+        options.landmarks = 120;
+        SyntheticFlight flight(options);
+        config.huber_threshold = 10.0;
+        problem->bind(*state, config, flight.rig());
+        for (int k = 0; k < kKeyframes; ++k) {
+            Keyframe keyframe;
+            keyframe.stamp = test::at(kStep_s * k);
+            keyframe.state = flight.state(kStep_s * k);
+            if (k > 0) {
+                const Preintegration p = flight.preintegrate(kStep_s * (k - 1), kStep_s * k, {}, {});
+                REQUIRE(ok(keyframe.imu_from_previous.set(p, {})));
+            }
+            keyframe.state_lin = keyframe.state;
+            state->keyframes.push_back(keyframe);
+            for (const FeatureObservation& o : flight.observe(kStep_s * k, 60)) {
+                state->landmarks.find_or_insert(o.landmark)
+                    ->observations.push_back({k, {o.left_xy, o.right_xy, o.has_right}});
+            }
+        }
+        state->prior.reset(1);
+        state->prior.h().diagonal().setConstant(100.0);
+        state->prior.g().setConstant(0.3);
+    }
+
+    /// Cost with the states moved by `d`; the states are put back.
+    double cost_at(const Eigen::VectorXd& d) {
+        problem->save();
+        for (int k = 0; k < kKeyframes; ++k) {
+            Keyframe& keyframe = state->keyframes[static_cast<std::size_t>(k)];
+            keyframe.state = keyframe.state.box_plus(d.segment<kStateDim>(kStateDim * k));
+        }
+        for (int pass = 0; pass < 3; ++pass) {  // let the landmarks settle
+            problem->linearize(*system);
+        }
+        const double cost = problem->linearize(*system);
+        problem->restore();
+        return cost;
+    }
+};
+
+}  // namespace
+
+TEST_CASE("the window's gradient is the derivative of its cost", "[window_problem]") {
+    Fixture f(0.5);
+    f.problem->select_landmarks();
+    for (int pass = 0; pass < 3; ++pass) {
+        f.problem->linearize(*f.system);
+    }
+    f.problem->linearize(*f.system);
+    CHECK(f.problem->fit().active_landmarks > 15);
+    const Eigen::VectorXd gradient = f.system->g();
+    for (int i = 0; i < f.system->dim(); ++i) {
+        Eigen::VectorXd d = Eigen::VectorXd::Zero(kKeyframes * kStateDim);
+        const double step = 1e-6;
+        d(i) = step;
+        const double plus = f.cost_at(d);
+        const double minus = f.cost_at(-d);
+        INFO("parameter " << i);
+        CHECK((plus - minus) / (2.0 * step) ==
+              Approx(gradient(i)).epsilon(0.01).margin(2e-3 * gradient.cwiseAbs().maxCoeff()));
+    }
+}
+
+TEST_CASE("a landmark that leaves the optimization does not look like a gain", "[window_problem]") {
+    Fixture f(0.0);
+    f.problem->select_landmarks();
+    const double cost = f.problem->linearize(*f.system);
+    // All keyframes turned round: every landmark is behind its camera and keeps the cost it had.
+    for (Keyframe& keyframe : f.state->keyframes) {
+        keyframe.state.q_W_B = keyframe.state.q_W_B * so3_exp({0.0, 0.0, 3.0});
+    }
+    CHECK(f.problem->linearize(*f.system) >= cost);
+}
+
+TEST_CASE("outliers are taken out, the rest stays", "[outlier_removal]") {
+    Fixture f(0.3);
+    const int before = f.state->landmarks.size();
+    // One newest left measurement 8 px off, one older right measurement 8 px off.
+    const double off = 8.0 / 458.0;
+    Landmark* left_wrong = nullptr;
+    Landmark* right_wrong = nullptr;
+    for (int i = 0; i < before; ++i) {
+        Landmark& l = f.state->landmarks[i];
+        if (l.observations.size() == kKeyframes && l.observations[1].measurement.has_right) {
+            if (left_wrong == nullptr) {
+                left_wrong = &l;
+            } else if (right_wrong == nullptr) {
+                right_wrong = &l;
+            }
+        }
+    }
+    REQUIRE(right_wrong != nullptr);
+    left_wrong->observations.back().measurement.left_xy.x() += off;
+    right_wrong->observations[1].measurement.right_xy.y() += off;
+    const LandmarkId left_id = left_wrong->id;
+    const LandmarkId right_id = right_wrong->id;
+    f.problem->select_landmarks();
+    boost::container::static_vector<LandmarkId, kMaxFeatures> rejected;
+    const OutlierCount count = remove_outliers(4.0, *f.state, *f.problem, rejected);
+    CHECK(count.observations == 2);
+    CHECK(count.landmarks == 0);
+    CHECK(f.state->landmarks.size() == before);
+    REQUIRE(rejected.size() == 1);
+    CHECK(rejected[0] == left_id);
+    CHECK(f.state->landmarks.find(left_id)->observations.size() == kKeyframes - 1);
+    CHECK_FALSE(f.state->landmarks.find(right_id)->observations[1].measurement.has_right);
+    CHECK(f.state->landmarks.find(right_id)->observations.size() == kKeyframes);
+}

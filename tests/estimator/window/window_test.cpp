@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The window smoother on synthetic flights: exact data, noise, consistency, marginalization.
+#include "estimator/window/window.h"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <memory>
+
+#include "tests/support/allocation_guard.h"
+#include "tests/support/synthetic_flight.h"
+
+using namespace facet;
+using facet::test::SyntheticFlight;
+
+namespace {
+
+using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;
+using StateVector = Eigen::Matrix<double, kStateDim, 1>;
+
+StateVector prior_sigmas() {
+    StateVector sigma;
+    sigma << 0.02, 0.02, 1e-4, 1e-4, 1e-4, 1e-4, 0.1, 0.1, 0.1, 0.01, 0.01, 0.01, 0.05, 0.05, 0.05;
+    return sigma;
+}
+
+ImuNoise make_noise() {
+    ImuNoise noise;
+    noise.gyro_noise_rad_per_s_per_sqrt_hz = 1.7e-4;
+    noise.accel_noise_m_per_s2_per_sqrt_hz = 2e-3;
+    return noise;
+}
+
+struct Run {
+    double rmse_m = 0.0;  ///< of the newest keyframe's position, over all keyframes, no alignment
+    double last_error_m = 0.0;
+    double tilt_error_rad = 0.0;
+    double nees_pose = 0.0;  ///< mean over keyframes of the newest keyframe's pose, 6 degrees of freedom
+    double chi2_per_row = 0.0;
+    NavState last;
+    int keyframes = 0;
+};
+
+Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, int window, bool perturb) {
+    SyntheticFlight flight(options);
+    const ImuNoise noise = make_noise();
+    WindowConfig config;
+    config.keyframes = window;
+    config.pixel_sigma_px = sigma_px;
+    const auto smoother = std::make_unique<Window>();
+    smoother->configure(config, flight.rig(), noise);
+    NavState start = flight.state(0.0);
+    start.bias = {};
+    std::mt19937 generator(options.seed + 100);
+    std::normal_distribution<double> normal;
+    if (perturb) {
+        StateVector d;
+        for (int i = 0; i < 9; ++i) {
+            d(i) = prior_sigmas()(i) * normal(generator);
+        }
+        d.tail<6>().setZero();
+        start = start.box_plus(d);
+    }
+    const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+    const auto first = flight.observe(0.0);
+    smoother->start(test::at(0.0), start, information, {first.data(), first.size()});
+    Run run;
+    double sum = 0.0;
+    constexpr double kStep = 0.2;
+    for (double t = kStep; t <= duration_s + 1e-9; t += kStep) {
+        const Preintegration p = flight.preintegrate(t - kStep, t, smoother->newest().state.bias, noise);
+        const auto observations = flight.observe(t);
+        REQUIRE(ok(smoother->add_keyframe(test::at(t), p, {observations.data(), observations.size()})));
+        const WindowSummary summary = smoother->optimize();
+        REQUIRE_FALSE(summary.solver.solver_failed);
+        REQUIRE_FALSE(summary.marginalization_failed);
+        const NavState truth = flight.state(t);
+        const NavState& estimate = smoother->newest().state;
+        const double error = (estimate.p_W_B - truth.p_W_B).norm();
+        sum += error * error;
+        run.last_error_m = error;
+        run.last = estimate;
+        const StateVector d = estimate.box_minus_to(truth);
+        StateMatrix covariance;
+        REQUIRE(ok(smoother->newest_covariance(covariance)));
+        run.nees_pose += d.head<6>().dot(covariance.topLeftCorner<6, 6>().inverse() * d.head<6>());
+        run.chi2_per_row = summary.fit.vision_squared_error / summary.fit.vision_rows;
+        ++run.keyframes;
+    }
+    run.rmse_m = std::sqrt(sum / run.keyframes);
+    run.nees_pose /= run.keyframes;
+    const Eigen::Vector3d up = run.last.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d up_true = flight.state(duration_s).q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    run.tilt_error_rad = up.cross(up_true).norm();
+    return run;
+}
+
+}  // namespace
+
+TEST_CASE("exact measurements keep the window on the true path", "[window]") {
+    const Run run = fly({}, 1.0, 8.0, 10, false);
+    CHECK(run.rmse_m < 2e-4);  // the integration error of 200 Hz samples
+    CHECK(run.tilt_error_rad < 1e-4);
+}
+
+TEST_CASE("a wrong start, biases and noise are worked out by the window", "[window]") {
+    SyntheticFlight::Options options;
+    options.gyro_noise = 1.7e-4;
+    options.accel_noise = 2e-3;
+    options.pixel_sigma = 0.5;
+    options.bias.gyro = {0.005, -0.008, 0.006};
+    options.bias.accel = {0.03, -0.04, 0.02};
+    const Run run = fly(options, 0.5, 15.0, 15, true);
+    CHECK(run.rmse_m < 0.02);
+    CHECK(run.chi2_per_row == Approx(1.0).margin(0.25));
+    CHECK((run.last.bias.gyro - options.bias.gyro).norm() < 1e-3);
+    CHECK((run.last.bias.accel - options.bias.accel).norm() < 0.02);
+}
+
+TEST_CASE("a start in motion with gravity far off is worked out within a second", "[window]") {
+    SyntheticFlight::Options options;
+    options.gyro_noise = 1.7e-4;
+    options.accel_noise = 2e-3;
+    options.pixel_sigma = 0.5;
+    SyntheticFlight flight(options);
+    const ImuNoise noise = make_noise();
+    WindowConfig config;
+    config.pixel_sigma_px = 0.5;
+    const auto smoother = std::make_unique<Window>();
+    smoother->configure(config, flight.rig(), noise);
+    NavState start = flight.state(0.0);
+    const Eigen::Vector3d tilt_error(0.15, -0.12, 0.0);  // 11 degrees
+    start.q_W_B = start.q_W_B * so3_exp(start.q_W_B.conjugate() * tilt_error);
+    start.v_W_B.setZero();  // truly 1 m/s
+    StateVector sigma = prior_sigmas();
+    sigma.segment<3>(kVel).setConstant(2.0);
+    const Eigen::Matrix3d R = start.q_W_B.toRotationMatrix();
+    StateMatrix information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+    information.topLeftCorner<3, 3>() = R.transpose() * Eigen::Vector3d(25.0, 25.0, 1e8).asDiagonal() * R;
+    const auto first = flight.observe(0.0);
+    smoother->start(test::at(0.0), start, information, {first.data(), first.size()});
+    for (int k = 1; k <= 6; ++k) {
+        const double t = 0.2 * k;
+        const Preintegration p = flight.preintegrate(t - 0.2, t, smoother->newest().state.bias, noise);
+        const auto observations = flight.observe(t);
+        REQUIRE(ok(smoother->add_keyframe(test::at(t), p, {observations.data(), observations.size()})));
+        REQUIRE_FALSE(smoother->optimize().solver.solver_failed);
+    }
+    const NavState truth = flight.state(1.2);
+    const NavState& estimate = smoother->newest().state;
+    const Eigen::Vector3d up = estimate.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    CHECK(up.cross(truth.q_W_B.conjugate() * Eigen::Vector3d::UnitZ()).norm() < 0.02);
+    // Yaw is the gauge: compare speeds in the body.
+    CHECK((estimate.q_W_B.conjugate() * estimate.v_W_B - truth.q_W_B.conjugate() * truth.v_W_B).norm() < 0.05);
+}
+
+TEST_CASE("the window allocates nothing once it exists", "[window]") {
+    SyntheticFlight::Options options;
+    options.pixel_sigma = 0.5;
+    SyntheticFlight flight(options);
+    const ImuNoise noise = make_noise();
+    WindowConfig config;
+    config.keyframes = 6;
+    const auto smoother = std::make_unique<Window>();
+    smoother->configure(config, flight.rig(), noise);
+    const auto first = flight.observe(0.0);
+    const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+    std::uint64_t allocations = 0;
+    {
+        const test::AllocationGuard guard;
+        smoother->start(test::at(0.0), flight.state(0.0), information, {first.data(), first.size()});
+        allocations += guard.allocations();
+    }
+    for (int k = 1; k <= 12; ++k) {  // twice the window: marginalization included
+        const double t = 0.2 * k;
+        const Preintegration p = flight.preintegrate(t - 0.2, t, smoother->newest().state.bias, noise);
+        const auto observations = flight.observe(t);
+        StateMatrix covariance;
+        const test::AllocationGuard guard;
+        const Status added = smoother->add_keyframe(test::at(t), p, {observations.data(), observations.size()});
+        const WindowSummary summary = smoother->optimize();
+        const Status known = smoother->newest_covariance(covariance);
+        allocations += guard.allocations();
+        REQUIRE(ok(added));
+        REQUIRE(ok(known));
+        REQUIRE(summary.fit.active_landmarks > 0);
+    }
+    CHECK(allocations == 0);
+}
+
+TEST_CASE("Monte Carlo: the newest pose is as uncertain as the window says", "[window]") {
+    double nees = 0.0;
+    constexpr int kRuns = 12;
+    for (int i = 0; i < kRuns; ++i) {
+        SyntheticFlight::Options options;
+        options.gyro_noise = 1.7e-4;
+        options.accel_noise = 2e-3;
+        options.pixel_sigma = 0.5;
+        options.seed = 10U + static_cast<unsigned>(i);
+        nees += fly(options, 0.5, 6.0, 8, true).nees_pose;
+    }
+    nees /= kRuns;
+    INFO("mean pose NEES " << nees << ", expected 6");
+    CHECK(nees > 3.5);
+    CHECK(nees < 9.0);
+}

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The main job from end to end: a simulated flight is written as a log, replayed and evaluated; then with a damaged log.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "app/calibration/calibration.h"
+#include "app/eval/evaluation.h"
+#include "app/pipeline/replay.h"
+#include "app/sim/simulate.h"
+#include "drivers/replay_asl/ground_truth.h"
+#include "tests/support/temp_dir.h"
+
+using namespace facet;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Five seconds of flight in the room, one of them standing; coarse rendering, so that the test is quick.
+void simulate_log(const std::string& folder) {
+    sim::SimOptions options;
+    options.out = folder;
+    options.duration_s = 5.0;
+    options.stand_s = 1.0;
+    options.samples = 2;
+    options.texture_size = 512;
+    sim::SimSummary summary;
+    std::string error;
+    INFO(error);
+    REQUIRE(ok(sim::simulate(
+        options, [](int, int) {}, summary, error)));
+    REQUIRE(summary.frames == 101);
+}
+
+RunSummary replay(const std::string& dataset, const std::string& out) {
+    ReplayOptions options;
+    options.dataset = dataset;
+    options.out = out;
+    options.calibration = load_euroc_calibration(dataset + "/mav0");
+    options.config.imu_noise = options.calibration.noise;
+    options.show_progress = false;
+    return run_replay(options, false);
+}
+
+Evaluation evaluate_run(const std::string& dataset, const std::string& out) {
+    std::vector<GroundTruthState> states;
+    std::string error;
+    REQUIRE(ok(read_ground_truth(dataset + "/mav0/state_groundtruth_estimate0/data.csv", {}, states, error)));
+    Trajectory truth;
+    for (const GroundTruthState& s : states) {
+        truth.push_back({s.stamp, {s.q_W_B, s.p_W_B}});
+    }
+    return evaluate(truth, read_tum(out + "/trajectory.tum"), {}, {});
+}
+
+std::string bytes(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The n-th image of a camera, in order of time.
+fs::path image(const std::string& dataset, const char* camera, std::size_t n) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(dataset + "/mav0/" + camera + "/data")) {
+        files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files.at(n);
+}
+
+/// Rewrites a file without the lines that the predicate names by number.
+template <class Predicate>
+void drop_lines(const std::string& path, Predicate drop) {
+    std::ifstream in(path);
+    std::string kept;
+    std::string line;
+    for (int n = 0; std::getline(in, line); ++n) {
+        if (!drop(n)) {
+            kept += line + "\n";
+        }
+    }
+    in.close();
+    std::ofstream(path) << kept;
+}
+
+}  // namespace
+
+TEST_CASE("a simulated flight is estimated to centimetres, the same each time, and survives a damaged log",
+          "[scenario]") {
+    const test::TempDir dir;
+    const std::string log = dir.file("log");
+    simulate_log(log);
+
+    const RunSummary first = replay(log, dir.file("first"));
+    CHECK(first.estimates == 101);
+    CHECK(first.last.health.state == TrackingState::kTracking);
+    CHECK(first.keyframes > 10);
+    const Evaluation clean = evaluate_run(log, dir.file("first"));
+    INFO("ATE RMSE " << clean.se3.translation_m.rmse << " m over " << clean.path_m << " m");
+    CHECK(clean.path_m > 1.0);
+    CHECK(clean.se3.translation_m.rmse < 0.02);
+    // While standing, tilt cannot be told from the accelerometer's bias (0.1 m/s^2 is 0.6 deg): the median is in flight.
+    CHECK(clean.yaw4.rotation_deg.median < 0.7);
+
+    replay(log, dir.file("second"));
+    for (const char* name : {"/trajectory.tum", "/trajectory.csv", "/health.csv"}) {
+        CHECK(bytes(dir.file("first") + name) == bytes(dir.file("second") + name));
+    }
+
+    // GIVEN a truncated left image, a missing left and a missing right one, and 60 ms without inertial samples
+    fs::resize_file(image(log, "cam0", 60), 5000);
+    fs::remove(image(log, "cam0", 70));
+    fs::remove(image(log, "cam1", 80));
+    drop_lines(log + "/mav0/imu0/data.csv", [](int line) { return line >= 700 && line < 712; });
+    // WHEN it is replayed THEN two frames are skipped, all else is estimated, and each damage is told
+    const RunSummary damaged = replay(log, dir.file("damaged"));
+    CHECK(damaged.estimates == 99);
+    CHECK(damaged.warnings.size() >= 3);
+    CHECK(damaged.last.health.imu_gaps == 1);
+    CHECK(evaluate_run(log, dir.file("damaged")).se3.translation_m.rmse < 0.03);
+}

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "tests/support/synthetic_flight.h"
+
+#include <cmath>
+
+namespace facet::test {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// Attitude as yaw-pitch-roll of sines; rates by the chain rule.
+Eigen::Quaterniond attitude(double t) {
+    const double yaw = 0.8 * std::sin(0.4 * t);
+    const double pitch = 0.15 * std::sin(0.9 * t);
+    const double roll = 0.12 * std::sin(1.1 * t + 0.3);
+    return Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
+           Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX());
+}
+
+Eigen::Vector3d body_rate(double t) {
+    const double yaw_rate = 0.8 * 0.4 * std::cos(0.4 * t);
+    const double pitch = 0.15 * std::sin(0.9 * t);
+    const double pitch_rate = 0.15 * 0.9 * std::cos(0.9 * t);
+    const double roll = 0.12 * std::sin(1.1 * t + 0.3);
+    const double roll_rate = 0.12 * 1.1 * std::cos(1.1 * t + 0.3);
+    const Eigen::AngleAxisd r_x(-roll, Eigen::Vector3d::UnitX());
+    const Eigen::AngleAxisd r_y(-pitch, Eigen::Vector3d::UnitY());
+    return roll_rate * Eigen::Vector3d::UnitX() + r_x * (pitch_rate * Eigen::Vector3d::UnitY()) +
+           r_x * (r_y * (yaw_rate * Eigen::Vector3d::UnitZ()));
+}
+
+const Eigen::Vector3d kAmplitude{1.2, 0.9, 0.4};
+const Eigen::Vector3d kRate{0.7, 0.9, 1.3};
+
+Eigen::Vector3d position(double t) {
+    return {kAmplitude.x() * std::sin(kRate.x() * t), kAmplitude.y() * (1.0 - std::cos(kRate.y() * t)),
+            kAmplitude.z() * std::sin(kRate.z() * t)};
+}
+Eigen::Vector3d velocity(double t) {
+    return {kAmplitude.x() * kRate.x() * std::cos(kRate.x() * t), kAmplitude.y() * kRate.y() * std::sin(kRate.y() * t),
+            kAmplitude.z() * kRate.z() * std::cos(kRate.z() * t)};
+}
+Eigen::Vector3d acceleration(double t) {
+    return {-kAmplitude.x() * kRate.x() * kRate.x() * std::sin(kRate.x() * t),
+            kAmplitude.y() * kRate.y() * kRate.y() * std::cos(kRate.y() * t),
+            -kAmplitude.z() * kRate.z() * kRate.z() * std::sin(kRate.z() * t)};
+}
+
+}  // namespace
+
+StereoRig make_rig() {
+    CameraIntrinsics k;
+    k.width = 752;
+    k.height = 480;
+    k.fx = k.fy = 458.0;
+    k.cx = 375.5;
+    k.cy = 239.5;
+    StereoRig rig;
+    rig.left = CameraModel(k);
+    rig.right = CameraModel(k);
+    // Camera z along body x, camera x along body -y.
+    Eigen::Matrix3d R_B_C;
+    R_B_C << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+    rig.T_B_C0 = {Eigen::Quaterniond(R_B_C), {0.05, 0.055, 0.01}};
+    rig.T_B_C1 = {Eigen::Quaterniond(R_B_C) * so3_exp({0.01, -0.008, 0.005}), {0.05, -0.055, 0.012}};
+    return rig;
+}
+
+SyntheticFlight::SyntheticFlight(const Options& options)
+    : options_(options), rig_(make_rig()), generator_(options.seed) {
+    std::uniform_real_distribution<double> angle(-kPi, kPi);
+    std::uniform_real_distribution<double> radius(3.5, 7.0);
+    std::uniform_real_distribution<double> height(-2.5, 2.5);
+    for (int i = 0; i < options.landmarks; ++i) {
+        const double a = angle(generator_);
+        const double r = radius(generator_);
+        landmarks_.emplace_back(r * std::cos(a), r * std::sin(a), height(generator_));
+    }
+}
+
+Eigen::Vector3d SyntheticFlight::gaussian() {
+    std::normal_distribution<double> normal;
+    const double x = normal(generator_);
+    const double y = normal(generator_);
+    const double z = normal(generator_);
+    return {x, y, z};
+}
+
+NavState SyntheticFlight::state(double t) const {
+    NavState s;
+    s.q_W_B = attitude(t);
+    s.p_W_B = position(t);
+    s.v_W_B = velocity(t);
+    s.bias = options_.bias;
+    return s;
+}
+
+ImuSample SyntheticFlight::imu(double t) {
+    const double to_discrete = std::sqrt(options_.imu_rate_hz);
+    ImuSample sample;
+    sample.stamp = at(t);
+    sample.w_B = body_rate(t) + options_.bias.gyro + options_.gyro_noise * to_discrete * gaussian();
+    sample.a_B = attitude(t).conjugate() * (acceleration(t) - kGravity_W) + options_.bias.accel +
+                 options_.accel_noise * to_discrete * gaussian();
+    return sample;
+}
+
+std::vector<FeatureObservation> SyntheticFlight::observe(double t, int most) {
+    const Se3 T_W_B = state(t).T_W_B();
+    const Se3 T_C0_W = (T_W_B * rig_.T_B_C0).inverse();
+    const Se3 T_C1_W = (T_W_B * rig_.T_B_C1).inverse();
+    const double sigma = options_.pixel_sigma / rig_.left.focal_px();
+    std::vector<FeatureObservation> observations;
+    for (std::size_t i = 0; i < landmarks_.size() && static_cast<int>(observations.size()) < most; ++i) {
+        const Eigen::Vector3d p_0 = T_C0_W * landmarks_[i];
+        const Eigen::Vector3d p_1 = T_C1_W * landmarks_[i];
+        Eigen::Vector2d uv;
+        if (!ok(rig_.left.project(p_0, uv)) || !rig_.left.in_image(uv, 5.0)) {
+            continue;
+        }
+        FeatureObservation o;
+        o.landmark = {static_cast<std::uint32_t>(i)};
+        o.left_px = uv.cast<float>();
+        o.left_xy = p_0.head<2>() / p_0.z() + sigma * gaussian().head<2>();
+        o.has_right = ok(rig_.right.project(p_1, uv)) && rig_.right.in_image(uv, 5.0);
+        if (o.has_right) {
+            o.right_px = uv.cast<float>();
+            o.right_xy = p_1.head<2>() / p_1.z() + sigma * gaussian().head<2>();
+        }
+        observations.push_back(o);
+    }
+    return observations;
+}
+
+Preintegration SyntheticFlight::preintegrate(double t0, double t1, const ImuBias& bias, const ImuNoise& noise) {
+    const int steps = static_cast<int>(std::lround((t1 - t0) * options_.imu_rate_hz));
+    Preintegration preintegration(bias);
+    ImuSample previous = imu(t0);
+    for (int k = 1; k <= steps; ++k) {
+        const ImuSample next = imu(t0 + (t1 - t0) * k / steps);
+        (void)preintegration.integrate(previous, next, noise);
+        previous = next;
+    }
+    return preintegration;
+}
+
+}  // namespace facet::test

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A closed-form flight among point landmarks: exact states, inertial samples and stereo observations for tests.
+#pragma once
+
+#include <random>
+#include <vector>
+
+#include "estimator/frontend/frontend_types.h"
+#include "estimator/geometry/stereo_rig.h"
+#include "estimator/imu/preintegration.h"
+
+namespace facet::test {
+
+/// EuRoC-like rig: 11 cm baseline, cameras turned against the body, no distortion.
+StereoRig make_rig();
+
+/// Smooth periodic flight inside a box of landmarks. All derivatives are analytic.
+class SyntheticFlight {
+public:
+    struct Options {
+        double gyro_noise = 0.0;   ///< rad/s/sqrt(Hz)
+        double accel_noise = 0.0;  ///< m/s^2/sqrt(Hz)
+        double pixel_sigma = 0.0;  ///< px
+        ImuBias bias;              ///< constant, added to the samples
+        double imu_rate_hz = 200.0;
+        int landmarks = 400;
+        unsigned seed = 1;
+    };
+
+    explicit SyntheticFlight(const Options& options);
+
+    /// True state at time t (s), bias included.
+    NavState state(double t) const;
+    /// Inertial sample at time t with fresh noise.
+    ImuSample imu(double t);
+    /// What both cameras see at time t, ids = landmark index; at most `most` landmarks.
+    std::vector<FeatureObservation> observe(double t, int most = 150);
+    /// Preintegration of samples from t0 to t1 at the given bias.
+    Preintegration preintegrate(double t0, double t1, const ImuBias& bias, const ImuNoise& noise);
+
+    const std::vector<Eigen::Vector3d>& landmarks() const { return landmarks_; }
+    const StereoRig& rig() const { return rig_; }
+
+private:
+    Eigen::Vector3d gaussian();
+
+    Options options_;
+    StereoRig rig_;
+    std::vector<Eigen::Vector3d> landmarks_;
+    std::mt19937 generator_;
+};
+
+inline Timestamp at(double t) { return {Duration::from_seconds(1000.0 + t).ns}; }
+
+}  // namespace facet::test
