@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 #include <unistd.h>
+#include <cmath>
 
 #include <algorithm>
 #include <cstdio>
@@ -14,7 +15,7 @@ constexpr std::size_t kBarWidth = 30;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
 
 std::string minutes(double seconds) {
-    const auto s = static_cast<long>(seconds + 0.5);
+    const auto s = std::lround(seconds);
     return fmt::format("{}:{:02}", s / 60, s % 60);
 }
 

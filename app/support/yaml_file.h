@@ -13,8 +13,8 @@ namespace facet {
 /// A node together with where it came from, so that errors can name it. Cheap to copy. All functions throw InputError.
 class YamlNode {
 public:
-    YamlNode(YAML::Node node, std::string file, std::string field, int line)
-        : node_(std::move(node)), file_(std::move(file)), field_(std::move(field)), line_(line) {}
+    YamlNode(const YAML::Node& node, std::string file, std::string field, int line)
+        : node_(node), file_(std::move(file)), field_(std::move(field)), line_(line) {}
 
     /// Child of a map; throws if it is missing.
     YamlNode at(const std::string& key) const;

@@ -217,7 +217,7 @@ Status PatchAligner::extract(const ImagePyramid& image, const Eigen::Vector2d& u
 }
 
 bool PatchAligner::covers(const ImageView& image, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A) const {
-    const float half = static_cast<float>(window_ / 2);
+    const auto half = static_cast<float>(half_window());
     const Eigen::Array2f reach = (A.col(0).array().abs() + A.col(1).array().abs()) * half;
     return centre.x() - reach.x() >= 0.0F && centre.y() - reach.y() >= 0.0F &&
            centre.x() + reach.x() < static_cast<float>(image.width - 1) &&

@@ -74,7 +74,9 @@ public:
 
     int window_px() const { return window_; }
     /// Distance to the border a point must keep so that extract() succeeds on level 0 (px).
-    double border_px() const { return window_ / 2 + 2.0; }
+    double border_px() const { return half_window() + 2.0; }
+    /// Pixels from the centre to the edge of the (odd) window.
+    int half_window() const { return window_ / 2; }
 
 private:
     Status align_level(const PatchTemplate& patch, const ImageView& image, int level, bool affine, PatchPose& pose,
