@@ -22,7 +22,7 @@ Box box_around(auto begin, auto end) {
 }
 
 V4 inverse_of(const V4& d) {
-    const auto inverse = [](F4 x) { return 1.0F / ((x > -1e-12F) & (x < 1e-12F) ? splat(1e-12F) : x); };
+    const auto inverse = [](F4 x) { return 1.0F / (((x > -1e-12F) & (x < 1e-12F)) ? splat(1e-12F) : x); };
     return {inverse(d.x), inverse(d.y), inverse(d.z)};
 }
 

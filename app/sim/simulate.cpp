@@ -110,6 +110,7 @@ SceneDetail scene_detail(const SimOptions& o) {
 std::vector<Timestamp> image_stamps(const SimOptions& o) {
     std::vector<Timestamp> stamps;
     const auto frames = static_cast<int>(o.duration_s * o.rate_hz + 1e-9) + 1;
+    stamps.reserve(static_cast<std::size_t>(frames));
     for (int i = 0; i < frames; ++i) {
         stamps.push_back(kEpoch + kFirstImage + Duration::from_seconds(i / o.rate_hz));
     }
@@ -183,6 +184,7 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     const Scene scene = make_scene(options.scene, scene_detail(options));
     const std::vector<Timestamp> stamps = image_stamps(options);
     std::vector<double> times_s;
+    times_s.reserve(stamps.size());
     for (const Timestamp stamp : stamps) {
         times_s.push_back((stamp - kEpoch).seconds());
     }

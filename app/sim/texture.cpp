@@ -16,7 +16,7 @@ Texture::Texture(int size, const std::vector<float>& base) {
     for (int n = size;; n /= 2) {
         offsets_.push_back(static_cast<std::uint32_t>(texels_.size()));
         for (const float value : level) {
-            texels_.push_back(static_cast<std::uint8_t>(std::clamp(value, 0.0F, 1.0F) * 255.0F + 0.5F));
+            texels_.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0F, 1.0F) * 255.0F)));
         }
         if (n == 1) {
             return;
