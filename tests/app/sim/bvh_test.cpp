@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/sim/rng.h"
-#include "draft_scene.h"
+#include "tests/app/sim/draft_scene.h"
 
 namespace facet::sim {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "draft_scene.h"
 #include "estimator/geometry/so3.h"
+#include "tests/app/sim/draft_scene.h"
 
 namespace facet::sim {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/sim/default_rig.h"
-#include "draft_scene.h"
+#include "tests/app/sim/draft_scene.h"
 
 namespace facet::sim {
 namespace {

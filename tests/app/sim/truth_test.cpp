@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
-#include "draft_scene.h"
+#include "tests/app/sim/draft_scene.h"
 
 namespace facet::sim {
 namespace {
