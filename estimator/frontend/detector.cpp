@@ -93,6 +93,16 @@ void Detector::collect(float threshold) {
     }
 }
 
+const Detector::Candidate* Detector::next_free(std::size_t cell) {
+    while (next_[cell] < count_[cell]) {
+        const Candidate& candidate = candidates_[cell * kPerCell + static_cast<std::size_t>(next_[cell]++)];
+        if (blocked_[static_cast<std::size_t>(candidate.v * width_ + candidate.u)] == 0) {
+            return &candidate;
+        }
+    }
+    return nullptr;
+}
+
 void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted,
                       CornerList& corners) {
     FACET_ASSERT(image.width == width_ && image.height == height_);
@@ -120,26 +130,20 @@ void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> o
     while (wanted > 0 && progress) {
         progress = false;
         std::iota(order_.begin(), order_.end(), 0);
-        std::stable_sort(order_.begin(), order_.end(), [this](int a, int b) {
-            return tracks_[static_cast<std::size_t>(a)] < tracks_[static_cast<std::size_t>(b)];
+        std::sort(order_.begin(), order_.end(), [this](int a, int b) {
+            const int more = tracks_[static_cast<std::size_t>(a)] - tracks_[static_cast<std::size_t>(b)];
+            return more < 0 || (more == 0 && a < b);
         });
         for (const int cell : order_) {
             if (wanted == 0) {
                 break;
             }
-            const std::size_t c = static_cast<std::size_t>(cell);
-            while (next_[c] < count_[c]) {
-                const Candidate& candidate = candidates_[c * kPerCell + static_cast<std::size_t>(next_[c]++)];
-                if (blocked_[static_cast<std::size_t>(candidate.v) * static_cast<std::size_t>(width_) +
-                             static_cast<std::size_t>(candidate.u)] != 0) {
-                    continue;
-                }
-                corners.emplace_back(candidate.u, candidate.v);
+            if (const Candidate* corner = next_free(static_cast<std::size_t>(cell)); corner != nullptr) {
+                corners.emplace_back(corner->u, corner->v);
                 occupy(corners.back());
-                ++tracks_[c];
+                ++tracks_[static_cast<std::size_t>(cell)];
                 --wanted;
                 progress = true;
-                break;
             }
         }
     }

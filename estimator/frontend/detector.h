@@ -39,6 +39,8 @@ private:
     static constexpr int kPerCell = 24;  ///< strongest candidates kept a cell: bounds the work
 
     void collect(float threshold);
+    /// Next candidate of a cell that is not blocked; nullptr if there is none.
+    const Candidate* next_free(std::size_t cell);
     void occupy(const Eigen::Vector2d& uv);
     int cell_of(int u, int v) const;
 

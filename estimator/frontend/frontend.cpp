@@ -35,7 +35,9 @@ struct Frontend::Impl {
     TrackList tracks;
     std::uint32_t next_landmark = 0;
     bool has_previous = false;
+    bool was_still = false;
     Timestamp previous_stamp;
+    Timestamp keyframe_stamp;
     Eigen::Quaterniond q_Bk_B = Eigen::Quaterniond::Identity();  ///< body now to body at the last keyframe
     int keyframe_tracks = 0;                                     ///< tracks the last keyframe had
 
@@ -43,13 +45,14 @@ struct Frontend::Impl {
     boost::container::static_vector<StereoPair, kMaxFeatures> stereo_pairs;
     boost::container::static_vector<std::uint16_t, kMaxFeatures> pair_tracks;  ///< index of each pair's track
     boost::container::static_vector<std::uint8_t, kMaxFeatures> inlier;
-    boost::container::static_vector<double, kMaxFeatures> disparities;
+    boost::container::static_vector<double, kMaxFeatures> values;
     boost::container::static_vector<Eigen::Vector2d, kMaxFeatures> positions;
     CornerList corners;
 
     void reset();
     Status process(const StereoFrame& frame, const Eigen::Quaterniond& q_Bp_B, FrontendOutput& output);
     Eigen::Vector3d camera_velocity() const;
+    double median();  ///< of `values`, which it reorders; 0 if there are none
     double median_inverse_depth();
     void follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output);
     void reject_mono_outliers(FrontendOutput& output);
@@ -62,7 +65,7 @@ struct Frontend::Impl {
         return !view.empty() && view.width == camera.intrinsics().width && view.height == camera.intrinsics().height &&
                view.stride >= view.width;
     }
-    /// Left camera now to left camera at the last keyframe, inverted: turns bearings then into bearings now.
+    /// Turns bearings of the left camera at the last keyframe into bearings now.
     Eigen::Quaterniond q_C_Ck() const { return rig.T_B_C0.q.conjugate() * q_Bk_B.conjugate() * rig.T_B_C0.q; }
 };
 
@@ -71,6 +74,7 @@ void Frontend::Impl::reset() {
     tracker.reset();
     policy.reset();
     has_previous = false;
+    was_still = false;
     q_Bk_B.setIdentity();
     keyframe_tracks = 0;
 }
@@ -104,19 +108,23 @@ Eigen::Vector3d Frontend::Impl::camera_velocity() const {
     return v;
 }
 
-double Frontend::Impl::median_inverse_depth() {
-    disparities.clear();
-    for (const Track& track : tracks) {
-        if (track.has_depth) {
-            disparities.push_back(track.inverse_depth);
-        }
-    }
-    if (disparities.empty()) {
+double Frontend::Impl::median() {
+    if (values.empty()) {
         return 0.0;
     }
-    const auto middle = disparities.begin() + static_cast<std::ptrdiff_t>(disparities.size() / 2);
-    std::nth_element(disparities.begin(), middle, disparities.end());
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+double Frontend::Impl::median_inverse_depth() {
+    values.clear();
+    for (const Track& track : tracks) {
+        if (track.has_depth) {
+            values.push_back(track.inverse_depth);
+        }
+    }
+    return median();
 }
 
 void Frontend::Impl::follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output) {
@@ -170,25 +178,24 @@ void Frontend::Impl::reject_mono_outliers(FrontendOutput& output) {
 void Frontend::Impl::measure_disparity(FrontendOutput& output) {
     // Without a good gyroscope bias (before initialization) the compensated disparity of a vehicle at rest is not
     // small, but the plain one is: standing still is either.
-    const auto median = [this](const Eigen::Matrix3d& R) {
-        disparities.clear();
+    const auto disparity_after = [this](const Eigen::Matrix3d& R) {
+        values.clear();
         for (const Track& track : tracks) {
             const Eigen::Vector3d rotated = R * track.keyframe_xy.homogeneous();
             if (track.in_keyframe && rotated.z() > 0.1) {
-                disparities.push_back((rotated.hnormalized() - track.xy).norm() * rig.left.focal_px());
+                values.push_back((rotated.hnormalized() - track.xy).norm() * rig.left.focal_px());
             }
         }
-        if (disparities.empty()) {
-            return 0.0;
-        }
-        const auto middle = disparities.begin() + static_cast<std::ptrdiff_t>(disparities.size() / 2);
-        std::nth_element(disparities.begin(), middle, disparities.end());
-        return *middle;
+        return median();
     };
-    output.median_disparity_px = median(q_C_Ck().toRotationMatrix());
-    const bool any = !disparities.empty();
-    const double plain_px = median(Eigen::Matrix3d::Identity());
-    output.is_still = any && std::min(output.median_disparity_px, plain_px) < config.still_disparity_px;
+    output.median_disparity_px = disparity_after(q_C_Ck().toRotationMatrix());
+    const bool any = !values.empty();
+    const double plain_px = disparity_after(Eigen::Matrix3d::Identity());
+    const bool small = any && std::min(output.median_disparity_px, plain_px) < config.still_disparity_px;
+    // Shortly after a keyframe the disparity is small at any speed: the verdict of the keyframe stands.
+    const bool long_enough = (output.stamp - keyframe_stamp).seconds() >= config.keyframe_min_interval_s - 1e-3;
+    output.is_still = small && (long_enough || was_still);
+    was_still = output.is_still;
 }
 
 void Frontend::Impl::match_stereo() {
@@ -256,6 +263,7 @@ void Frontend::Impl::make_keyframe(bool has_right, FrontendOutput& output) {
     }
     keyframe_tracks = static_cast<int>(tracks.size());
     q_Bk_B.setIdentity();
+    keyframe_stamp = output.stamp;
 }
 
 void Frontend::Impl::fill_observations(FrontendOutput& output) const {
@@ -357,11 +365,11 @@ Status Frontend::process(const StereoFrame& frame, const Eigen::Quaterniond& q_B
 }
 
 void Frontend::drop_tracks(std::span<const LandmarkId> landmarks) {
+    Impl::TrackList& tracks = impl_->tracks;
     for (const LandmarkId id : landmarks) {
-        const auto at =
-            std::find_if(impl_->tracks.begin(), impl_->tracks.end(), [id](const Track& t) { return t.id == id; });
-        if (at != impl_->tracks.end()) {
-            impl_->remove(static_cast<std::size_t>(at - impl_->tracks.begin()));
+        const auto at = std::find_if(tracks.begin(), tracks.end(), [id](const Track& t) { return t.id == id; });
+        if (at != tracks.end()) {
+            impl_->remove(static_cast<std::size_t>(at - tracks.begin()));
         }
     }
 }

@@ -33,7 +33,8 @@ public:
     /// @param frame      left image of the rig's size; the right one may be empty: then no stereo matches
     /// @param q_Bp_B     rotation of the body from now to the previous frame (p_Bp = q * p_B), from the gyroscope
     /// @param output     filled on kOk
-    /// @return kInvalidArgument on a wrong image size, kOutOfOrder if the stamp does not increase, kCorrupt if OpenCV threw.
+    /// @return kInvalidArgument on a wrong image size or a rotation that is not one, kOutOfOrder if the stamp does not
+    ///         increase: the tracks stay as they were; kCorrupt if OpenCV threw: the tracks are forgotten.
     Status process(const StereoFrame& frame, const Eigen::Quaterniond& q_Bp_B, FrontendOutput& output);
 
     /// Ends the tracks the smoother has judged to be outliers; unknown ids are ignored.

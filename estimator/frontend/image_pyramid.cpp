@@ -38,7 +38,7 @@ void ImagePyramid::build(const ImageView& image) {
     FACET_ASSERT(levels_ > 0 && image.width == views_[0].width && image.height == views_[0].height);
     const cv::Mat source = mat_of(image);
     cv::Mat previous = mat_of(views_[0]);
-    cv::GaussianBlur(source, previous, cv::Size(3, 3), 0.0, 0.0, cv::BORDER_REPLICATE);
+    source.copyTo(previous);
     for (int l = 1; l < levels_; ++l) {
         cv::Mat next = mat_of(level(l));
         cv::pyrDown(previous, next, next.size());

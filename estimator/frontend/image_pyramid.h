@@ -12,8 +12,8 @@
 namespace facet {
 
 /// Level l is half the size of level l-1: pixel (u, v) of level l lies at (2 u, 2 v) of level l-1 (5x5 binomial filter
-/// before decimation). Level 0 is the image, smoothed once by [1 2 1]/4 in both directions: bilinear interpolation of
-/// an unsmoothed image blurs more between pixels than on them, which pulls sub-pixel positions towards the grid.
+/// before decimation). Level 0 is the image itself: smoothing it first, by 3x3 or 5x5, was tried against the bias of
+/// bilinear interpolation, but rounding to 8 bits a second time, and the lost contrast, cost more than it brought.
 /// Heap: in configure(); build() only what OpenCV takes for its row buffers. Thread-bound.
 class ImagePyramid {
 public:

@@ -14,8 +14,10 @@ constexpr double kSearchStepPx = 2.0;  // along the curve, level 0 pixels
 constexpr int kMaxSteps = 400;
 constexpr float kMinSearchCorrelation = 0.7F;
 constexpr float kMinMatchCorrelation = 0.8F;
-constexpr double kDistinctPx = 8.0;  // places farther apart than this are different ones
-constexpr float kUniqueness = 0.7F;  // (1 - best) / (1 - second) must stay below
+constexpr double kDistinctPx = 8.0;   // places farther apart than this are different ones
+constexpr float kUniqueness = 0.7F;   // (1 - best + slack) / (1 - second + slack) must stay below
+constexpr float kSlack = 0.03F;       // what noise and slant take from a true match
+constexpr float kRivalMargin = 0.4F;  // a sample this much worse than the best has no peak beside it that rivals it
 
 }  // namespace
 
@@ -28,7 +30,6 @@ Status StereoMatcher::configure(const FrontendConfig& config, const StereoRig& r
     FACET_TRY(aligner_.configure(config.window_px, config.pyramid_levels, config.lk_iterations, config.lk_epsilon_px));
     aligner_.allocate(patch_);
     aligner_.allocate(back_);
-    depths_.assign(kMaxSteps, 0.0);
     scores_.assign(kMaxSteps, 0.0F);
     return Status::kOk;
 }
@@ -44,39 +45,58 @@ bool StereoMatcher::place(const Ray& ray, double inverse_depth, PatchPose& pose)
     return true;
 }
 
+float StereoMatcher::score_at(const ImagePyramid& right, const Ray& ray, double inverse_depth) const {
+    PatchPose pose;
+    return place(ray, inverse_depth, pose) ? aligner_.correlate(patch_, right, kSearchLevel, pose) : -1.0F;
+}
+
 Status StereoMatcher::search(const ImagePyramid& right, const Ray& ray, double& inverse_depth) {
-    const double farthest = 0.0;
     const double nearest = 1.0 / config_.min_depth_m;
     PatchPose first;
     PatchPose last;
-    if (!place(ray, farthest, first) || !place(ray, nearest, last)) {
+    if (!place(ray, 0.0, first) || !place(ray, nearest, last)) {
         return Status::kNotFound;
     }
     const double length = (last.uv - first.uv).norm();
-    const int steps = std::clamp(static_cast<int>(std::ceil(length / kSearchStepPx)) + 1, 2, kMaxSteps);
-    int best = -1;
+    const int steps = std::clamp(static_cast<int>(std::ceil(length / kSearchStepPx)) + 1, 3, kMaxSteps);
+    const double step = nearest / (steps - 1);
+    std::vector<float>& scores = scores_;
     for (int i = 0; i < steps; ++i) {
-        const double rho = nearest * i / (steps - 1);
-        PatchPose pose;
-        depths_[static_cast<std::size_t>(i)] = rho;
-        float& score = scores_[static_cast<std::size_t>(i)];
-        score = place(ray, rho, pose) ? aligner_.correlate(patch_, right, kSearchLevel, pose) : -1.0F;
-        if (best < 0 || score > scores_[static_cast<std::size_t>(best)]) {
-            best = i;
-        }
+        scores[static_cast<std::size_t>(i)] = score_at(right, ray, step * i);
     }
-    const float best_score = scores_[static_cast<std::size_t>(best)];
-    if (best_score < kMinSearchCorrelation) {
+    const int best = static_cast<int>(std::max_element(scores.begin(), scores.begin() + steps) - scores.begin());
+    const float coarse_best = scores[static_cast<std::size_t>(best)];
+    if (coarse_best < kMinSearchCorrelation) {
         return Status::kNotFound;
     }
+    // The peak of a fine texture may fall between two samples: look there before comparing the best with its rivals.
+    const auto peak = [&](int i, double& rho) {
+        float top = scores[static_cast<std::size_t>(i)];
+        rho = step * i;
+        for (const double part : {-0.5, -0.25, 0.25, 0.5}) {
+            const float score = score_at(right, ray, std::max(0.0, step * (i + part)));
+            if (score > top) {
+                top = score;
+                rho = std::max(0.0, step * (i + part));
+            }
+        }
+        return top;
+    };
+    double rho = 0.0;
+    const float best_score = peak(best, rho);
     const int apart = std::max(1, static_cast<int>(kDistinctPx * (steps - 1) / std::max(length, 1.0)));
     for (int i = 0; i < steps; ++i) {
-        const float score = scores_[static_cast<std::size_t>(i)];
-        if (std::abs(i - best) >= apart && 1.0F - best_score > kUniqueness * (1.0F - score)) {
+        const std::size_t k = static_cast<std::size_t>(i);
+        const bool local_top = (i == 0 || scores[k] >= scores[k - 1]) && (i + 1 == steps || scores[k] >= scores[k + 1]);
+        if (std::abs(i - best) < apart || !local_top || scores[k] < coarse_best - kRivalMargin) {
+            continue;
+        }
+        double ignored = 0.0;
+        if (1.0F - best_score + kSlack > kUniqueness * (1.0F - peak(i, ignored) + kSlack)) {
             return Status::kDegenerate;
         }
     }
-    inverse_depth = depths_[static_cast<std::size_t>(best)];
+    inverse_depth = rho;
     return Status::kOk;
 }
 

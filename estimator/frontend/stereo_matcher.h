@@ -45,6 +45,7 @@ private:
         Eigen::Matrix<double, 3, 2> d_direction_d_uv;
     };
     bool place(const Ray& ray, double inverse_depth, PatchPose& pose) const;
+    float score_at(const ImagePyramid& right, const Ray& ray, double inverse_depth) const;
     Status search(const ImagePyramid& right, const Ray& ray, double& inverse_depth);
     Status refine(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray, const Eigen::Vector2d& left_uv,
                   double inverse_depth, StereoMatch& match);
@@ -56,8 +57,7 @@ private:
     PatchAligner aligner_;
     PatchTemplate patch_;
     PatchTemplate back_;
-    std::vector<double> depths_;  ///< inverse depths searched
-    std::vector<float> scores_;
+    std::vector<float> scores_;  ///< along the curve
 };
 
 }  // namespace facet

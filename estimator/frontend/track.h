@@ -18,7 +18,6 @@ struct Track {
     Eigen::Vector2d xy = Eigen::Vector2d::Zero();        ///< normalised, in C0 now
     Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< of xy, rotation compensated (1/s)
     bool has_velocity = false;
-    float correlation = 1.0F;  ///< with the template, last frame
     bool in_keyframe = false;  ///< was seen in the last keyframe
     Eigen::Vector2d keyframe_xy = Eigen::Vector2d::Zero();
     bool has_depth = false;      ///< matched in stereo at the last keyframe

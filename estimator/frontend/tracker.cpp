@@ -46,14 +46,6 @@ Status Tracker::start(const ImagePyramid& image, const Eigen::Vector2d& uv, Trac
     return Status::kOk;
 }
 
-void Tracker::anchor_again(const ImagePyramid& image, Track& track) {
-    if (ok(aligner_.extract(image, track.pose.uv, {config_.pyramid_levels - 1, true}, probe_))) {
-        std::swap(probe_, templates_[static_cast<std::size_t>(track.slot)]);
-        track.pose.A.setIdentity();
-        track.correlation = 1.0F;
-    }
-}
-
 Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion,
                        Track& track) {
     // Prediction: rotate the bearing, add the velocity; warp: the derivative of that map, through both distortions.
@@ -98,7 +90,6 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
     track.has_velocity = true;
     track.pose = pose;
     track.xy = xy;
-    track.correlation = correlation;
     ++track.age_frames;
     return Status::kOk;
 }

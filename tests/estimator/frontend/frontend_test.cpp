@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/frontend/frontend.h"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "tests/estimator/frontend/synthetic.h"
+
+using namespace facet;
+using synthetic::Image;
+
+namespace {
+
+constexpr double kFramePeriod_s = 0.05;
+
+FrontendConfig small_config() {
+    FrontendConfig config;
+    config.max_features = 120;
+    config.min_distance_px = 12.0;
+    config.grid_columns = 8;
+    config.grid_rows = 6;
+    config.keyframe_disparity_px = 4.0;
+    return config;
+}
+
+/// Images of a plane from a body that stands for `still` frames, then moves.
+struct Flight {
+    struct Frame {
+        Timestamp stamp;
+        Se3 T_W_B;
+        Image left;
+        Image right;
+        StereoFrame view() const { return {stamp, left.view(), right.view()}; }
+    };
+    StereoRig rig = synthetic::make_rig();
+    synthetic::Plane plane{Eigen::Vector3d(0.1, -0.2, 1.0).normalized(), 2.5};
+    std::vector<Frame> frames;
+
+    Flight(int count, int still) {
+        const synthetic::Texture texture(0.11, 0.8, 41);
+        for (int k = 0; k < count; ++k) {
+            const double s = kFramePeriod_s * std::max(0, k - still);
+            const Se3 T_W_B{so3_exp({0.3 * s, -0.2 * s, -1.5 + 0.4 * s}), {0.5 * s, -0.2 * s, 0.3 * s}};
+            frames.push_back({Timestamp{} + Duration::from_seconds(100.0 + kFramePeriod_s * k), T_W_B,
+                              synthetic::render(plane, texture, rig.left, T_W_B * rig.T_B_C0),
+                              synthetic::render(plane, texture, rig.right, T_W_B * rig.T_B_C1)});
+        }
+    }
+    Eigen::Quaterniond q_Bp_B(std::size_t k) const {
+        return k == 0 ? Eigen::Quaterniond::Identity() : frames[k - 1].T_W_B.q.conjugate() * frames[k].T_W_B.q;
+    }
+};
+
+const Flight& flight() {
+    static const Flight instance(16, 6);
+    return instance;
+}
+
+bool same(const FrontendOutput& a, const FrontendOutput& b) {
+    if (a.stamp != b.stamp || a.is_keyframe != b.is_keyframe || a.is_still != b.is_still || a.tracked != b.tracked ||
+        a.lost != b.lost || a.outliers != b.outliers || a.detected != b.detected || a.stereo != b.stereo ||
+        std::memcmp(&a.median_disparity_px, &b.median_disparity_px, sizeof(double)) != 0 ||
+        a.observations.size() != b.observations.size()) {
+        return false;
+    }
+    for (std::size_t i = 0; i < a.observations.size(); ++i) {
+        const FeatureObservation& p = a.observations[i];
+        const FeatureObservation& q = b.observations[i];
+        if (p.landmark != q.landmark || p.left_xy != q.left_xy || p.right_xy != q.right_xy || p.left_px != q.left_px ||
+            p.right_px != q.right_px || p.has_right != q.has_right || p.age_frames != q.age_frames) {
+            return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace
+
+TEST_CASE("front-end tracks and matches a flight over a plane to a fraction of a pixel", "[frontend]") {
+    const Flight& f = flight();
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    std::map<std::uint32_t, Eigen::Vector3d> points;
+    std::uint32_t newest = 0;
+    int keyframes = 0;
+    for (std::size_t k = 0; k < f.frames.size(); ++k) {
+        CAPTURE(k);
+        FrontendOutput out;
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out)));
+        CHECK(out.stamp == f.frames[k].stamp);
+        CHECK(out.observations.size() > 80);
+        CHECK(static_cast<int>(out.observations.size()) == out.tracked + out.detected);
+        const Se3 T_C0_W = (f.frames[k].T_W_B * f.rig.T_B_C0).inverse();
+        const Se3 T_C1_W = (f.frames[k].T_W_B * f.rig.T_B_C1).inverse();
+        int stereo = 0;
+        for (const FeatureObservation& o : out.observations) {
+            if (points.count(o.landmark.value) == 0) {
+                CHECK(out.is_keyframe);
+                CHECK(o.age_frames == 0);
+                CHECK((points.empty() || o.landmark.value > newest));
+                newest = o.landmark.value;
+                const Se3 T_W_C0 = T_C0_W.inverse();
+                points[o.landmark.value] = f.plane.intersect(T_W_C0.p, T_W_C0.q * o.left_xy.homogeneous());
+            }
+            const Eigen::Vector3d& p_W = points[o.landmark.value];
+            CHECK(((T_C0_W * p_W).hnormalized() - o.left_xy).norm() * f.rig.left.focal_px() < 0.35);
+            Eigen::Vector2d px;
+            REQUIRE(ok(f.rig.left.project(o.left_xy.homogeneous(), px)));
+            CHECK((px - o.left_px.cast<double>()).norm() < 1e-3);
+            stereo += o.has_right ? 1 : 0;
+            if (o.has_right) {
+                CHECK(out.is_keyframe);
+                CHECK(((T_C1_W * p_W).hnormalized() - o.right_xy).norm() * f.rig.right.focal_px() < 0.2);
+            }
+        }
+        CHECK(out.stereo == stereo);
+        keyframes += out.is_keyframe ? 1 : 0;
+        if (out.is_keyframe) {
+            CHECK(stereo > 0.7 * static_cast<double>(out.observations.size()));
+        }
+        if (k >= 4 && k < 6) {
+            CHECK(out.is_still);
+            CHECK_FALSE(out.is_keyframe);
+        }
+        if (k >= 8) {
+            CHECK_FALSE(out.is_still);
+        }
+        CHECK(out.outliers == 0);
+    }
+    CHECK(keyframes >= 3);
+}
+
+TEST_CASE("front-end gives the same output for the same input", "[frontend]") {
+    const Flight& f = flight();
+    Frontend first;
+    Frontend second;
+    REQUIRE(ok(first.configure(small_config(), f.rig)));
+    REQUIRE(ok(second.configure(small_config(), f.rig)));
+    for (std::size_t k = 0; k < f.frames.size(); ++k) {
+        FrontendOutput a;
+        FrontendOutput b;
+        REQUIRE(ok(first.process(f.frames[k].view(), f.q_Bp_B(k), a)));
+        REQUIRE(ok(second.process(f.frames[k].view(), f.q_Bp_B(k), b)));
+        CHECK(same(a, b));
+    }
+}
+
+TEST_CASE("front-end refuses bad input and goes on as if it had not come", "[frontend]") {
+    const Flight& f = flight();
+    Frontend undisturbed;
+    Frontend frontend;
+    FrontendOutput out;
+    CHECK(frontend.process(f.frames[0].view(), f.q_Bp_B(0), out) == Status::kInvalidArgument);  // not configured
+    REQUIRE(ok(undisturbed.configure(small_config(), f.rig)));
+    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    const Image small(160, 120, 100);
+    const Eigen::Quaterniond nan(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0, 0.0);
+    for (std::size_t k = 0; k < 8; ++k) {
+        FrontendOutput expected;
+        REQUIRE(ok(undisturbed.process(f.frames[k].view(), f.q_Bp_B(k), expected)));
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out)));
+        CHECK(same(out, expected));
+        StereoFrame later = f.frames[k].view();
+        later.stamp = later.stamp + Duration{1000};
+        StereoFrame bad = later;
+        bad.left = {};
+        CHECK(frontend.process(bad, f.q_Bp_B(k), out) == Status::kInvalidArgument);
+        bad.left = small.view();
+        CHECK(frontend.process(bad, f.q_Bp_B(k), out) == Status::kInvalidArgument);
+        bad = later;
+        bad.right = small.view();
+        CHECK(frontend.process(bad, f.q_Bp_B(k), out) == Status::kInvalidArgument);
+        CHECK(frontend.process(later, nan, out) == Status::kInvalidArgument);
+        CHECK(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out) == Status::kOutOfOrder);
+        CHECK(frontend.process(f.frames[0].view(), f.q_Bp_B(k), out) == Status::kOutOfOrder);
+        CHECK(same(out, expected));
+    }
+}
+
+TEST_CASE("front-end outlives darkness and starts again", "[frontend]") {
+    const Flight& f = flight();
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    FrontendOutput out;
+    REQUIRE(ok(frontend.process(f.frames[0].view(), f.q_Bp_B(0), out)));
+    const std::uint32_t newest = out.observations.back().landmark.value;
+    const Image black(320, 240, 0);
+    for (std::size_t k = 1; k < 8; ++k) {
+        REQUIRE(ok(frontend.process({f.frames[k].stamp, black.view(), black.view()}, f.q_Bp_B(k), out)));
+        CHECK(out.observations.empty());
+        CHECK(out.stereo == 0);
+        CHECK_FALSE(out.is_still);
+    }
+    std::size_t features = 0;
+    for (std::size_t k = 8; k < 13; ++k) {
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out)));
+        features = out.observations.size();
+    }
+    CHECK(features > 80);
+    CHECK(out.observations.front().landmark.value > newest);
+}
+
+TEST_CASE("front-end works without the right image", "[frontend]") {
+    const Flight& f = flight();
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    FrontendOutput out;
+    int keyframes = 0;
+    for (std::size_t k = 0; k < 8; ++k) {
+        StereoFrame frame = f.frames[k].view();
+        frame.right = {};
+        REQUIRE(ok(frontend.process(frame, f.q_Bp_B(k), out)));
+        CHECK(out.stereo == 0);
+        CHECK(out.observations.size() > 80);
+        keyframes += out.is_keyframe ? 1 : 0;
+    }
+    CHECK(keyframes >= 1);
+    int stereo = 0;
+    for (std::size_t k = 8; k < 12; ++k) {
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out)));
+        stereo = std::max(stereo, out.stereo);
+    }
+    CHECK(stereo > 60);
+}
+
+TEST_CASE("front-end drops the tracks it is told to, and resets", "[frontend]") {
+    const Flight& f = flight();
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    FrontendOutput out;
+    REQUIRE(ok(frontend.process(f.frames[0].view(), f.q_Bp_B(0), out)));
+    const std::size_t before = out.observations.size();
+    const LandmarkId dropped[] = {out.observations[3].landmark, out.observations[17].landmark, LandmarkId{99999},
+                                  LandmarkId{}};
+    frontend.drop_tracks(dropped);
+    const LandmarkId newest = out.observations.back().landmark;
+    REQUIRE(ok(frontend.process(f.frames[1].view(), f.q_Bp_B(1), out)));
+    CHECK(out.observations.size() == before - 2);
+    for (const FeatureObservation& o : out.observations) {
+        CHECK(o.landmark != dropped[0]);
+        CHECK(o.landmark != dropped[1]);
+    }
+    frontend.reset();
+    REQUIRE(ok(frontend.process(f.frames[0].view(), f.q_Bp_B(0), out)));
+    CHECK(out.is_keyframe);
+    CHECK(out.tracked == 0);
+    CHECK(out.observations.front().landmark > newest);
+}
+
+TEST_CASE("front-end refuses configurations out of range", "[frontend]") {
+    const StereoRig rig = synthetic::make_rig();
+    Frontend frontend;
+    const auto refused = [&](auto change) {
+        FrontendConfig config = small_config();
+        change(config);
+        return frontend.configure(config, rig) == Status::kInvalidArgument;
+    };
+    CHECK(refused([](FrontendConfig& c) { c.max_features = 513; }));
+    CHECK(refused([](FrontendConfig& c) { c.window_px = 16; }));
+    CHECK(refused([](FrontendConfig& c) { c.pyramid_levels = 1; }));
+    CHECK(refused([](FrontendConfig& c) { c.pyramid_levels = 6; }));  // 320x240 cannot be halved so often
+    CHECK(refused([](FrontendConfig& c) { c.min_depth_m = std::numeric_limits<double>::quiet_NaN(); }));
+    CHECK(refused([](FrontendConfig& c) { c.keyframe_max_interval_s = 0.1; }));
+    CHECK(refused([](FrontendConfig& c) { c.ransac_iterations = 0; }));
+    StereoRig same_place = rig;
+    same_place.T_B_C1.p = rig.T_B_C0.p;
+    CHECK(frontend.configure(small_config(), same_place) == Status::kInvalidArgument);
+    CHECK(ok(frontend.configure(small_config(), rig)));
+}
