@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -23,7 +24,7 @@ public:
     void show(int done, int total) {
         const double elapsed_s = std::chrono::duration<double>(Clock::now() - start_).count();
         const double rate = elapsed_s > 0.0 ? done / elapsed_s : 0.0;
-        const int left_s = rate > 0.0 ? static_cast<int>((total - done) / rate + 0.5) : 0;
+        const int left_s = rate > 0.0 ? static_cast<int>(std::lround((total - done) / rate)) : 0;
         const int percent = static_cast<int>(100LL * done / total);
         if (terminal_) {
             if (elapsed_s - shown_s_ < 0.1 && done < total) {
