@@ -38,6 +38,8 @@ constexpr std::array kHealthColumns{
     HealthColumn{"iterations", [](const Health& h) { return fmt::format("{}", h.iterations); }},
     HealthColumn{"mean_vision_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.mean_vision_chi2); }},
     HealthColumn{"imu_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.imu_chi2); }},
+    HealthColumn{"time_offset_s", [](const Health& h) { return fmt::format("{:.6g}", h.time_offset_s); }},
+    HealthColumn{"time_offset_sigma_s", [](const Health& h) { return fmt::format("{:.3g}", h.time_offset_sigma_s); }},
     HealthColumn{"imu_gaps", [](const Health& h) { return fmt::format("{}", h.imu_gaps); }},
     HealthColumn{"imu_dropped", [](const Health& h) { return fmt::format("{}", h.imu_dropped); }},
 };

@@ -14,6 +14,9 @@
 namespace facet {
 namespace {
 
+/// The estimator may find that images are later than their stamps say: it can then use them only this much later.
+constexpr Duration kFrameDelay = Duration::from_seconds(0.02);
+
 bool is_finite(const NavState& s) {
     return s.q_W_B.coeffs().allFinite() && s.p_W_B.allFinite() && s.v_W_B.allFinite() && s.bias.gyro.allFinite() &&
            s.bias.accel.allFinite();
@@ -61,6 +64,7 @@ void Replay::open_log() {
     const CameraIntrinsics& right = options_.calibration.rig.right.intrinsics();
     AslOptions log_options;
     log_options.camera_time_shift = options_.calibration.camera_time_shift;
+    log_options.frame_delay = kFrameDelay;
     log_options.start = Duration::from_seconds(options_.start_s);
     if (options_.duration_s.has_value()) {
         log_options.length = Duration::from_seconds(*options_.duration_s);
@@ -88,6 +92,9 @@ std::string refused_section(const EstimatorConfig& config) {
     }
     if (!ok(config.window.validate())) {
         return "window";
+    }
+    if (!ok(config.calibration.validate())) {
+        return "calibration";
     }
     return ok(config.validate()) ? "" : "imu_noise";
 }

@@ -234,8 +234,9 @@ bool AslDataset::load_frame(const Pair& pair, StereoFrame& frame) {
     return true;
 }
 
-bool AslDataset::give_frame(StereoFrame& frame) {
-    while (next_pair_ < pairs_.size() && imu_given_.has_value() && pairs_[next_pair_].left.stamp <= *imu_given_) {
+bool AslDataset::give_frame(Duration delay, StereoFrame& frame) {
+    while (next_pair_ < pairs_.size() && imu_given_.has_value() &&
+           pairs_[next_pair_].left.stamp + delay <= *imu_given_) {
         if (load_frame(pairs_[next_pair_++], frame)) {
             return true;
         }
@@ -267,11 +268,14 @@ bool AslDataset::give_imu(ImuSample& sample) {
 }
 
 AslDataset::Event AslDataset::next(ImuSample& imu, StereoFrame& frame) {
-    if (give_frame(frame)) {
+    if (give_frame(options_.frame_delay, frame)) {
         return Event::kFrame;
     }
     if (next_pair_ < pairs_.size() && give_imu(imu)) {
         return Event::kImu;
+    }
+    if (give_frame({}, frame)) {
+        return Event::kFrame;
     }
     for (; next_pair_ < pairs_.size(); ++next_pair_) {
         warn(AslWarningKind::kUncovered, camera_csv_[0], pairs_[next_pair_].left.line,

@@ -28,9 +28,10 @@ struct AslOptions {
     Duration pair_tolerance = Duration::from_seconds(1e-3);  ///< largest difference of the stamps of one stereo pair
     Duration imu_gap = Duration::from_seconds(0.05);         ///< a longer step between inertial samples is a gap
     Duration imu_lead = Duration::from_seconds(2.0);         ///< inertial data given before the first frame
-    Duration camera_time_shift;                              ///< added to image stamps: t_imu = t_cam + shift
-    Duration start;                                          ///< frames are given from this long after the first one
-    std::optional<Duration> length;                          ///< and only for this long; all if empty
+    Duration frame_delay;        ///< frames are given when inertial data are this far past their stamp, or at an end
+    Duration camera_time_shift;  ///< added to image stamps: t_imu = t_cam + shift
+    Duration start;              ///< frames are given from this long after the first one
+    std::optional<Duration> length;  ///< and only for this long; all if empty
     ImageSize left_size;
     ImageSize right_size;
 };
@@ -52,8 +53,8 @@ public:
     /// @return kIo with `error` naming the path if it is not there or a data.csv cannot be read or has no valid row.
     Status open(const std::string& path, const AslOptions& options, AslWarningSink sink, std::string& error);
 
-    /// Next sample in order of time. A frame comes right after the first inertial sample at or after its stamp, which is
-    /// when an estimator can use it; frames that inertial data never reach are skipped with a warning. A frame's views
+    /// Next sample in order of time. A frame comes right after the first inertial sample at or after its stamp plus the
+    /// delay of the options, which is when an estimator can use it, or at the end of the inertial data; frames that inertial data never reach are skipped with a warning. A frame's views
     /// stay valid until the next call; the right one is empty if the right image is missing or bad.
     Event next(ImuSample& imu, StereoFrame& frame);
 
@@ -87,7 +88,7 @@ private:
     void pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right);
     bool load_frame(const Pair& pair, StereoFrame& frame);
     bool load_image(const ImageRow& row, int camera, GreyImage& image);
-    bool give_frame(StereoFrame& frame);
+    bool give_frame(Duration delay, StereoFrame& frame);
     bool give_imu(ImuSample& sample);
 
     AslOptions options_;

@@ -5,6 +5,7 @@
 #include "estimator/frontend/frontend_config.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/imu/initializer_config.h"
+#include "estimator/window/calibration_config.h"
 #include "estimator/window/window_config.h"
 
 namespace facet {
@@ -13,6 +14,7 @@ struct EstimatorConfig {
     FrontendConfig frontend;
     InitializerConfig initializer;
     WindowConfig window;
+    CalibrationConfig calibration;
     ImuNoise imu_noise;
 
     /// kInvalidArgument if a field of any part is outside its range.

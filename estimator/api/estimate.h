@@ -54,13 +54,15 @@ struct Health {
     int iterations = 0;             ///< solver steps at this frame
     double mean_vision_chi2 = 0.0;  ///< squared whitened vision residual per degree of freedom, after optimization
     double imu_chi2 = 0.0;          ///< squared whitened residual per degree of freedom of the newest inertial factor
-    std::uint32_t imu_gaps = 0;     ///< gaps since start
-    std::uint32_t imu_dropped = 0;  ///< samples dropped since start: out of order, duplicate, not finite, or full
+    double time_offset_s = 0.0;     ///< estimated: image stamps plus this are the IMU's time
+    double time_offset_sigma_s = 0.0;  ///< 0 if it is not estimated
+    std::uint32_t imu_gaps = 0;        ///< gaps since start
+    std::uint32_t imu_dropped = 0;     ///< samples dropped since start: out of order, duplicate, not finite, or full
 };
 
-/// Estimate at one frame's stamp.
+/// Estimate at one frame.
 struct Estimate {
-    Timestamp stamp;
+    Timestamp stamp;  ///< of the exposure in the IMU's clock: the frame's stamp plus Health::time_offset_s
     NavState state;
     Health health;
 };

@@ -38,16 +38,22 @@ struct Estimator::Impl {
     Window window;
     bool has_frame = false;  ///< a frame has been taken in
     bool is_ready = false;   ///< the state is good enough to be given out
-    Timestamp last_frame;
-    Timestamp last_vision;  ///< last frame with enough features
-    double velocity_sigma = 0.0;
+    Timestamp last_image;    ///< stamp of the last frame as given
+    Timestamp last_frame;    ///< likewise, in the IMU's clock
+    Timestamp last_vision;   ///< last frame with enough features
+    double time_offset_sigma_s = 0.0;
     WindowSummary summary;
 
     void reset();
+    /// Stamp of an image in the IMU's clock.
+    Timestamp imu_stamp(Timestamp image) const {
+        return image + Duration::from_seconds(window.calibration().time_offset_s);
+    }
+    KeyframeInput keyframe_input(Timestamp stamp, const ImuBias& bias) const;
     Status start(const StereoFrame& frame, Estimate& estimate);
-    Status track(const StereoFrame& frame, const Eigen::Vector3d& gyro_bias);
+    Status track(const StereoFrame& frame, Timestamp stamp, const Eigen::Vector3d& gyro_bias);
     Status predict(Timestamp stamp, Preintegration& preintegration, bool& has_gap) const;
-    void take_keyframe(const Preintegration& preintegration);
+    void take_keyframe(Timestamp stamp, const Preintegration& preintegration);
     void reintegrate();
     void judge_readiness();
     void fill_health(const StereoFrame& frame, bool image_ok, bool has_gap, Health& health) const;
@@ -56,38 +62,50 @@ struct Estimator::Impl {
 void Estimator::Impl::reset() {
     imu.clear(config.imu_noise.rate_hz);
     frontend.reset();
-    window.configure(config.window, rig, config.imu_noise);
+    window.configure(config.window, config.calibration, rig, config.imu_noise);
     has_frame = false;
     is_ready = false;
     summary = {};
 }
 
-Status Estimator::Impl::track(const StereoFrame& frame, const Eigen::Vector3d& gyro_bias) {
+KeyframeInput Estimator::Impl::keyframe_input(Timestamp stamp, const ImuBias& bias) const {
+    KeyframeInput input;
+    input.stamp = stamp;
+    input.observations = {tracks.observations.data(), tracks.observations.size()};
+    ImuSample sample;
+    if (ok(imu.interpolate(stamp, sample))) {
+        input.w_B = sample.w_B - bias.gyro;
+    }
+    return input;
+}
+
+Status Estimator::Impl::track(const StereoFrame& frame, Timestamp stamp, const Eigen::Vector3d& gyro_bias) {
     Eigen::Quaterniond q_Bp_B = Eigen::Quaterniond::Identity();
     if (has_frame) {
         const StageScope scope(observer, Stage::kPropagation);
-        FACET_TRY(imu.rotation_between(last_frame, frame.stamp, gyro_bias, q_Bp_B));
+        FACET_TRY(imu.rotation_between(last_frame, stamp, gyro_bias, q_Bp_B));
     }
     const StageScope scope(observer, Stage::kTracking);
     return frontend.process(frame, q_Bp_B, tracks);
 }
 
 Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
+    const Timestamp stamp = imu_stamp(frame.stamp);
     estimate = {};
-    estimate.stamp = frame.stamp;
+    estimate.stamp = stamp;
     InitialState initial;
-    const Status found = initialize_state(imu, frame.stamp, config.initializer, initial);
+    const Status found = initialize_state(imu, stamp, config.initializer, initial);
     if (!ok(found)) {
         return Status::kOk;  // INIT: not enough data before this frame
     }
-    FACET_TRY(track(frame, initial.state.bias.gyro));
+    FACET_TRY(track(frame, stamp, initial.state.bias.gyro));
     has_frame = true;
-    last_frame = last_vision = frame.stamp;
+    last_image = frame.stamp;
+    last_frame = last_vision = stamp;
     if (!tracks.is_keyframe) {
         return Status::kOk;
     }
-    window.start(frame.stamp, initial.state, initial.information(),
-                 {tracks.observations.data(), tracks.observations.size()});
+    window.start(keyframe_input(stamp, initial.state.bias), initial.state, initial.information());
     is_ready = initial.is_still;
     estimate.state = initial.state;
     fill_health(frame, true, false, estimate.health);
@@ -100,9 +118,8 @@ Status Estimator::Impl::predict(Timestamp stamp, Preintegration& preintegration,
     return imu.integrate_between(window.newest().stamp, stamp, config.imu_noise, preintegration, &has_gap);
 }
 
-void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
-    if (!ok(window.add_keyframe(tracks.stamp, preintegration,
-                                {tracks.observations.data(), tracks.observations.size()}))) {
+void Estimator::Impl::take_keyframe(Timestamp stamp, const Preintegration& preintegration) {
+    if (!ok(window.add_keyframe(keyframe_input(stamp, window.newest().state.bias), preintegration))) {
         return;
     }
     summary = window.optimize();
@@ -130,7 +147,11 @@ void Estimator::Impl::reintegrate() {
 
 void Estimator::Impl::judge_readiness() {
     Eigen::Matrix<double, kStateDim, kStateDim> covariance;
-    if (is_ready || !ok(window.newest_covariance(covariance))) {
+    if (!ok(window.newest_covariance(covariance))) {
+        return;
+    }
+    time_offset_sigma_s = window.calibration_sigma(kTimeOffset);
+    if (is_ready) {
         return;
     }
     const double velocity = std::sqrt(covariance.block<3, 3>(kVel, kVel).diagonal().maxCoeff());
@@ -152,6 +173,8 @@ void Estimator::Impl::fill_health(const StereoFrame& frame, bool image_ok, bool 
     health.mean_vision_chi2 =
         summary.fit.vision_rows > 0 ? summary.fit.vision_squared_error / summary.fit.vision_rows : 0.0;
     health.imu_chi2 = summary.imu_squared_error / kStateDim;
+    health.time_offset_s = window.calibration().time_offset_s;
+    health.time_offset_sigma_s = time_offset_sigma_s;
     const ImuBufferCounters& counters = imu.counters();
     health.imu_gaps = counters.gaps;
     health.imu_dropped = counters.out_of_order + counters.not_finite;
@@ -171,7 +194,7 @@ void Estimator::Impl::fill_health(const StereoFrame& frame, bool image_ok, bool 
         kReasonFewFeatures | kReasonImageRejected | kReasonBiasLimit | kReasonHighResidual | kReasonSolverFailed;
     if (!is_ready) {
         health.state = TrackingState::kInit;
-    } else if ((frame.stamp - last_vision).seconds() > kLostAfter || (health.reasons & kReasonBiasLimit) != 0U) {
+    } else if ((last_frame - last_vision).seconds() > kLostAfter || (health.reasons & kReasonBiasLimit) != 0U) {
         health.state = TrackingState::kLost;
     } else {
         health.state = (health.reasons & degrading) != 0U ? TrackingState::kDegraded : TrackingState::kTracking;
@@ -201,10 +224,11 @@ Status Estimator::add_imu(const ImuSample& sample) { return impl_->imu.push(samp
 
 Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     Impl& s = *impl_;
-    if (s.has_frame && frame.stamp <= s.last_frame) {
+    const Timestamp stamp = s.imu_stamp(frame.stamp);
+    if (s.has_frame && frame.stamp <= s.last_image) {
         return Status::kOutOfOrder;
     }
-    if (s.imu.empty() || s.imu.newest() < frame.stamp) {
+    if (s.imu.empty() || s.imu.newest() < stamp) {
         return Status::kNotReady;
     }
     if (s.window.empty()) {
@@ -212,20 +236,21 @@ Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     }
     Preintegration preintegration;
     bool has_gap = false;
-    FACET_TRY(s.predict(frame.stamp, preintegration, has_gap));
-    const Status tracked = s.track(frame, s.window.newest().state.bias.gyro);
+    FACET_TRY(s.predict(stamp, preintegration, has_gap));
+    const Status tracked = s.track(frame, stamp, s.window.newest().state.bias.gyro);
     s.has_frame = true;
-    s.last_frame = frame.stamp;
+    s.last_image = frame.stamp;
+    s.last_frame = stamp;
     estimate = {};
-    estimate.stamp = frame.stamp;
+    estimate.stamp = stamp;
     estimate.state = preintegration.predict(s.window.newest().state);
     if (ok(tracked)) {
         if (static_cast<int>(s.tracks.observations.size()) >= kFewFeatures) {
-            s.last_vision = frame.stamp;
+            s.last_vision = stamp;
         }
         if (s.tracks.is_keyframe) {
-            s.take_keyframe(preintegration);
-            estimate.state = s.window.newest().stamp == frame.stamp ? s.window.newest().state : estimate.state;
+            s.take_keyframe(stamp, preintegration);
+            estimate.state = s.window.newest().stamp == stamp ? s.window.newest().state : estimate.state;
         }
     }
     s.fill_health(frame, ok(tracked), has_gap, estimate.health);

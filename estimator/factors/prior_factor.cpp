@@ -5,9 +5,10 @@
 
 namespace facet {
 
-void PriorFactor::reset(int keyframes) {
-    FACET_ASSERT(keyframes >= 0 && keyframes <= kMaxKeyframes);
-    dim_ = keyframes * kStateDim;
+void PriorFactor::reset(int keyframes, int globals) {
+    FACET_ASSERT(keyframes >= 0 && keyframes <= kMaxKeyframes && globals >= 0 && globals <= kMaxGlobals);
+    globals_ = globals;
+    dim_ = globals + keyframes * kStateDim;
     h().setZero();
     g().setZero();
 }
@@ -25,10 +26,10 @@ void PriorFactor::rebase_single(const Eigen::Matrix<double, kStateDim, 1>& d) {
     FACET_ASSERT(keyframes() == 1);
     StateMatrix jacobian = StateMatrix::Identity();
     jacobian.block<3, 3>(kTheta, kTheta) = so3_right_jacobian_inverse(d.segment<3>(kTheta));
-    const StateMatrix h_old = h();
-    const Eigen::Matrix<double, kStateDim, 1> g_old = g();
-    g() = jacobian.transpose() * (g_old + h_old * d);
-    h() = jacobian.transpose() * h_old * jacobian;
+    const StateMatrix h_old = h().bottomRightCorner<kStateDim, kStateDim>();
+    const Eigen::Matrix<double, kStateDim, 1> g_old = g().tail<kStateDim>();
+    g().tail<kStateDim>() = jacobian.transpose() * (g_old + h_old * d);
+    h().bottomRightCorner<kStateDim, kStateDim>() = jacobian.transpose() * h_old * jacobian;
 }
 
 }  // namespace facet

@@ -10,21 +10,27 @@
 
 namespace facet {
 
-/// Quadratic prior over the window's first keyframes, about the points where they were linearized:
+/// Quadratic prior over the parameters that all keyframes share (globals, first) and the window's first keyframes, about
+/// the points where they were linearized:
 ///   c(d) = g^T d + 1/2 d^T H d,   d_k = x_lin,k.box_minus_to(x_k), order [theta p v bg ba], 15 a keyframe.
 /// First-estimate Jacobians: d moves with the tangent of x_k one to one, so the prior's Jacobian never changes and its
 /// null space (yaw and position) stays what it was. [Huang10], [Leutenegger15] Sec. 3.5
-/// Thread-bound. No heap; 1.8 MB.
+/// Thread-bound. No heap; 1.9 MB.
 class PriorFactor {
 public:
+    /// Most globals: the rig's calibration.
+    static constexpr int kMaxGlobals = 7;
+    static constexpr int kMaxDim = kMaxGlobals + kMaxKeyframes * kStateDim;
+
     using Matrix = Eigen::Map<Eigen::MatrixXd, Eigen::Aligned64>;
     using ConstMatrix = Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64>;
     using Vector = Eigen::Map<Eigen::VectorXd, Eigen::Aligned64>;
     using ConstVector = Eigen::Map<const Eigen::VectorXd, Eigen::Aligned64>;
 
-    /// Zeroes the prior over this many keyframes.
-    void reset(int keyframes);
-    int keyframes() const { return dim_ / kStateDim; }
+    /// Zeroes the prior over this many keyframes and globals.
+    void reset(int keyframes, int globals = 0);
+    int globals() const { return globals_; }
+    int keyframes() const { return (dim_ - globals_) / kStateDim; }
     int dim() const { return dim_; }
 
     Matrix h() { return {h_.data(), dim_, dim_}; }
@@ -33,16 +39,18 @@ public:
     ConstVector g() const { return {g_.data(), dim_}; }
 
     /// Moves keyframe 0's linearization point by its displacement d: g += H d in its block, with H and g turned into the
-    /// tangent there by Jr^-1(d_theta). Exact for the quadratic; only for a prior over one keyframe.
+    /// tangent there by Jr^-1(d_theta). Exact for the quadratic; only for a prior over one keyframe that is independent of
+    /// the globals.
     void rebase_single(const Eigen::Matrix<double, kStateDim, 1>& d);
 
     /// Cost at displacement d, and H d + g into `gradient` (both of dimension dim()).
     double evaluate(const Eigen::Ref<const Eigen::VectorXd>& d, Eigen::Ref<Eigen::VectorXd> gradient) const;
 
 private:
+    int globals_ = 0;
     int dim_ = 0;
-    alignas(64) std::array<double, static_cast<std::size_t>(kMaxKeyframes* kStateDim) * kMaxKeyframes * kStateDim> h_;
-    alignas(64) std::array<double, kMaxKeyframes * kStateDim> g_;
+    alignas(64) std::array<double, static_cast<std::size_t>(kMaxDim) * kMaxDim> h_;
+    alignas(64) std::array<double, kMaxDim> g_;
 };
 
 }  // namespace facet

@@ -7,9 +7,10 @@
 
 namespace facet {
 
-void ReducedSystem::reset(int keyframes) {
-    FACET_ASSERT(keyframes >= 0 && keyframes <= kMaxKeyframes);
-    dim_ = keyframes * kStateDim;
+void ReducedSystem::reset(int keyframes, int globals) {
+    FACET_ASSERT(keyframes >= 0 && keyframes <= kMaxKeyframes && globals >= 0 && globals <= kMaxGlobals);
+    globals_ = globals;
+    dim_ = globals + keyframes * kStateDim;
     h().setZero();
     g().setZero();
 }
@@ -44,6 +45,17 @@ Eigen::Matrix<double, kStateDim, kStateDim> ReducedSolver::last_keyframe_covaria
     const Eigen::Matrix<double, kStateDim, kStateDim> inverse =
         corner.triangularView<Eigen::Lower>().solve(Eigen::Matrix<double, kStateDim, kStateDim>::Identity());
     return inverse.transpose() * inverse;
+}
+
+double ReducedSolver::variance(int parameter) {
+    // e' (L L^T)^-1 e = |L^-1 e|^2.
+    FACET_ASSERT(parameter >= 0 && parameter < dim_);
+    const Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64> l(l_.data(), dim_, dim_);
+    Eigen::Map<Eigen::VectorXd, Eigen::Aligned64> step(step_.data(), dim_);
+    step.setZero();
+    step(parameter) = 1.0;
+    l.triangularView<Eigen::Lower>().solveInPlace(step);
+    return step.squaredNorm();
 }
 
 }  // namespace facet

@@ -6,16 +6,20 @@
 #include <array>
 
 #include "estimator/api/capacity.h"
+#include "estimator/factors/prior_factor.h"
 #include "estimator/imu/preintegration.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// Largest dimension of the system: every keyframe's 15 parameters.
-inline constexpr int kMaxSystemDim = kMaxKeyframes * kStateDim;
+/// Parameters shared by all keyframes, first in the system: the rig's calibration.
+inline constexpr int kMaxGlobals = PriorFactor::kMaxGlobals;
+/// Largest dimension of the system: the globals and every keyframe's 15 parameters.
+inline constexpr int kMaxSystemDim = kMaxGlobals + kMaxKeyframes * kStateDim;
 
-/// H dx = -g over n = 15 * keyframes parameters, H symmetric, of which only the lower triangle (row >= column) is kept
-/// up to date. Keyframe k owns rows 15 k .. 15 k + 14, order [theta p v bg ba]. Thread-bound. No heap; 1.8 MB.
+/// H dx = -g over n = globals + 15 * keyframes parameters, H symmetric, of which only the lower triangle (row >= column)
+/// is kept up to date. The globals come first; keyframe k owns 15 rows from offset(k) on, order [theta p v bg ba].
+/// Thread-bound. No heap; 1.9 MB.
 class ReducedSystem {
 public:
     using Matrix = Eigen::Map<Eigen::MatrixXd, Eigen::Aligned64>;
@@ -23,10 +27,13 @@ public:
     using Vector = Eigen::Map<Eigen::VectorXd, Eigen::Aligned64>;
     using ConstVector = Eigen::Map<const Eigen::VectorXd, Eigen::Aligned64>;
 
-    /// Zeroes the system for this many keyframes.
-    void reset(int keyframes);
-    int keyframes() const { return dim_ / kStateDim; }
+    /// Zeroes the system for this many keyframes and globals.
+    void reset(int keyframes, int globals = 0);
+    int globals() const { return globals_; }
+    int keyframes() const { return (dim_ - globals_) / kStateDim; }
     int dim() const { return dim_; }
+    /// First row of a keyframe.
+    int offset(int keyframe) const { return globals_ + kStateDim * keyframe; }
 
     Matrix h() { return {h_.data(), dim_, dim_}; }
     ConstMatrix h() const { return {h_.data(), dim_, dim_}; }
@@ -35,20 +42,21 @@ public:
 
     /// Adds a pose-to-pose block (6x6, order [theta p]) of keyframes i and j; i >= j.
     void add_pose_block(int i, int j, const Eigen::Matrix<double, kPoseDim, kPoseDim>& block) {
-        h().block<kPoseDim, kPoseDim>(kStateDim * i, kStateDim * j) += block;
+        h().block<kPoseDim, kPoseDim>(offset(i), offset(j)) += block;
     }
     void add_pose_gradient(int i, const Eigen::Matrix<double, kPoseDim, 1>& gradient) {
-        g().segment<kPoseDim>(kStateDim * i) += gradient;
+        g().segment<kPoseDim>(offset(i)) += gradient;
     }
     /// Adds a state-to-state block (15x15) of keyframes i and j; i >= j.
     void add_state_block(int i, int j, const Eigen::Matrix<double, kStateDim, kStateDim>& block) {
-        h().block<kStateDim, kStateDim>(kStateDim * i, kStateDim * j) += block;
+        h().block<kStateDim, kStateDim>(offset(i), offset(j)) += block;
     }
     void add_state_gradient(int i, const Eigen::Matrix<double, kStateDim, 1>& gradient) {
-        g().segment<kStateDim>(kStateDim * i) += gradient;
+        g().segment<kStateDim>(offset(i)) += gradient;
     }
 
 private:
+    int globals_ = 0;
     int dim_ = 0;
     alignas(64) std::array<double, static_cast<std::size_t>(kMaxSystemDim) * kMaxSystemDim> h_;
     alignas(64) std::array<double, kMaxSystemDim> g_;
@@ -71,6 +79,9 @@ public:
 
     /// Marginal covariance (15x15) of the last keyframe of the last system solved with lambda = 0. [Golub13] Sec. 4.2
     Eigen::Matrix<double, kStateDim, kStateDim> last_keyframe_covariance() const;
+
+    /// Marginal variance of one parameter of the last system solved with lambda = 0. Overwrites step().
+    double variance(int parameter);
 
 private:
     int dim_ = 0;

@@ -10,6 +10,14 @@ namespace {
 
 using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;
 using StateVector = Eigen::Matrix<double, kStateDim, 1>;
+using BlockMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kStateDim, kStateDim>;
+
+/// Rows of parameters that stay, and their coupling to the keyframe that goes.
+struct Block {
+    int at = 0;
+    int size = 0;
+    BlockMatrix h_m;
+};
 
 bool seen_by(const Landmark& landmark, int keyframe) {
     return !landmark.observations.empty() && landmark.observations.front().keyframe == keyframe;
@@ -51,38 +59,76 @@ void shift(Landmark& landmark, const WindowProblem& problem) {
 
 }  // namespace
 
-Status marginalize_first_keyframe(const ReducedSystem& system, const Eigen::Ref<const Eigen::VectorXd>& displacement,
-                                  PriorFactor& prior) {
+Status marginalize_keyframe(const ReducedSystem& system, int keyframe,
+                            const Eigen::Ref<const Eigen::VectorXd>& displacement, PriorFactor& prior) {
     const int rest = system.keyframes() - 1;
-    FACET_ASSERT(rest >= 1 && displacement.size() == rest * kStateDim);
+    FACET_ASSERT(rest >= 1 && keyframe >= 0 && keyframe <= rest);
+    FACET_ASSERT(displacement.size() == system.dim() - kStateDim);
     const auto h = system.h();
     const auto g = system.g();
-    StateMatrix h_00 = h.topLeftCorner<kStateDim, kStateDim>();
-    h_00.triangularView<Eigen::StrictlyUpper>() = h_00.transpose();
-    const Eigen::LLT<StateMatrix> llt(h_00);
+    const int m = system.offset(keyframe);
+    StateMatrix h_mm = h.block<kStateDim, kStateDim>(m, m);
+    h_mm.triangularView<Eigen::StrictlyUpper>() = h_mm.transpose();
+    const Eigen::LLT<StateMatrix> llt(h_mm);
     if (llt.info() != Eigen::Success) {
         return Status::kDegenerate;
     }
-    const StateVector w_0 = llt.solve(g.head<kStateDim>());
-    prior.reset(rest);
+    const StateVector w_m = llt.solve(g.segment<kStateDim>(m));
+
+    // The parameters that stay: the globals and the other keyframes, each a block with its coupling to m.
+    boost::container::static_vector<Block, kMaxKeyframes + 1> blocks;
+    for (int k = -1; k <= rest; ++k) {
+        if (k == keyframe || (k < 0 && system.globals() == 0)) {
+            continue;
+        }
+        Block block;
+        block.at = k < 0 ? 0 : system.offset(k);
+        block.size = k < 0 ? system.globals() : kStateDim;
+        block.h_m = block.at > m ? BlockMatrix(h.block(block.at, m, block.size, kStateDim))
+                                 : BlockMatrix(h.block(m, block.at, kStateDim, block.size).transpose());
+        blocks.push_back(block);
+    }
+    prior.reset(rest, system.globals());
     auto h_prior = prior.h();
     auto g_prior = prior.g();
-    for (int i = 0; i < rest; ++i) {
-        const StateMatrix h_i0 = h.block<kStateDim, kStateDim>(kStateDim * (i + 1), 0);
-        const StateMatrix w_i = llt.solve(h_i0.transpose()).transpose();  // H_i0 H_00^-1
-        for (int j = 0; j <= i; ++j) {
-            StateMatrix block = h.block<kStateDim, kStateDim>(kStateDim * (i + 1), kStateDim * (j + 1));
+    int row = 0;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        const Block& bi = blocks[i];
+        const BlockMatrix w_i = llt.solve(bi.h_m.transpose()).transpose();  // H_im H_mm^-1
+        int column = 0;
+        for (std::size_t j = 0; j <= i; ++j) {
+            const Block& bj = blocks[j];
+            BlockMatrix block = h.block(bi.at, bj.at, bi.size, bj.size);
             if (i == j) {
                 block.triangularView<Eigen::StrictlyUpper>() = block.transpose();
             }
-            block.noalias() -= w_i * h.block<kStateDim, kStateDim>(kStateDim * (j + 1), 0).transpose();
-            h_prior.block<kStateDim, kStateDim>(kStateDim * i, kStateDim * j) = block;
-            h_prior.block<kStateDim, kStateDim>(kStateDim * j, kStateDim * i) = block.transpose();
+            block.noalias() -= w_i.lazyProduct(bj.h_m.transpose());
+            h_prior.block(row, column, bi.size, bj.size) = block;
+            h_prior.block(column, row, bj.size, bi.size) = block.transpose();
+            column += bj.size;
         }
-        g_prior.segment<kStateDim>(kStateDim * i) = g.segment<kStateDim>(kStateDim * (i + 1)) - h_i0 * w_0;
+        g_prior.segment(row, bi.size) = g.segment(bi.at, bi.size) - bi.h_m.lazyProduct(w_m);
+        row += bi.size;
     }
     g_prior.noalias() -= h_prior * displacement;
     return Status::kOk;
+}
+
+void Marginalizer::fill_displacement(const WindowState& state, int leaving, int globals) {
+    const int keyframes = static_cast<int>(state.keyframes.size());
+    displacement_.setZero(globals + (keyframes - 1) * kStateDim);
+    displacement_.head(globals) = state.calibration_lin.box_minus_to(state.calibration).head(globals);
+    int row = globals;
+    for (int k = 0; k < keyframes; ++k) {
+        const Keyframe& keyframe = state.keyframes[static_cast<std::size_t>(k)];
+        if (k == leaving) {
+            continue;
+        }
+        if (keyframe.is_bound) {
+            displacement_.segment<kStateDim>(row) = keyframe.state_lin.box_minus_to(keyframe.state);
+        }
+        row += kStateDim;
+    }
 }
 
 Status Marginalizer::marginalize_oldest(WindowState& state, WindowProblem& problem, ReducedSystem& system) {
@@ -102,14 +148,8 @@ Status Marginalizer::marginalize_oldest(WindowState& state, WindowProblem& probl
     }
     problem.linearize_oldest(system, selected_);
 
-    displacement_.setZero(newest * kStateDim);
-    for (int k = 1; k <= newest; ++k) {
-        const Keyframe& keyframe = state.keyframes[static_cast<std::size_t>(k)];
-        if (keyframe.is_bound) {
-            displacement_.segment<kStateDim>(kStateDim * (k - 1)) = keyframe.state_lin.box_minus_to(keyframe.state);
-        }
-    }
-    const Status status = marginalize_first_keyframe(system, displacement_, state.prior);
+    fill_displacement(state, 0, system.globals());
+    const Status status = marginalize_keyframe(system, 0, displacement_, state.prior);
     for (int i = 0; i < state.landmarks.size(); ++i) {
         if (selected_[static_cast<std::size_t>(i)]) {
             state.landmarks[i].observations.clear();

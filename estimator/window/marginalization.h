@@ -9,13 +9,13 @@
 
 namespace facet {
 
-/// Replaces the prior by the Schur complement of `system` (dimension n, all keyframes) over its first keyframe:
-///   H' = H_rr - H_r0 H_00^-1 H_0r,  g' = g_r - H_r0 H_00^-1 g_0,   then moved from the current states to the points of
-/// linearization by the remaining keyframes' displacements d: g'' = g' - H' d.
-/// @param displacement  x_lin.box_minus_to(x) of the remaining keyframes, stacked
-/// @return kDegenerate if H_00 is not positive definite (prior untouched). No heap.
-Status marginalize_first_keyframe(const ReducedSystem& system, const Eigen::Ref<const Eigen::VectorXd>& displacement,
-                                  PriorFactor& prior);
+/// Replaces the prior by the Schur complement of `system` (dimension n, all keyframes) over one keyframe m:
+///   H' = H_rr - H_rm H_mm^-1 H_mr,  g' = g_r - H_rm H_mm^-1 g_m,   then moved from the current states to the points of
+/// linearization by the remaining parameters' displacements d: g'' = g' - H' d.
+/// @param displacement  x_lin.box_minus_to(x) of the globals and the remaining keyframes, stacked
+/// @return kDegenerate if H_mm is not positive definite (prior untouched). No heap.
+Status marginalize_keyframe(const ReducedSystem& system, int keyframe,
+                            const Eigen::Ref<const Eigen::VectorXd>& displacement, PriorFactor& prior);
 
 /// Marginalizes the oldest keyframe of a window of two keyframes or more.
 ///
@@ -28,6 +28,9 @@ public:
     Status marginalize_oldest(WindowState& state, WindowProblem& problem, ReducedSystem& system);
 
 private:
+    /// Displacements of what stays when a keyframe leaves.
+    void fill_displacement(const WindowState& state, int leaving, int globals);
+
     std::array<bool, kMaxLandmarks> selected_;
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> displacement_;
 };

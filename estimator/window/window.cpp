@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/window/window.h"
 
+#include <cmath>
+
 #include "estimator/window/outlier_removal.h"
 #include "estimator/window/stage_scope.h"
 #include "platform/base/assert.h"
 
 namespace facet {
 
-void Window::configure(const WindowConfig& config, const StereoRig& rig, const ImuNoise& noise) {
+void Window::configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,
+                       const ImuNoise& noise) {
     config_ = config;
+    calibration_config_ = calibration;
     noise_ = noise;
-    problem_.bind(state_, config_, rig);
+    problem_.bind(state_, config_, calibration_config_, rig);
     state_.keyframes.clear();
     state_.landmarks.clear();
     state_.prior.reset(0);
+    state_.calibration = {};
+    state_.calibration_lin = {};
 }
 
 void Window::set_stage_observer(StageObserver* observer) {
@@ -21,28 +27,35 @@ void Window::set_stage_observer(StageObserver* observer) {
     problem_.set_stage_observer(observer);
 }
 
-void Window::start(Timestamp stamp, const NavState& state,
-                   const Eigen::Matrix<double, kStateDim, kStateDim>& information,
-                   std::span<const FeatureObservation> observations) {
+void Window::start(const KeyframeInput& input, const NavState& state,
+                   const Eigen::Matrix<double, kStateDim, kStateDim>& information) {
     state_.keyframes.clear();
     state_.landmarks.clear();
     rejected_.clear();
     Keyframe keyframe;
-    keyframe.stamp = stamp;
+    keyframe.stamp = input.stamp;
+    keyframe.w_B = input.w_B;
+    keyframe.time_offset_s = state_.calibration.time_offset_s;
     keyframe.state = state;
     keyframe.state_lin = state;
     state_.keyframes.push_back(keyframe);
-    state_.prior.reset(1);
-    state_.prior.h() = information;
-    add_observations(0, observations);
+    state_.calibration_lin = state_.calibration;
+    state_.prior.reset(1, calibration_config_.dim());
+    state_.prior.h().bottomRightCorner<kStateDim, kStateDim>() = information;
+    for (int i = 0; i < calibration_config_.dim(); ++i) {
+        const double sigma = calibration_config_.sigma(i);
+        state_.prior.h()(i, i) = 1.0 / (sigma * sigma);
+    }
+    add_observations(0, input.observations);
 }
 
-Status Window::add_keyframe(Timestamp stamp, const Preintegration& preintegration,
-                            std::span<const FeatureObservation> observations) {
+Status Window::add_keyframe(const KeyframeInput& input, const Preintegration& preintegration) {
     FACET_ASSERT(!state_.keyframes.empty());
     Keyframe keyframe;
     FACET_TRY(keyframe.imu_from_previous.set(preintegration, noise_));
-    keyframe.stamp = stamp;
+    keyframe.stamp = input.stamp;
+    keyframe.w_B = input.w_B;
+    keyframe.time_offset_s = state_.calibration.time_offset_s;
     keyframe.state = preintegration.predict(newest().state);
     keyframe.state_lin = keyframe.state;
     marginalization_failed_ = false;
@@ -51,7 +64,7 @@ Status Window::add_keyframe(Timestamp stamp, const Preintegration& preintegratio
         marginalization_failed_ = !ok(marginalizer_.marginalize_oldest(state_, problem_, workspace_.systems[0]));
     }
     state_.keyframes.push_back(keyframe);
-    add_observations(static_cast<int>(state_.keyframes.size()) - 1, observations);
+    add_observations(static_cast<int>(state_.keyframes.size()) - 1, input.observations);
     return Status::kOk;
 }
 
@@ -86,6 +99,10 @@ Status Window::newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& co
     FACET_TRY(workspace_.solver.solve(workspace_.systems[current_system_], 0.0));
     covariance = workspace_.solver.last_keyframe_covariance();
     return Status::kOk;
+}
+
+double Window::calibration_sigma(int parameter) {
+    return parameter < calibration_config_.dim() ? std::sqrt(workspace_.solver.variance(parameter)) : 0.0;
 }
 
 void Window::remove_outliers(WindowSummary& summary) {

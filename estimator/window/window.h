@@ -10,6 +10,13 @@
 
 namespace facet {
 
+/// A frame that becomes a keyframe.
+struct KeyframeInput {
+    Timestamp stamp;                                ///< in the IMU's clock: the image's plus Window's time offset
+    Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias taken off (rad/s)
+    std::span<const FeatureObservation> observations;
+};
+
 /// What one optimization did.
 struct WindowSummary {
     LevenbergSummary solver;
@@ -25,19 +32,19 @@ struct WindowSummary {
 /// About 10 MB, no heap after construction: allocate it once. Thread-bound. Deterministic.
 class Window {
 public:
-    void configure(const WindowConfig& config, const StereoRig& rig, const ImuNoise& noise);
+    void configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,
+                   const ImuNoise& noise);
     void set_stage_observer(StageObserver* observer);
 
-    /// Forgets everything and begins with one keyframe and its Gaussian prior.
+    /// Forgets keyframes, landmarks and prior, and begins with one keyframe and its Gaussian prior. The calibration stays.
     /// @param information  15x15, order [theta p v bg ba], about `state`
-    void start(Timestamp stamp, const NavState& state, const Eigen::Matrix<double, kStateDim, kStateDim>& information,
-               std::span<const FeatureObservation> observations);
+    void start(const KeyframeInput& input, const NavState& state,
+               const Eigen::Matrix<double, kStateDim, kStateDim>& information);
 
     /// Appends a keyframe predicted from the newest one by `preintegration`; the oldest one is marginalized if the
     /// window is full.
     /// @return kDegenerate if the preintegration spans no time (window untouched).
-    Status add_keyframe(Timestamp stamp, const Preintegration& preintegration,
-                        std::span<const FeatureObservation> observations);
+    Status add_keyframe(const KeyframeInput& input, const Preintegration& preintegration);
 
     /// Bounded optimization of the whole window, then removal of outliers.
     WindowSummary optimize();
@@ -48,6 +55,11 @@ public:
     /// Marginal covariance of the newest keyframe's state after optimize(), 15x15, order [theta p v bg ba], of the error
     /// in the tangent of the estimate. @return kDegenerate if the window's information is singular (untouched).
     Status newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance);
+
+    /// Corrections of the calibration so far.
+    const RigCalibration& calibration() const { return state_.calibration; }
+    /// Standard deviation of a calibration parameter (kTimeOffset, ...) after newest_covariance(); 0 if not estimated.
+    double calibration_sigma(int parameter);
 
     bool empty() const { return state_.keyframes.empty(); }
     const Keyframe& newest() const { return state_.keyframes.back(); }
@@ -61,6 +73,7 @@ private:
     void remove_outliers(WindowSummary& summary);
 
     WindowConfig config_;
+    CalibrationConfig calibration_config_;
     ImuNoise noise_;
     StageObserver* observer_ = nullptr;
     WindowState state_;

@@ -3,6 +3,7 @@
 
 #include "estimator/geometry/triangulation.h"
 #include "estimator/window/stage_scope.h"
+#include "platform/base/assert.h"
 
 namespace facet {
 namespace {
@@ -12,24 +13,35 @@ constexpr double kRhoPriorSigma = 3.0;
 
 }  // namespace
 
-void WindowProblem::bind(WindowState& state, const WindowConfig& config, const StereoRig& rig) {
+void WindowProblem::bind(WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
+                         const StereoRig& rig) {
     state_ = &state;
     config_ = &config;
+    calibration_config_ = &calibration;
     T_B_C0_ = rig.T_B_C0;
     T_B_C1_ = rig.T_B_C1;
-    geometry_.R_C0_B = rig.T_B_C0.R().transpose();
-    geometry_.R_C1_B = rig.T_B_C1.R().transpose();
-    geometry_.p_B_C0 = rig.T_B_C0.p;
-    geometry_.p_B_C1 = rig.T_B_C1.p;
     geometry_.scale_left = rig.left.focal_px() / config.pixel_sigma_px;
     geometry_.scale_right = rig.right.focal_px() / config.pixel_sigma_px;
 }
 
+Se3 WindowProblem::T_W_B_at_image(const Keyframe& keyframe, const NavState& state) const {
+    const double late_s = state_->calibration.time_offset_s - keyframe.time_offset_s;
+    return {(state.q_W_B * so3_exp(late_s * keyframe.w_B)).normalized(), state.p_W_B + late_s * state.v_W_B};
+}
+
 void WindowProblem::update_cameras() {
+    const Se3 T_B_C0 = state_->calibration.T_B_Bc * T_B_C0_;
+    const Se3 T_B_C1 = state_->calibration.T_B_Bc * T_B_C1_;
+    geometry_.R_C0_B = T_B_C0.R().transpose();
+    geometry_.R_C1_B = T_B_C1.R().transpose();
+    geometry_.p_B_C0 = T_B_C0.p;
+    geometry_.p_B_C1 = T_B_C1.p;
     for (std::size_t k = 0; k < state_->keyframes.size(); ++k) {
-        const Se3 T_W_B = state_->keyframes[k].state.T_W_B();
-        left_[k] = CameraPose::from(T_W_B * T_B_C0_);
-        right_[k] = CameraPose::from(T_W_B * T_B_C1_);
+        const Keyframe& keyframe = state_->keyframes[k];
+        body_[k] = T_W_B_at_image(keyframe, keyframe.state);
+        body_lin_[k] = T_W_B_at_image(keyframe, keyframe.linearization_point());
+        left_[k] = CameraPose::from(body_[k] * T_B_C0);
+        right_[k] = CameraPose::from(body_[k] * T_B_C1);
     }
 }
 
@@ -73,49 +85,89 @@ void WindowProblem::select_landmarks() {
 double WindowProblem::linearize(ReducedSystem& system) {
     const StageScope scope(observer_, Stage::kLinearization);
     const int keyframes = static_cast<int>(state_->keyframes.size());
-    system.reset(keyframes);
+    system.reset(keyframes, calibration_config_->dim());
     update_cameras();
-    double cost = add_prior(system);
-    for (int k = 1; k < keyframes; ++k) {
-        cost += add_imu(system, k);
-    }
+    double cost = 0.0;
     fit_ = {};
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         if (state_->landmarks[i].is_active) {
             cost += add_landmark(system, state_->landmarks[i]);
         }
     }
+    add_calibration(system);
+    cost += add_prior(system);
+    for (int k = 1; k < keyframes; ++k) {
+        cost += add_imu(system, k);
+    }
     return cost;
 }
 
 double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<bool, kMaxLandmarks>& is_selected) {
-    system.reset(static_cast<int>(state_->keyframes.size()));
+    system.reset(static_cast<int>(state_->keyframes.size()), calibration_config_->dim());
     update_cameras();
-    double cost = add_prior(system) + add_imu(system, 1);
+    double cost = 0.0;
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         if (is_selected[static_cast<std::size_t>(i)]) {
             cost += add_landmark(system, state_->landmarks[i]);
         }
     }
-    return cost;
+    add_calibration(system);
+    return cost + add_prior(system) + add_imu(system, 1);
+}
+
+void WindowProblem::add_calibration(ReducedSystem& system) const {
+    const int dim = system.globals();
+    if (dim == 0) {
+        return;
+    }
+    using Columns = Eigen::Matrix<double, kPoseDim, Eigen::Dynamic, 0, kPoseDim, kCalibrationDim>;
+    boost::container::static_vector<Columns, kMaxKeyframes> d_pose;
+    for (const Keyframe& keyframe : state_->keyframes) {
+        const NavState& at = keyframe.linearization_point();
+        d_pose.push_back(state_->calibration.d_pose(at.q_W_B.toRotationMatrix(), at.v_W_B, keyframe.w_B).leftCols(dim));
+    }
+    auto h = system.h();
+    auto g = system.g();
+    for (int j = 0; j < system.keyframes(); ++j) {
+        Columns column = Columns::Zero(kPoseDim, dim);
+        for (int k = 0; k < system.keyframes(); ++k) {
+            const Columns& d = d_pose[static_cast<std::size_t>(k)];
+            if (j >= k) {
+                column.noalias() += h.block<kPoseDim, kPoseDim>(system.offset(j), system.offset(k)).lazyProduct(d);
+            } else {
+                column.noalias() +=
+                    h.block<kPoseDim, kPoseDim>(system.offset(k), system.offset(j)).transpose().lazyProduct(d);
+            }
+        }
+        const Columns& d = d_pose[static_cast<std::size_t>(j)];
+        h.block(system.offset(j), 0, kPoseDim, dim) += column;
+        h.topLeftCorner(dim, dim) += d.transpose().lazyProduct(column);
+        g.head(dim) += d.transpose().lazyProduct(g.segment<kPoseDim>(system.offset(j)));
+    }
 }
 
 double WindowProblem::add_prior(ReducedSystem& system) {
     const PriorFactor& prior = state_->prior;
     prior_displacement_.resize(prior.dim());
     prior_gradient_.resize(prior.dim());
+    const int globals = prior.globals();
+    FACET_ASSERT(globals == system.globals());
+    prior_displacement_.head(globals) = state_->calibration_lin.box_minus_to(state_->calibration).head(globals);
     for (int k = 0; k < prior.keyframes(); ++k) {
         const Keyframe& keyframe = state_->keyframes[static_cast<std::size_t>(k)];
-        prior_displacement_.segment<kStateDim>(kStateDim * k) = keyframe.state_lin.box_minus_to(keyframe.state);
+        prior_displacement_.segment<kStateDim>(system.offset(k)) = keyframe.state_lin.box_minus_to(keyframe.state);
     }
     const double cost = prior.evaluate(prior_displacement_, prior_gradient_);
     if (prior.keyframes() == 1 && !state_->keyframes[0].is_bound) {
         // The first prior may be far off in attitude: its exact Jacobian, until marginalization binds it.
         Eigen::Matrix<double, kStateDim, kStateDim> jacobian = Eigen::Matrix<double, kStateDim, kStateDim>::Identity();
-        jacobian.block<3, 3>(kTheta, kTheta) = so3_right_jacobian_inverse(prior_displacement_.segment<3>(kTheta));
-        const Eigen::Matrix<double, kStateDim, kStateDim> h = prior.h();
-        system.h().topLeftCorner<kStateDim, kStateDim>() += jacobian.transpose() * h * jacobian;
-        system.g().head<kStateDim>() += jacobian.transpose() * prior_gradient_.head<kStateDim>();
+        jacobian.block<3, 3>(kTheta, kTheta) =
+            so3_right_jacobian_inverse(prior_displacement_.segment<3>(globals + kTheta));
+        const Eigen::Matrix<double, kStateDim, kStateDim> h = prior.h().bottomRightCorner<kStateDim, kStateDim>();
+        system.add_state_block(0, 0, jacobian.transpose() * h * jacobian);
+        system.add_state_gradient(0, jacobian.transpose() * prior_gradient_.tail<kStateDim>());
+        system.h().topLeftCorner(globals, globals) += prior.h().topLeftCorner(globals, globals);
+        system.g().head(globals) += prior_gradient_.head(globals);
         return cost;
     }
     system.h().topLeftCorner(prior.dim(), prior.dim()) += prior.h();
@@ -147,10 +199,9 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     double squared_error = 0.0;
     int rows = -3;
     for (const LandmarkObservation& o : landmark.observations) {
-        const Keyframe& keyframe = state_->keyframes[static_cast<std::size_t>(o.keyframe)];
+        const auto k = static_cast<std::size_t>(o.keyframe);
         StereoLinearization l;
-        if (!ok(linearize_stereo(o.measurement, geometry_, keyframe.state.T_W_B(),
-                                 keyframe.linearization_point().T_W_B(), host, landmark.point, loss, l))) {
+        if (!ok(linearize_stereo(o.measurement, geometry_, body_[k], body_lin_[k], host, landmark.point, loss, l))) {
             return landmark.cost;
         }
         schur_.add(o.keyframe, l);
@@ -179,12 +230,17 @@ void WindowProblem::save() {
     for (std::size_t k = 0; k < state_->keyframes.size(); ++k) {
         saved_[k] = state_->keyframes[k].state;
     }
+    saved_calibration_ = state_->calibration;
 }
 
 void WindowProblem::apply(const ReducedSolver::Step& step) {
+    const int globals = calibration_config_->dim();
+    RigCalibration::Tangent correction = RigCalibration::Tangent::Zero();
+    correction.head(globals) = step.head(globals);
+    state_->calibration = saved_calibration_.box_plus(correction);
     for (std::size_t k = 0; k < state_->keyframes.size(); ++k) {
         state_->keyframes[k].state =
-            saved_[k].box_plus(step.segment<kStateDim>(kStateDim * static_cast<Eigen::Index>(k)));
+            saved_[k].box_plus(step.segment<kStateDim>(globals + kStateDim * static_cast<Eigen::Index>(k)));
     }
 }
 
@@ -192,6 +248,7 @@ void WindowProblem::restore() {
     for (std::size_t k = 0; k < state_->keyframes.size(); ++k) {
         state_->keyframes[k].state = saved_[k];
     }
+    state_->calibration = saved_calibration_;
 }
 
 }  // namespace facet

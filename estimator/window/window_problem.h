@@ -8,6 +8,7 @@
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/solver/landmark_schur.h"
 #include "estimator/solver/levenberg.h"
+#include "estimator/window/calibration_config.h"
 #include "estimator/window/window_config.h"
 #include "estimator/window/window_state.h"
 
@@ -24,8 +25,9 @@ struct WindowFit {
 /// linearization. Fulfils the Problem concept of levenberg(). Thread-bound. No heap.
 class WindowProblem {
 public:
-    /// `state` and `config` must outlive the problem.
-    void bind(WindowState& state, const WindowConfig& config, const StereoRig& rig);
+    /// `state` and the configs must outlive the problem.
+    void bind(WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
+              const StereoRig& rig);
     void set_stage_observer(StageObserver* observer) { observer_ = observer; }
 
     /// Decides which landmarks take part: seen by two keyframes or more and triangulated. Call before levenberg().
@@ -55,21 +57,30 @@ public:
     double pixels_to_sigmas() const { return 1.0 / config_->pixel_sigma_px; }
 
 private:
+    /// Body pose at a keyframe's image: its state, moved by what the time offset has changed since.
+    Se3 T_W_B_at_image(const Keyframe& keyframe, const NavState& state) const;
+    /// Adds the calibration's part of the vision terms, which hold poses only so far: the calibration moves the poses, so
+    /// with G_k = RigCalibration::d_pose, H_gk = sum_j G_j^T H_jk, H_gg = sum_jk G_j^T H_jk G_k, g_g = sum_k G_k^T g_k.
+    void add_calibration(ReducedSystem& system) const;
     double add_prior(ReducedSystem& system);
     double add_imu(ReducedSystem& system, int keyframe);
     double add_landmark(ReducedSystem& system, Landmark& landmark);
 
     WindowState* state_ = nullptr;
     const WindowConfig* config_ = nullptr;
+    const CalibrationConfig* calibration_config_ = nullptr;
     StageObserver* observer_ = nullptr;
     StereoGeometry geometry_;
-    Se3 T_B_C0_;
+    Se3 T_B_C0_;  ///< as calibrated
     Se3 T_B_C1_;
     WindowFit fit_;
     LandmarkSchur schur_;
     std::array<CameraPose, kMaxKeyframes> left_;
     std::array<CameraPose, kMaxKeyframes> right_;
+    std::array<Se3, kMaxKeyframes> body_;      ///< poses at the images
+    std::array<Se3, kMaxKeyframes> body_lin_;  ///< likewise, where Jacobians are taken
     std::array<NavState, kMaxKeyframes> saved_;
+    RigCalibration saved_calibration_;
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> prior_displacement_;
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> prior_gradient_;
 };

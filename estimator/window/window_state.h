@@ -9,16 +9,20 @@
 #include "estimator/factors/prior_factor.h"
 #include "estimator/factors/stereo_factor.h"
 #include "estimator/window/landmark_store.h"
+#include "estimator/window/rig_calibration.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {
 
-/// One keyframe. `state_lin` is where the prior counts from, if it covers the keyframe, and where first-estimate Jacobians
+/// One keyframe. The stamp is the image's plus the time offset estimated when it came; later corrections of the offset move
+/// the cameras along `state`'s velocity and `w_B`. `state_lin` is where the prior counts from, if it covers the keyframe, and where first-estimate Jacobians
 /// are taken once marginalization has bound it.
 struct Keyframe {
     Timestamp stamp;
     NavState state;
     NavState state_lin;
+    Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias taken off (rad/s)
+    double time_offset_s = 0.0;                     ///< that is in the stamp
     bool is_bound = false;        ///< marginalization has used this keyframe: Jacobians stay at state_lin
     ImuFactor imu_from_previous;  ///< not set for the oldest keyframe
 
@@ -30,6 +34,8 @@ struct WindowState {
     boost::container::static_vector<Keyframe, kMaxKeyframes> keyframes;
     LandmarkStore landmarks;
     PriorFactor prior;
+    RigCalibration calibration;
+    RigCalibration calibration_lin;  ///< where the prior counts from
 };
 
 }  // namespace facet

@@ -67,7 +67,10 @@ StereoRig make_rig() {
 }
 
 SyntheticFlight::SyntheticFlight(const Options& options)
-    : options_(options), rig_(make_rig()), generator_(options.seed) {
+    : options_(options), rig_(make_rig()), true_rig_(rig_), generator_(options.seed) {
+    const Se3 turn{so3_exp(options.rig_rotation), Eigen::Vector3d::Zero()};
+    true_rig_.T_B_C0 = turn * rig_.T_B_C0;
+    true_rig_.T_B_C1 = turn * rig_.T_B_C1;
     std::uniform_real_distribution<double> angle(-kPi, kPi);
     std::uniform_real_distribution<double> radius(3.5, 7.0);
     std::uniform_real_distribution<double> height(-2.5, 2.5);
@@ -95,6 +98,8 @@ NavState SyntheticFlight::state(double t) const {
     return s;
 }
 
+Eigen::Vector3d SyntheticFlight::rate(double t) const { return body_rate(t); }
+
 ImuSample SyntheticFlight::imu(double t) {
     const double to_discrete = std::sqrt(options_.imu_rate_hz);
     ImuSample sample;
@@ -106,9 +111,9 @@ ImuSample SyntheticFlight::imu(double t) {
 }
 
 std::vector<FeatureObservation> SyntheticFlight::observe(double t, int most) {
-    const Se3 T_W_B = state(t).T_W_B();
-    const Se3 T_C0_W = (T_W_B * rig_.T_B_C0).inverse();
-    const Se3 T_C1_W = (T_W_B * rig_.T_B_C1).inverse();
+    const Se3 T_W_B = state(t + options_.time_offset_s).T_W_B();
+    const Se3 T_C0_W = (T_W_B * true_rig_.T_B_C0).inverse();
+    const Se3 T_C1_W = (T_W_B * true_rig_.T_B_C1).inverse();
     const double sigma = options_.pixel_sigma / rig_.left.focal_px();
     std::vector<FeatureObservation> observations;
     for (std::size_t i = 0; i < landmarks_.size() && static_cast<int>(observations.size()) < most; ++i) {

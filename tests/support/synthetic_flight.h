@@ -18,10 +18,12 @@ StereoRig make_rig();
 class SyntheticFlight {
 public:
     struct Options {
-        double gyro_noise = 0.0;   ///< rad/s/sqrt(Hz)
-        double accel_noise = 0.0;  ///< m/s^2/sqrt(Hz)
-        double pixel_sigma = 0.0;  ///< px
-        ImuBias bias;              ///< constant, added to the samples
+        double gyro_noise = 0.0;     ///< rad/s/sqrt(Hz)
+        double accel_noise = 0.0;    ///< m/s^2/sqrt(Hz)
+        double pixel_sigma = 0.0;    ///< px
+        ImuBias bias;                ///< constant, added to the samples
+        double time_offset_s = 0.0;  ///< what must be added to an image's stamp to have the IMU's time
+        Eigen::Vector3d rig_rotation = Eigen::Vector3d::Zero();  ///< true cameras = Exp(this) * rig() (rad)
         double imu_rate_hz = 200.0;
         int landmarks = 400;
         unsigned seed = 1;
@@ -31,6 +33,8 @@ public:
 
     /// True state at time t (s), bias included.
     NavState state(double t) const;
+    /// True angular rate in B at time t (rad/s).
+    Eigen::Vector3d rate(double t) const;
     /// Inertial sample at time t with fresh noise.
     ImuSample imu(double t);
     /// What both cameras see at time t, ids = landmark index; at most `most` landmarks.
@@ -45,7 +49,8 @@ private:
     Eigen::Vector3d gaussian();
 
     Options options_;
-    StereoRig rig_;
+    StereoRig rig_;  ///< as calibrated
+    StereoRig true_rig_;
     std::vector<Eigen::Vector3d> landmarks_;
     std::mt19937 generator_;
 };

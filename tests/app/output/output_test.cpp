@@ -86,8 +86,8 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
     CHECK(
         rows[0] ==
         "stamp_ns,state,reasons,reason_names,is_keyframe,is_still,tracked,detected,stereo,outliers,keyframes,landmarks,"
-        "iterations,mean_vision_chi2,imu_chi2,imu_gaps,imu_dropped");
-    CHECK(rows[1] == "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,1,0,1,2,3,4,5,6,7,0.5,1.25,8,9");
+        "iterations,mean_vision_chi2,imu_chi2,time_offset_s,time_offset_sigma_s,imu_gaps,imu_dropped");
+    CHECK(rows[1] == "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,1,0,1,2,3,4,5,6,7,0.5,1.25,0,0,8,9");
     CHECK(reason_names(0).empty());
 }
 

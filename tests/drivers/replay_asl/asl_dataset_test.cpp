@@ -294,6 +294,27 @@ TEST_CASE("a window gives its frames only, with inertial data from shortly befor
     CHECK(reading.warnings.empty());
 }
 
+TEST_CASE("frames wait for the inertial data that the delay asks for, but not beyond their end") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    AslDataset log;
+    AslOptions options;
+    options.frame_delay = Duration::from_seconds(0.02);
+    std::string error;
+    REQUIRE(ok(log.open(
+        dir.path(), options, [](const AslWarning&) {}, error)));
+    ImuSample imu;
+    StereoFrame frame;
+    int frames = 0;
+    for (AslDataset::Event event = log.next(imu, frame); event != AslDataset::Event::kEnd;
+         event = log.next(imu, frame)) {
+        if (event == AslDataset::Event::kFrame && ++frames < kFrames) {
+            CHECK(imu.stamp.ns == frame.stamp.ns + 20'000'000);
+        }
+    }
+    CHECK(frames == kFrames);
+}
+
 TEST_CASE("the lead before the first frame does not cut holes between later frames") {
     const test::TempDir dir;
     test::write_asl_folder(dir, kFrames);

@@ -21,30 +21,40 @@ Eigen::MatrixXd random_matrix(int rows, int cols, std::mt19937& generator) {
 
 TEST_CASE("the prior has the Schur complement's information and minimum", "[marginalization]") {
     std::mt19937 generator(5);
-    constexpr int kKeyframes = 3;
-    constexpr int kRest = (kKeyframes - 1) * kStateDim;
+    constexpr int kKeyframes = 4;
+    const int globals = GENERATE(0, 1, 7);
+    const int leaving = GENERATE(0, 2, 3);
+    const int rest = globals + (kKeyframes - 1) * kStateDim;
     const auto system = std::make_unique<ReducedSystem>();
     const auto prior = std::make_unique<PriorFactor>();
-    system->reset(kKeyframes);
-    const Eigen::MatrixXd j = random_matrix(80, system->dim(), generator);
+    system->reset(kKeyframes, globals);
+    const Eigen::MatrixXd j = random_matrix(100, system->dim(), generator);
     const Eigen::MatrixXd h = j.transpose() * j;
     const Eigen::VectorXd g = random_matrix(system->dim(), 1, generator);
     system->h() = h.triangularView<Eigen::Lower>();
     system->g() = g;
-    const Eigen::VectorXd displacement = 0.1 * random_matrix(kRest, 1, generator);
-    REQUIRE(ok(marginalize_first_keyframe(*system, displacement, *prior)));
+    const Eigen::VectorXd displacement = 0.1 * random_matrix(rest, 1, generator);
+    REQUIRE(ok(marginalize_keyframe(*system, leaving, displacement, *prior)));
+    CHECK(prior->globals() == globals);
+    CHECK(prior->keyframes() == kKeyframes - 1);
+
+    // What stays, in order: rows before and after the keyframe that left.
+    Eigen::MatrixXd keep = Eigen::MatrixXd::Zero(rest, system->dim());
+    const int at = system->offset(leaving);
+    keep.topLeftCorner(at, at).setIdentity();
+    keep.bottomRightCorner(rest - at, rest - at).setIdentity();
 
     // Information of the rest is the inverse of their block of the full covariance.
-    const Eigen::MatrixXd information = h.inverse().bottomRightCorner(kRest, kRest).inverse();
+    const Eigen::MatrixXd information = (keep * h.inverse() * keep.transpose()).inverse();
     CHECK((Eigen::MatrixXd(prior->h()) - information).cwiseAbs().maxCoeff() < 1e-8 * information.cwiseAbs().maxCoeff());
 
     // The full problem's optimum, counted from the current states, is the prior's, counted from the linearization points.
-    const Eigen::VectorXd optimum = h.ldlt().solve(-g).tail(kRest);
+    const Eigen::VectorXd optimum = keep * h.ldlt().solve(-g);
     const Eigen::VectorXd d = displacement + optimum;
-    Eigen::VectorXd gradient(kRest);
+    Eigen::VectorXd gradient(rest);
     const double cost = prior->evaluate(d, gradient);
     CHECK(gradient.norm() < 1e-8);
-    const Eigen::VectorXd beside = d + 0.01 * random_matrix(kRest, 1, generator);
+    const Eigen::VectorXd beside = d + 0.01 * random_matrix(rest, 1, generator);
     CHECK(prior->evaluate(beside, gradient) > cost);
 }
 
@@ -55,7 +65,7 @@ TEST_CASE("marginalization refuses an undetermined keyframe and leaves the prior
     prior->reset(1);
     prior->h().setIdentity();
     const Eigen::VectorXd displacement = Eigen::VectorXd::Zero(kStateDim);
-    CHECK(marginalize_first_keyframe(*system, displacement, *prior) == Status::kDegenerate);
+    CHECK(marginalize_keyframe(*system, 0, displacement, *prior) == Status::kDegenerate);
     CHECK(prior->h().isIdentity(0.0));
 }
 

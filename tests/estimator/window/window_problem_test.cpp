@@ -18,21 +18,25 @@ constexpr double kStep_s = 0.3;
 
 struct Fixture {
     WindowConfig config;
+    CalibrationConfig calibration;
     std::unique_ptr<WindowState> state = std::make_unique<WindowState>();
     std::unique_ptr<ReducedSystem> system = std::make_unique<ReducedSystem>();
     std::unique_ptr<WindowProblem> problem = std::make_unique<WindowProblem>();
 
-    explicit Fixture(double pixel_sigma) {
+    explicit Fixture(double pixel_sigma, bool calibrate = false) {
+        calibration.estimate_time_offset = calibrate;
+        calibration.estimate_extrinsics = calibrate;
         SyntheticFlight::Options options;
         options.pixel_sigma = pixel_sigma;
         options.landmarks = 120;
         SyntheticFlight flight(options);
         config.huber_threshold = 10.0;
-        problem->bind(*state, config, flight.rig());
+        problem->bind(*state, config, calibration, flight.rig());
         for (int k = 0; k < kKeyframes; ++k) {
             Keyframe keyframe;
             keyframe.stamp = test::at(kStep_s * k);
             keyframe.state = flight.state(kStep_s * k);
+            keyframe.w_B = flight.rate(kStep_s * k);
             if (k > 0) {
                 const Preintegration p = flight.preintegrate(kStep_s * (k - 1), kStep_s * k, {}, {});
                 REQUIRE(ok(keyframe.imu_from_previous.set(p, {})));
@@ -44,7 +48,10 @@ struct Fixture {
                     ->observations.push_back({k, {o.left_xy, o.right_xy, o.has_right}});
             }
         }
-        state->prior.reset(1);
+        if (calibrate) {
+            state->calibration.T_B_Bc = {so3_exp({0.01, -0.02, 0.015}), {0.02, 0.01, -0.03}};
+        }
+        state->prior.reset(1, calibration.dim());
         state->prior.h().diagonal().setConstant(100.0);
         state->prior.g().setConstant(0.3);
     }
@@ -52,9 +59,13 @@ struct Fixture {
     /// Cost with the states moved by `d`; the states are put back.
     double cost_at(const Eigen::VectorXd& d) {
         problem->save();
+        const int globals = calibration.dim();
+        RigCalibration::Tangent correction = RigCalibration::Tangent::Zero();
+        correction.head(globals) = d.head(globals);
+        state->calibration = state->calibration.box_plus(correction);
         for (int k = 0; k < kKeyframes; ++k) {
             Keyframe& keyframe = state->keyframes[static_cast<std::size_t>(k)];
-            keyframe.state = keyframe.state.box_plus(d.segment<kStateDim>(kStateDim * k));
+            keyframe.state = keyframe.state.box_plus(d.segment<kStateDim>(globals + kStateDim * k));
         }
         for (int pass = 0; pass < 3; ++pass) {  // let the landmarks settle
             problem->linearize(*system);
@@ -68,7 +79,8 @@ struct Fixture {
 }  // namespace
 
 TEST_CASE("the window's gradient is the derivative of its cost", "[window_problem]") {
-    Fixture f(0.5);
+    const bool calibrate = GENERATE(false, true);
+    Fixture f(0.5, calibrate);
     f.problem->select_landmarks();
     for (int pass = 0; pass < 3; ++pass) {
         f.problem->linearize(*f.system);
@@ -77,7 +89,7 @@ TEST_CASE("the window's gradient is the derivative of its cost", "[window_proble
     CHECK(f.problem->fit().active_landmarks > 15);
     const Eigen::VectorXd gradient = f.system->g();
     for (int i = 0; i < f.system->dim(); ++i) {
-        Eigen::VectorXd d = Eigen::VectorXd::Zero(kKeyframes * kStateDim);
+        Eigen::VectorXd d = Eigen::VectorXd::Zero(f.system->dim());
         const double step = 1e-6;
         d(i) = step;
         const double plus = f.cost_at(d);

@@ -47,7 +47,7 @@ Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, in
     config.keyframes = window;
     config.pixel_sigma_px = sigma_px;
     const auto smoother = std::make_unique<Window>();
-    smoother->configure(config, flight.rig(), noise);
+    smoother->configure(config, {}, flight.rig(), noise);
     NavState start = flight.state(0.0);
     start.bias = {};
     std::mt19937 generator(options.seed + 100);
@@ -62,14 +62,15 @@ Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, in
     }
     const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
     const auto first = flight.observe(0.0);
-    smoother->start(test::at(0.0), start, information, {first.data(), first.size()});
+    smoother->start({test::at(0.0), {}, {first.data(), first.size()}}, start, information);
     Run run;
     double sum = 0.0;
     constexpr double kStep = 0.2;
     for (double t = kStep; t <= duration_s + 1e-9; t += kStep) {
         const Preintegration p = flight.preintegrate(t - kStep, t, smoother->newest().state.bias, noise);
         const auto observations = flight.observe(t);
-        REQUIRE(ok(smoother->add_keyframe(test::at(t), p, {observations.data(), observations.size()})));
+        REQUIRE(
+            ok(smoother->add_keyframe({test::at(t), flight.rate(t), {observations.data(), observations.size()}}, p)));
         const WindowSummary summary = smoother->optimize();
         REQUIRE_FALSE(summary.solver.solver_failed);
         REQUIRE_FALSE(summary.marginalization_failed);
@@ -126,7 +127,7 @@ TEST_CASE("a start in motion with gravity far off is worked out within a second"
     WindowConfig config;
     config.pixel_sigma_px = 0.5;
     const auto smoother = std::make_unique<Window>();
-    smoother->configure(config, flight.rig(), noise);
+    smoother->configure(config, {}, flight.rig(), noise);
     NavState start = flight.state(0.0);
     const Eigen::Vector3d tilt_error(0.15, -0.12, 0.0);  // 11 degrees
     start.q_W_B = start.q_W_B * so3_exp(start.q_W_B.conjugate() * tilt_error);
@@ -137,12 +138,13 @@ TEST_CASE("a start in motion with gravity far off is worked out within a second"
     StateMatrix information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
     information.topLeftCorner<3, 3>() = R.transpose() * Eigen::Vector3d(25.0, 25.0, 1e8).asDiagonal() * R;
     const auto first = flight.observe(0.0);
-    smoother->start(test::at(0.0), start, information, {first.data(), first.size()});
+    smoother->start({test::at(0.0), {}, {first.data(), first.size()}}, start, information);
     for (int k = 1; k <= 6; ++k) {
         const double t = 0.2 * k;
         const Preintegration p = flight.preintegrate(t - 0.2, t, smoother->newest().state.bias, noise);
         const auto observations = flight.observe(t);
-        REQUIRE(ok(smoother->add_keyframe(test::at(t), p, {observations.data(), observations.size()})));
+        REQUIRE(
+            ok(smoother->add_keyframe({test::at(t), flight.rate(t), {observations.data(), observations.size()}}, p)));
         REQUIRE_FALSE(smoother->optimize().solver.solver_failed);
     }
     const NavState truth = flight.state(1.2);
@@ -153,6 +155,49 @@ TEST_CASE("a start in motion with gravity far off is worked out within a second"
     CHECK((estimate.q_W_B.conjugate() * estimate.v_W_B - truth.q_W_B.conjugate() * truth.v_W_B).norm() < 0.05);
 }
 
+TEST_CASE("the window finds the cameras' time offset and rotation", "[window]") {
+    SyntheticFlight::Options options;
+    options.gyro_noise = 1.7e-4;
+    options.accel_noise = 2e-3;
+    options.pixel_sigma = 0.5;
+    const bool turned = GENERATE(false, true);
+    options.time_offset_s = turned ? 0.0 : 0.005;
+    options.rig_rotation = turned ? Eigen::Vector3d(0.006, -0.005, 0.004) : Eigen::Vector3d::Zero();  // 0.5 degrees
+    SyntheticFlight flight(options);
+    const ImuNoise noise = make_noise();
+    WindowConfig config;
+    CalibrationConfig calibration;
+    calibration.estimate_extrinsics = turned;
+    const auto smoother = std::make_unique<Window>();
+    smoother->configure(config, calibration, flight.rig(), noise);
+    const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+    double before = 0.0;  // IMU time of the last keyframe
+    for (int k = 0; k <= 100; ++k) {
+        const double t = 0.2 * k + smoother->calibration().time_offset_s;
+        const auto seen = flight.observe(0.2 * k);
+        const KeyframeInput input{test::at(t), flight.rate(t), {seen.data(), seen.size()}};
+        if (k == 0) {
+            smoother->start(input, flight.state(t), information);
+        } else {
+            const Preintegration p = flight.preintegrate(before, t, smoother->newest().state.bias, noise);
+            REQUIRE(ok(smoother->add_keyframe(input, p)));
+            REQUIRE_FALSE(smoother->optimize().solver.solver_failed);
+        }
+        before = t;
+    }
+    StateMatrix covariance;
+    REQUIRE(ok(smoother->newest_covariance(covariance)));
+    const RigCalibration& found = smoother->calibration();
+    const double time_error = found.time_offset_s - options.time_offset_s;
+    CHECK(std::abs(time_error) < 0.5e-3);
+    CHECK(std::abs(time_error) < 4.0 * smoother->calibration_sigma(kTimeOffset));
+    const Eigen::Vector3d turn_error = so3_log(found.T_B_Bc.q) - options.rig_rotation;
+    CHECK(turn_error.norm() < 0.0017);  // 0.1 degrees
+    for (int i = 0; turned && i < 3; ++i) {
+        CHECK(std::abs(turn_error(i)) < 4.0 * smoother->calibration_sigma(kRigTheta + i));
+    }
+}
+
 TEST_CASE("the window allocates nothing once it exists", "[window]") {
     SyntheticFlight::Options options;
     options.pixel_sigma = 0.5;
@@ -161,13 +206,13 @@ TEST_CASE("the window allocates nothing once it exists", "[window]") {
     WindowConfig config;
     config.keyframes = 6;
     const auto smoother = std::make_unique<Window>();
-    smoother->configure(config, flight.rig(), noise);
+    smoother->configure(config, {}, flight.rig(), noise);
     const auto first = flight.observe(0.0);
     const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
     std::uint64_t allocations = 0;
     {
         const test::AllocationGuard guard;
-        smoother->start(test::at(0.0), flight.state(0.0), information, {first.data(), first.size()});
+        smoother->start({test::at(0.0), {}, {first.data(), first.size()}}, flight.state(0.0), information);
         allocations += guard.allocations();
     }
     for (int k = 1; k <= 12; ++k) {  // twice the window: marginalization included
@@ -176,7 +221,8 @@ TEST_CASE("the window allocates nothing once it exists", "[window]") {
         const auto observations = flight.observe(t);
         StateMatrix covariance;
         const test::AllocationGuard guard;
-        const Status added = smoother->add_keyframe(test::at(t), p, {observations.data(), observations.size()});
+        const Status added =
+            smoother->add_keyframe({test::at(t), flight.rate(t), {observations.data(), observations.size()}}, p);
         const WindowSummary summary = smoother->optimize();
         const Status known = smoother->newest_covariance(covariance);
         allocations += guard.allocations();
