@@ -115,7 +115,10 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
 Status Estimator::Impl::predict(Timestamp stamp, Preintegration& preintegration, bool& has_gap) const {
     const StageScope scope(observer, Stage::kPropagation);
     preintegration.reset(window.newest().state.bias);
-    return imu.integrate_between(window.newest().stamp, stamp, config.imu_noise, preintegration, &has_gap);
+    ImuSpan span;
+    FACET_TRY(imu.integrate_between(window.newest().stamp, stamp, config.imu_noise, preintegration, &span));
+    has_gap = span.has_gap;
+    return Status::kOk;
 }
 
 void Estimator::Impl::take_keyframe(Timestamp stamp, const Preintegration& preintegration) {

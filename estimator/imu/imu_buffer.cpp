@@ -11,6 +11,12 @@ namespace {
 
 // Most steps a gap is bridged with: bounds the work of one integration.
 constexpr int kMaxGapSteps = 256;
+// Where the truth of a clipped reading is expected, in ranges: a half sine of twice the range is 1.65 on the average
+// while it is clipped, one of 1.2 times is 1.1.
+constexpr double kExcessRanges = 1.5;
+
+double axis_value(const ImuSample& s, int axis) { return axis < 3 ? s.w_B[axis] : s.a_B[axis - 3]; }
+double& axis_value(ImuSample& s, int axis) { return axis < 3 ? s.w_B[axis] : s.a_B[axis - 3]; }
 
 /// Sample at t between a and b, a.stamp <= t <= b.stamp.
 ImuSample interpolate_linear(const ImuSample& a, const ImuSample& b, Timestamp t) {
@@ -22,22 +28,18 @@ ImuSample interpolate_linear(const ImuSample& a, const ImuSample& b, Timestamp t
     return out;
 }
 
-/// Noise of samples bridged over gap_s seconds. A signal of amplitude s and angular frequency f departs from its chord by
+/// Noise beyond the sensor's own of samples bridged over gap_s seconds. A signal of amplitude s and angular frequency f departs from its chord by
 /// up to s f^2 T^2 / 8, and by s once the gap is long. With f = 2 pi 2 Hz and amplitudes of 0.5 rad/s and 2 m/s^2 that
 /// is min(0.5, 10 T^2) rad/s and min(2, 40 T^2) m/s^2, the same all over the gap: as white noise of equal effect on the
 /// integral, a density of that deviation times sqrt(T).
-ImuNoise noise_in_gap(const ImuNoise& noise, double gap_s) {
-    const double root = std::sqrt(gap_s);
-    const double gyro = std::min(0.5, 10.0 * gap_s * gap_s) * root;
-    const double accel = std::min(2.0, 40.0 * gap_s * gap_s) * root;
-    ImuNoise out = noise;
-    out.gyro_noise_rad_per_s_per_sqrt_hz = std::hypot(noise.gyro_noise_rad_per_s_per_sqrt_hz, gyro);
-    out.accel_noise_m_per_s2_per_sqrt_hz = std::hypot(noise.accel_noise_m_per_s2_per_sqrt_hz, accel);
-    return out;
+StepNoise noise_in_gap(double gap_s) {
+    const double gyro = std::min(0.5, 10.0 * gap_s * gap_s);
+    const double accel = std::min(2.0, 40.0 * gap_s * gap_s);
+    return {Eigen::Vector3d::Constant(gyro * gyro * gap_s), Eigen::Vector3d::Constant(accel * accel * gap_s)};
 }
 
 /// Integrates the step from a to b in equal parts of at most a nominal period.
-Status integrate_bridged(const ImuSample& a, const ImuSample& b, Duration period, const ImuNoise& noise,
+Status integrate_bridged(const ImuSample& a, const ImuSample& b, Duration period, const StepNoise& noise,
                          Preintegration& preintegration) {
     const Duration span = b.stamp - a.stamp;
     const std::int64_t steps = std::clamp<std::int64_t>((span.ns + period.ns - 1) / period.ns, 1, kMaxGapSteps);
@@ -52,8 +54,11 @@ Status integrate_bridged(const ImuSample& a, const ImuSample& b, Duration period
 
 }  // namespace
 
-void ImuBuffer::clear(double rate_hz) {
+void ImuBuffer::clear(double rate_hz, const ImuLimits& limits) {
     FACET_ASSERT(rate_hz > 0.0 && rate_hz <= 1e6);
+    FACET_ASSERT(ok(limits.validate()));
+    limits_ = limits;
+    runs_.fill({});
     begin_ = 0;
     size_ = 0;
     counters_ = {};
@@ -78,15 +83,89 @@ Status ImuBuffer::push(const ImuSample& sample) {
         --size_;
         ++counters_.overwritten;
     }
-    ring_[static_cast<std::size_t>((begin_ + size_) % kMaxImuSamples)] = sample;
     ++size_;
     ++counters_.accepted;
+    Entry& newest = entry(size_ - 1);
+    newest = {};
+    newest.sample = sample;
+    mark_clipped(newest);
+    for (int axis = 0; axis < kAxes; ++axis) {
+        follow_run(axis);
+    }
     return Status::kOk;
 }
 
-const ImuSample& ImuBuffer::sample(int index) const {
+const ImuBuffer::Entry& ImuBuffer::entry(int index) const {
     FACET_ASSERT(index >= 0 && index < size_);
     return ring_[static_cast<std::size_t>((begin_ + index) % kMaxImuSamples)];
+}
+
+void ImuBuffer::mark_clipped(Entry& entry) {
+    for (int axis = 0; axis < kAxes; ++axis) {
+        const double value = axis_value(entry.sample, axis);
+        const auto bit = static_cast<ImuAxisMask>(1U << static_cast<unsigned>(axis));
+        if (std::abs(value) >= kClipShare * range(axis)) {
+            entry.clipped |= bit;
+            entry.negative |= value < 0.0 ? bit : ImuAxisMask{0};
+        }
+    }
+    counters_.clipped_gyro += (entry.clipped & kGyroAxes) != 0 ? 1 : 0;
+    counters_.clipped_accel += (entry.clipped & kAccelAxes) != 0 ? 1 : 0;
+}
+
+void ImuBuffer::follow_run(int axis) {
+    ClippedRun& run = runs_[static_cast<std::size_t>(axis)];
+    const Entry& newest = entry(size_ - 1);
+    const bool is_clipped = (newest.clipped >> static_cast<unsigned>(axis) & 1U) != 0U;
+    if (!is_clipped) {
+        if (run.length > 0) {
+            bridge_run(axis, true);
+            run = {};
+        }
+        return;
+    }
+    if (run.length == 0) {
+        run.has_before = size_ > 1;
+        run.before = run.has_before ? sample(size_ - 2).stamp : newest.sample.stamp;
+        run.before_value = run.has_before ? axis_value(sample(size_ - 2), axis) : 0.0;
+    }
+    ++run.length;
+    bridge_run(axis, false);
+}
+
+void ImuBuffer::bridge_run(int axis, bool is_over) {
+    const ClippedRun& run = runs_[static_cast<std::size_t>(axis)];
+    const auto shift = static_cast<unsigned>(axis);
+    const int last = is_over ? size_ - 2 : size_ - 1;
+    const double length_s = std::max(newest() - run.before, period_).seconds();
+    const double after_value = axis_value(sample(size_ - 1), axis);
+    for (int i = std::max(0, last - run.length + 1); i <= last; ++i) {
+        Entry& e = entry(i);
+        double& value = axis_value(e.sample, axis);
+        if (run.has_before) {
+            const double share = is_over ? (e.sample.stamp - run.before).seconds() / length_s : 0.0;
+            value = run.before_value + share * (after_value - run.before_value);
+        } else if (is_over) {
+            value = after_value;
+        }  // else nothing is known but the reading
+        const double sign = (e.negative >> shift & 1U) != 0U ? -1.0 : 1.0;
+        const double sigma = kExcessRanges * range(axis) - sign * value;
+        e.clip_excess[static_cast<std::size_t>(axis)] = static_cast<float>(sigma * sigma * length_s);
+    }
+}
+
+ImuStepQuality ImuBuffer::quality(int index) const {
+    const Entry& a = entry(index - 1);
+    const Entry& b = entry(index);
+    ImuStepQuality out;
+    out.gap = is_gap(a.sample, b.sample) ? b.sample.stamp - a.sample.stamp : Duration{};
+    out.clipped = a.clipped | b.clipped;
+    for (int k = 0; out.clipped != 0 && k < kAxes; ++k) {
+        const auto axis = static_cast<std::size_t>(k);
+        const double excess = std::max(a.clip_excess[axis], b.clip_excess[axis]);
+        (k < 3 ? out.excess.gyro[k] : out.excess.accel[k - 3]) = excess;
+    }
+    return out;
 }
 
 int ImuBuffer::first_after(Timestamp t) const {
@@ -117,21 +196,24 @@ Status ImuBuffer::interpolate(Timestamp t, ImuSample& out) const {
 }
 
 Status ImuBuffer::integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& noise, Preintegration& preintegration,
-                                    bool* has_gap) const {
+                                    ImuSpan* span) const {
+    const StepNoise sensor = StepNoise::of(noise);
     Preintegration sum = preintegration;
     Status step_status = Status::kOk;
-    bool any_gap = false;
-    FACET_TRY(for_each_step(t0, t1, [&](const ImuSample& a, const ImuSample& b, Duration gap) {
-        const bool in_gap = gap > Duration{};
-        any_gap = any_gap || in_gap;
-        const Status s = in_gap ? integrate_bridged(a, b, period_, noise_in_gap(noise, gap.seconds()), sum)
-                                : sum.integrate(a, b, noise);
+    ImuSpan seen;
+    FACET_TRY(for_each_step(t0, t1, [&](const ImuSample& a, const ImuSample& b, const ImuStepQuality& quality) {
+        const bool in_gap = quality.gap > Duration{};
+        seen.has_gap = seen.has_gap || in_gap;
+        seen.clipped |= quality.clipped;
+        const StepNoise total = sensor + quality.excess;
+        const Status s = in_gap ? integrate_bridged(a, b, period_, total + noise_in_gap(quality.gap.seconds()), sum)
+                                : sum.integrate(a, b, total);
         step_status = ok(step_status) ? s : step_status;
     }));
     FACET_TRY(step_status);
     preintegration = sum;
-    if (has_gap != nullptr) {
-        *has_gap = any_gap;
+    if (span != nullptr) {
+        *span = seen;
     }
     return Status::kOk;
 }
@@ -139,7 +221,7 @@ Status ImuBuffer::integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& 
 Status ImuBuffer::rotation_between(Timestamp t0, Timestamp t1, const Eigen::Vector3d& gyro_bias,
                                    Eigen::Quaterniond& q_Bt0_Bt1) const {
     Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
-    FACET_TRY(for_each_step(t0, t1, [&](const ImuSample& a, const ImuSample& b, Duration) {
+    FACET_TRY(for_each_step(t0, t1, [&](const ImuSample& a, const ImuSample& b, const ImuStepQuality&) {
         const double h = (b.stamp - a.stamp).seconds();
         q = (q * so3_exp(h * (0.5 * (a.w_B + b.w_B) - gyro_bias))).normalized();
     }));

@@ -5,8 +5,10 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <utility>
 
 #include "estimator/api/capacity.h"
+#include "estimator/imu/imu_limits.h"
 #include "estimator/imu/preintegration.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
@@ -16,30 +18,68 @@ namespace facet {
 /// What has happened to the samples offered, since construction or clear().
 struct ImuBufferCounters {
     std::uint32_t accepted = 0;
-    std::uint32_t out_of_order = 0;  ///< rejected: stamp not after the newest (duplicates too)
-    std::uint32_t not_finite = 0;    ///< rejected: a rate or a force is NaN or infinite
-    std::uint32_t overwritten = 0;   ///< oldest samples lost because the buffer was full
-    std::uint32_t gaps = 0;          ///< steps between accepted samples longer than 3.5 nominal periods
+    std::uint32_t out_of_order = 0;   ///< rejected: stamp not after the newest (duplicates too)
+    std::uint32_t not_finite = 0;     ///< rejected: a rate or a force is NaN or infinite
+    std::uint32_t overwritten = 0;    ///< oldest samples lost because the buffer was full
+    std::uint32_t gaps = 0;           ///< steps between accepted samples longer than 3.5 nominal periods
+    std::uint32_t clipped_gyro = 0;   ///< accepted samples with a gyroscope axis at its range
+    std::uint32_t clipped_accel = 0;  ///< accepted samples with an accelerometer axis at its range
+};
+
+/// Axes of a sample, bit k: 0 to 2 gyroscope x, y, z; 3 to 5 accelerometer.
+using ImuAxisMask = std::uint8_t;
+inline constexpr ImuAxisMask kGyroAxes = 0x07;
+inline constexpr ImuAxisMask kAccelAxes = 0x38;
+
+/// How far one step between samples can be trusted.
+struct ImuStepQuality {
+    Duration gap;             ///< between the two samples around the step if that is a gap, else zero
+    ImuAxisMask clipped = 0;  ///< axes that are bridged because a sample at either end is clipped
+    StepNoise excess;         ///< noise beyond the sensor's own, the gap's not included
+};
+
+/// What the samples of an interval were like.
+struct ImuSpan {
+    bool has_gap = false;
+    ImuAxisMask clipped = 0;  ///< axes clipped somewhere in it
+
+    bool is_gyro_clipped() const { return (clipped & kGyroAxes) != 0; }
+    bool is_accel_clipped() const { return (clipped & kAccelAxes) != 0; }
 };
 
 /// Ring of the newest kMaxImuSamples samples in strictly increasing order of time; full: the oldest is dropped and
 /// counted. Usage:
-///   ImuBuffer buffer(noise.rate_hz);
+///   ImuBuffer buffer(noise.rate_hz, limits);
 ///   buffer.push(sample);                                        // every sample
-///   buffer.integrate_between(t0, t1, noise, preintegration, &has_gap);
+///   ImuSpan span;
+///   buffer.integrate_between(t0, t1, noise, preintegration, &span);
 ///   buffer.drop_before(t1);
-/// About 230 KiB: a member or static, not a local. Thread-bound. No heap.
+///
+/// Clipping. An axis at 98 % of its range or more tells only "at least this much". Its run of such readings is bridged
+/// by the line between the good readings before and after it; while the run lasts, by the last good one; the other
+/// axes are kept. What sample(), interpolate() and the rest give is the bridged value. The truth may be the bridge (a
+/// spike of the electronics) or lie beyond the range (a shock), with R the range at about 1.5 R, of one sign all
+/// through the run: its departure from the bridge has the deviation s = 1.5 R -+ bridge and is fully correlated. It may
+/// last for all of the time T between the good readings, and the integral then errs by s T, as white noise of density
+/// s sqrt(T) makes it. Factors integrated before a run has ended are worth integrating again after it.
+///
+/// About 360 KiB: a member or static, not a local. Thread-bound. No heap.
 class ImuBuffer {
 public:
     /// A step longer than this many nominal periods is a gap: jitter and one or two lost samples are not.
     static constexpr double kGapPeriods = 3.5;
 
-    explicit ImuBuffer(double rate_hz = 200.0) { clear(rate_hz); }
+    /// An axis at this share of its range is clipped.
+    static constexpr double kClipShare = 0.98;
 
-    /// Forgets samples and counters. @param rate_hz  nominal rate of the IMU (Hz), > 0
-    void clear(double rate_hz);
+    explicit ImuBuffer(double rate_hz = 200.0, const ImuLimits& limits = {}) { clear(rate_hz, limits); }
 
-    /// Appends a sample.
+    /// Forgets samples and counters.
+    /// @param rate_hz  nominal rate of the IMU (Hz), > 0
+    /// @param limits   valid ones
+    void clear(double rate_hz, const ImuLimits& limits = {});
+
+    /// Appends a sample; a clipped one too. Time: constant, but for runs of clipped samples, which are gone over anew.
     /// @return kInvalidArgument if not finite, kOutOfOrder if its stamp is not after the newest: dropped and counted.
     Status push(const ImuSample& sample);
 
@@ -49,15 +89,15 @@ public:
     Timestamp oldest() const { return sample(0).stamp; }
     Timestamp newest() const { return sample(size_ - 1).stamp; }
     /// Sample by age, 0 is the oldest; 0 <= index < size().
-    const ImuSample& sample(int index) const;
+    const ImuSample& sample(int index) const { return entry(index).sample; }
     const ImuBufferCounters& counters() const { return counters_; }
 
     /// Sample at a stamp, linearly interpolated between its neighbours (across a gap too).
     /// @return kNotReady if t is after the newest sample or there is none, kNotFound if before the oldest.
     Status interpolate(Timestamp t, ImuSample& out) const;
 
-    /// Calls visit(a, b, gap) for consecutive samples that tile [t0, t1] exactly; the first a and the last b are
-    /// interpolated. gap: the Duration between the two samples around the step if that is a gap, else zero.
+    /// Calls visit(a, b, quality) for consecutive samples that tile [t0, t1] exactly; the first a and the last b are
+    /// interpolated; quality is an ImuStepQuality.
     /// @return kInvalidArgument if t1 < t0; kNotReady if t1 is after the newest sample or there is none; kNotFound if t0
     ///         is before the oldest: nothing visited.
     template <class Visit>
@@ -68,9 +108,8 @@ public:
         FACET_TRY(interpolate(t0, a));
         for (int i = first_after(t0); a.stamp < t1; ++i) {
             const ImuSample& next = sample(i);
-            const ImuSample& previous = sample(i - 1);
             const ImuSample& b = next.stamp < t1 ? next : end;
-            visit(a, b, is_gap(previous, next) ? next.stamp - previous.stamp : Duration{});
+            visit(a, b, quality(i));
             a = b;
         }
         return Status::kOk;
@@ -78,12 +117,12 @@ public:
 
     /// Adds the samples from exactly t0 to exactly t1 to the preintegration. A gap is bridged by linear interpolation in
     /// steps of a nominal period, with noise raised to what motion of up to about 2 Hz may hide in a gap of its length
-    /// (see imu_buffer.cpp), so that the covariance stays honest.
+    /// (see imu_buffer.cpp), so that the covariance stays honest; so with clipped runs (see above).
     /// @param preintegration  reset by the caller; untouched unless kOk
-    /// @param has_gap         whether a gap touches [t0, t1]; nullptr to skip
+    /// @param span            what touches [t0, t1], written on kOk; nullptr to skip
     /// @return as for_each_step
     Status integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& noise, Preintegration& preintegration,
-                             bool* has_gap = nullptr) const;
+                             ImuSpan* span = nullptr) const;
 
     /// Rotation of the body from t1 to t0 (p_Bt0 = q * p_Bt1), from the gyroscope alone: prod Exp((w - bg) dt).
     /// @param gyro_bias  bias to take off (rad/s)
@@ -95,18 +134,47 @@ public:
     void drop_before(Timestamp t);
 
 private:
+    static constexpr int kAxes = 6;
+
+    struct Entry {
+        ImuSample sample;                      ///< clipped axes bridged
+        std::array<float, kAxes> clip_excess;  ///< squared density of what the bridge may hide
+        ImuAxisMask clipped;
+        ImuAxisMask negative;  ///< axes clipped at the lower end
+    };
+
+    /// Clipped readings of one axis up to the newest sample.
+    struct ClippedRun {
+        int length = 0;  ///< 0: the newest sample is good
+        bool has_before = false;
+        Timestamp before;           ///< stamp of the last good reading
+        double before_value = 0.0;  ///< the last good reading
+    };
+
+    const Entry& entry(int index) const;
+    Entry& entry(int index) { return const_cast<Entry&>(std::as_const(*this).entry(index)); }
+    double range(int axis) const { return axis < 3 ? limits_.gyro_range_rad_per_s : limits_.accel_range_m_per_s2; }
     bool is_gap(const ImuSample& a, const ImuSample& b) const { return b.stamp - a.stamp > gap_; }
+    /// Of the step from sample index - 1 to sample index.
+    ImuStepQuality quality(int index) const;
     /// Index of the first sample with a stamp after t; size() if none.
     int first_after(Timestamp t) const;
+    void mark_clipped(Entry& entry);
+    /// Brings the axis's run up to date with the newest sample.
+    void follow_run(int axis);
+    /// Writes values and noise of a run; is_over: the newest sample is the good one after it.
+    void bridge_run(int axis, bool is_over);
 
-    std::array<ImuSample, kMaxImuSamples> ring_{};
+    std::array<Entry, kMaxImuSamples> ring_{};
     int begin_ = 0;  ///< position of the oldest sample in ring_
     int size_ = 0;
     Duration period_;  ///< nominal
     Duration gap_;     ///< longer steps are gaps
+    ImuLimits limits_;
+    std::array<ClippedRun, kAxes> runs_{};
     ImuBufferCounters counters_;
 };
 
-static_assert(sizeof(ImuBuffer) <= 256 * 1024, "the inertial history is budgeted at 256 KiB");
+static_assert(sizeof(ImuBuffer) <= 384 * 1024, "the inertial history is budgeted at 384 KiB");
 
 }  // namespace facet

@@ -57,17 +57,15 @@ struct Step {
 /// Adds the noise of one step, discrete variances sigma^2 / h. The mean noise of the step alone would leave dp and dv
 /// fully correlated (position variance sigma^2 h^3 / 4); white noise in continuous time has sigma^2 h^3 / 3, which keeps
 /// the covariance positive definite from the first step on.
-void add_noise(const Step& step, const ImuNoise& noise, Eigen::Matrix<double, 9, 9>& covariance) {
+void add_noise(const Step& step, const StepNoise& noise, Eigen::Matrix<double, 9, 9>& covariance) {
     const double h = step.h;
-    const double gyro = noise.gyro_noise_rad_per_s_per_sqrt_hz * noise.gyro_noise_rad_per_s_per_sqrt_hz / h;
-    const double accel = noise.accel_noise_m_per_s2_per_sqrt_hz * noise.accel_noise_m_per_s2_per_sqrt_hz / h;
+    const Eigen::Vector3d gyro = noise.gyro / h;
     const Matrix3 theta = h * step.d_theta_d_w;
     const Matrix3 vel = h * step.d_force_d_w;
-    const Matrix3 theta_vel = gyro * theta * vel.transpose();
-    const Matrix3 vel_vel = gyro * vel * vel.transpose();
-    // Rm turns white noise of equal variance on all axes into the same: no Rm below.
-    const Matrix3 accel_vel = accel * h * h * Matrix3::Identity();
-    covariance.block<3, 3>(kTheta, kTheta) += gyro * theta * theta.transpose();
+    const Matrix3 theta_vel = theta * gyro.asDiagonal() * vel.transpose();
+    const Matrix3 vel_vel = vel * gyro.asDiagonal() * vel.transpose();
+    const Matrix3 accel_vel = step.mid * (h * noise.accel).asDiagonal() * step.mid.transpose();
+    covariance.block<3, 3>(kTheta, kTheta) += theta * gyro.asDiagonal() * theta.transpose();
     covariance.block<3, 3>(kTheta, kPos) += 0.5 * h * theta_vel;
     covariance.block<3, 3>(kTheta, kVel) += theta_vel;
     covariance.block<3, 3>(kPos, kTheta) += 0.5 * h * theta_vel.transpose();
@@ -100,9 +98,14 @@ Eigen::Matrix<double, 15, 1> NavState::box_minus_to(const NavState& other) const
     return d;
 }
 
+StepNoise StepNoise::of(const ImuNoise& noise) {
+    const auto squared = [](double density) { return Eigen::Vector3d::Constant(density * density).eval(); };
+    return {squared(noise.gyro_noise_rad_per_s_per_sqrt_hz), squared(noise.accel_noise_m_per_s2_per_sqrt_hz)};
+}
+
 void Preintegration::reset(const ImuBias& bias_linearised) { *this = Preintegration(bias_linearised); }
 
-Status Preintegration::integrate(const ImuSample& a, const ImuSample& b, const ImuNoise& noise) {
+Status Preintegration::integrate(const ImuSample& a, const ImuSample& b, const StepNoise& noise) {
     if (!(b.stamp > a.stamp)) {
         return Status::kOutOfOrder;
     }

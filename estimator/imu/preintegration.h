@@ -42,6 +42,16 @@ inline constexpr int kPoseDim = 6;
 /// World gravity (m/s^2): z is up.
 inline const Eigen::Vector3d kGravity_W{0.0, 0.0, -9.81};
 
+/// White noise of one step, every axis of B on its own: squared densities.
+struct StepNoise {
+    Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< ((rad/s)^2/Hz)
+    Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< ((m/s^2)^2/Hz)
+
+    /// The sensor's own, equal on all axes.
+    static StepNoise of(const ImuNoise& noise);
+    StepNoise operator+(const StepNoise& o) const { return {gyro + o.gyro, accel + o.accel}; }
+};
+
 /// Relative motion from sample sums between times i and j, independent of the state at i. [Forster17] eq. (33)-(38):
 ///   dR = prod Exp((w - bg) dt),  dv = sum dR (a - ba) dt,  dp = sum dv dt + 1/2 dR (a - ba) dt^2
 /// Integrated by the midpoint rule on consecutive samples (gyro and accel averaged over the step).
@@ -56,7 +66,10 @@ public:
 
     /// Adds the step between two consecutive samples of one IMU.
     /// @return kOutOfOrder if b is not after a (nothing added).
-    Status integrate(const ImuSample& a, const ImuSample& b, const ImuNoise& noise);
+    Status integrate(const ImuSample& a, const ImuSample& b, const ImuNoise& noise) {
+        return integrate(a, b, StepNoise::of(noise));
+    }
+    Status integrate(const ImuSample& a, const ImuSample& b, const StepNoise& noise);
 
     double dt_s() const { return dt_s_; }
     const ImuBias& bias() const { return bias_; }

@@ -44,11 +44,12 @@ Status find_stretch(const ImuBuffer& buffer, Timestamp stamp, const InitializerC
     if (s.end < s.begin) {
         return Status::kNotReady;
     }
-    FACET_TRY(buffer.for_each_step(s.begin, s.end, [&](const ImuSample&, const ImuSample& b, Duration gap) {
-        if (gap > Duration{}) {
-            s.begin = b.stamp;
-        }
-    }));
+    FACET_TRY(
+        buffer.for_each_step(s.begin, s.end, [&](const ImuSample&, const ImuSample& b, const ImuStepQuality& quality) {
+            if (quality.gap > Duration{} || quality.clipped != 0) {
+                s.begin = b.stamp;
+            }
+        }));
     if (s.end - s.begin < Duration::from_seconds(config.min_duration_s)) {
         return Status::kNotReady;
     }
@@ -58,11 +59,12 @@ Status find_stretch(const ImuBuffer& buffer, Timestamp stamp, const InitializerC
 
 Status compute_statistics(const ImuBuffer& buffer, const Stretch& stretch, Statistics& out) {
     Statistics s;
-    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end, [&](const ImuSample&, const ImuSample& b, Duration) {
-        s.mean_w_B += b.w_B;
-        s.mean_a_B += b.a_B;
-        ++s.samples;
-    }));
+    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end,
+                                   [&](const ImuSample&, const ImuSample& b, const ImuStepQuality&) {
+                                       s.mean_w_B += b.w_B;
+                                       s.mean_a_B += b.a_B;
+                                       ++s.samples;
+                                   }));
     if (s.samples < kMinSamples) {
         return Status::kNotReady;
     }
@@ -70,10 +72,11 @@ Status compute_statistics(const ImuBuffer& buffer, const Stretch& stretch, Stati
     s.mean_a_B /= s.samples;
     Eigen::Array3d gyro = Eigen::Array3d::Zero();
     Eigen::Array3d accel = Eigen::Array3d::Zero();
-    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end, [&](const ImuSample&, const ImuSample& b, Duration) {
-        gyro += (b.w_B - s.mean_w_B).array().square();
-        accel += (b.a_B - s.mean_a_B).array().square();
-    }));
+    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end,
+                                   [&](const ImuSample&, const ImuSample& b, const ImuStepQuality&) {
+                                       gyro += (b.w_B - s.mean_w_B).array().square();
+                                       accel += (b.a_B - s.mean_a_B).array().square();
+                                   }));
     s.gyro_std = std::sqrt(gyro.maxCoeff() / (s.samples - 1));
     s.accel_std = std::sqrt(accel.maxCoeff() / (s.samples - 1));
     out = s;
@@ -87,15 +90,17 @@ Status average_turned_force(const ImuBuffer& buffer, const Stretch& stretch, Tur
     std::array<double, kBlocks> length_s{};
     Eigen::Quaterniond q_B0_B = Eigen::Quaterniond::Identity();
     const double block_s = stretch.duration_s() / kBlocks;
-    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end, [&](const ImuSample& a, const ImuSample& b, Duration) {
-        const double h = (b.stamp - a.stamp).seconds();
-        const Eigen::Vector3d half_turn = 0.25 * h * (a.w_B + b.w_B);
-        const double middle_s = (a.stamp - stretch.begin).seconds() + 0.5 * h;
-        const auto block = static_cast<std::size_t>(std::clamp(static_cast<int>(middle_s / block_s), 0, kBlocks - 1));
-        impulse[block] += h * (q_B0_B * (so3_exp(half_turn) * (0.5 * (a.a_B + b.a_B))));
-        length_s[block] += h;
-        q_B0_B = (q_B0_B * so3_exp(2.0 * half_turn)).normalized();
-    }));
+    FACET_TRY(buffer.for_each_step(
+        stretch.begin, stretch.end, [&](const ImuSample& a, const ImuSample& b, const ImuStepQuality&) {
+            const double h = (b.stamp - a.stamp).seconds();
+            const Eigen::Vector3d half_turn = 0.25 * h * (a.w_B + b.w_B);
+            const double middle_s = (a.stamp - stretch.begin).seconds() + 0.5 * h;
+            const auto block =
+                static_cast<std::size_t>(std::clamp(static_cast<int>(middle_s / block_s), 0, kBlocks - 1));
+            impulse[block] += h * (q_B0_B * (so3_exp(half_turn) * (0.5 * (a.a_B + b.a_B))));
+            length_s[block] += h;
+            q_B0_B = (q_B0_B * so3_exp(2.0 * half_turn)).normalized();
+        }));
 
     Eigen::Vector3d mean_B0 = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& block : impulse) {

@@ -24,7 +24,8 @@ struct InitialState {
     Eigen::Matrix<double, 15, 15> information() const { return sqrt_information.transpose() * sqrt_information; }
 };
 
-/// State at a frame's stamp from the newest max_duration_s of samples before it (after the last gap in them).
+/// State at a frame's stamp from the newest max_duration_s of samples before it (after the last gap or clipped reading in
+/// them).
 ///
 /// Frame: the origin of W is the body at this stamp, W z is opposite to gravity, and the yaw is zero: the body x axis,
 /// projected on the horizontal plane, points along W x. If the body x axis is within 5.7 degrees of the vertical, the
@@ -38,7 +39,7 @@ struct InitialState {
 ///
 /// @param stamp  the first frame's
 /// @param out    written on kOk only
-/// @return kNotReady if samples do not reach the stamp or cover less than min_duration_s before it, free of gaps;
+/// @return kNotReady if samples do not reach the stamp or cover less than min_duration_s before it, free of gaps and clipping;
 ///         kDegenerate if the mean force is below 1 m/s^2 (free fall). Reentrant. No heap.
 Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, InitialState& out);
 

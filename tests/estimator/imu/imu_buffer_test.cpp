@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The inertial history: checks on entry, exact interpolation, integration between arbitrary stamps, gaps, full buffer.
+// The inertial history: checks on entry, exact interpolation, integration between arbitrary stamps, gaps, clipping, full buffer.
 #include "estimator/imu/imu_buffer.h"
 
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <random>
 
 namespace facet {
 namespace {
@@ -84,27 +87,30 @@ TEST_CASE("steps tile the interval exactly") {
     const auto buffer = filled(20);
     Timestamp at = ms(7.3);
     int steps = 0;
-    REQUIRE(ok(buffer->for_each_step(ms(7.3), ms(41.9), [&](const ImuSample& a, const ImuSample& b, Duration gap) {
-        CHECK(a.stamp == at);
-        CHECK(b.stamp > a.stamp);
-        CHECK(gap == Duration{});
-        CHECK((a.w_B - ramp(a.stamp.ns).w_B).norm() < 1e-14);
-        at = b.stamp;
-        ++steps;
-    })));
+    REQUIRE(ok(buffer->for_each_step(ms(7.3), ms(41.9),
+                                     [&](const ImuSample& a, const ImuSample& b, const ImuStepQuality& quality) {
+                                         CHECK(a.stamp == at);
+                                         CHECK(b.stamp > a.stamp);
+                                         CHECK(quality.gap == Duration{});
+                                         CHECK(quality.clipped == 0);
+                                         CHECK((a.w_B - ramp(a.stamp.ns).w_B).norm() < 1e-14);
+                                         at = b.stamp;
+                                         ++steps;
+                                     })));
     CHECK(at == ms(41.9));
     CHECK(steps == 8);  // 7.3 | 10 15 20 25 30 35 40 | 41.9
     // both ends on samples, both ends within one step, and no length at all
     const auto count = [&](double t0, double t1) {
         int n = 0;
-        REQUIRE(ok(buffer->for_each_step(ms(t0), ms(t1), [&](const ImuSample&, const ImuSample&, Duration) { ++n; })));
+        REQUIRE(ok(buffer->for_each_step(ms(t0), ms(t1),
+                                         [&](const ImuSample&, const ImuSample&, const ImuStepQuality&) { ++n; })));
         return n;
     };
     CHECK(count(5, 20) == 3);
     CHECK(count(6, 7) == 1);
     CHECK(count(0, 95) == 19);
     CHECK(count(95, 95) == 0);
-    const auto ignore = [](const ImuSample&, const ImuSample&, Duration) {};
+    const auto ignore = [](const ImuSample&, const ImuSample&, const ImuStepQuality&) {};
     CHECK(buffer->for_each_step(ms(20), ms(10), ignore) == Status::kInvalidArgument);
     CHECK(buffer->for_each_step(ms(10), ms(95.1), ignore) == Status::kNotReady);
     CHECK(buffer->for_each_step(ms(-1), ms(10), ignore) == Status::kNotFound);
@@ -122,9 +128,11 @@ TEST_CASE("integration between stamps equals integration of the interpolated sam
         REQUIRE(ok(expected.integrate(ramp(stamps[k]), ramp(stamps[k + 1]), noise)));
     }
     Preintegration pre(bias);
-    bool has_gap = true;
-    REQUIRE(ok(buffer->integrate_between(ms(12.3), ms(26.1), noise, pre, &has_gap)));
-    CHECK_FALSE(has_gap);
+    ImuSpan span;
+    span.has_gap = true;
+    REQUIRE(ok(buffer->integrate_between(ms(12.3), ms(26.1), noise, pre, &span)));
+    CHECK_FALSE(span.has_gap);
+    CHECK(span.clipped == 0);
     CHECK(pre.dt_s() == Approx(13.8e-3).epsilon(1e-12));
     CHECK((pre.delta_p() - expected.delta_p()).norm() < 1e-15);
     CHECK((pre.delta_v() - expected.delta_v()).norm() < 1e-15);
@@ -163,9 +171,9 @@ TEST_CASE("gaps are counted, reported for the intervals they touch only, and bri
     const ImuNoise noise;
     const auto gap_in = [&](double t0, double t1) {
         Preintegration pre;
-        bool has_gap = false;
-        REQUIRE(ok(buffer->integrate_between(ms(t0), ms(t1), noise, pre, &has_gap)));
-        return has_gap;
+        ImuSpan span;
+        REQUIRE(ok(buffer->integrate_between(ms(t0), ms(t1), noise, pre, &span)));
+        return span.has_gap;
     };
     // THEN only intervals inside or across see it
     CHECK_FALSE(gap_in(10, 95));
@@ -208,10 +216,10 @@ TEST_CASE("a full buffer drops the oldest and goes on") {
     // across the place where the ring wraps
     const std::int64_t wrap_ns = kMaxImuSamples * kStep_ns;
     Preintegration pre;
-    bool has_gap = false;
+    ImuSpan span;
     REQUIRE(ok(buffer->integrate_between(Timestamp{wrap_ns - 7'000'000}, Timestamp{wrap_ns + 7'000'000}, ImuNoise{},
-                                         pre, &has_gap)));
-    CHECK_FALSE(has_gap);
+                                         pre, &span)));
+    CHECK_FALSE(span.has_gap);
     CHECK(pre.dt_s() == Approx(0.014).epsilon(1e-12));
 }
 
@@ -230,6 +238,183 @@ TEST_CASE("drop_before keeps what interpolation at its stamp needs") {
     CHECK(buffer->newest() == ms(95));
     CHECK(ok(buffer->push(ramp(100'000'000))));
     CHECK(ok(buffer->interpolate(ms(97), s)));
+}
+
+TEST_CASE("an axis is clipped from 98 % of its range on, at both ends") {
+    ImuLimits limits;
+    limits.gyro_range_rad_per_s = 10.0;
+    limits.accel_range_m_per_s2 = 100.0;
+    const auto clipped = [&](double gyro_z, double accel_x) {
+        const auto buffer = std::make_unique<ImuBuffer>(200.0, limits);
+        for (int k = 0; k < 5; ++k) {
+            ImuSample s = ramp(k * kStep_ns);
+            s.w_B.z() = k == 2 ? gyro_z : s.w_B.z();
+            s.a_B.x() = k == 2 ? accel_x : s.a_B.x();
+            REQUIRE(ok(buffer->push(s)));
+        }
+        CHECK(buffer->counters().accepted == 5);
+        const ImuBufferCounters& c = buffer->counters();
+        return std::array<int, 2>{static_cast<int>(c.clipped_gyro), static_cast<int>(c.clipped_accel)};
+    };
+    CHECK(clipped(9.79, -97.9) == std::array<int, 2>{0, 0});
+    CHECK(clipped(9.80, -97.9) == std::array<int, 2>{1, 0});
+    CHECK(clipped(-9.8, 98.0) == std::array<int, 2>{1, 1});
+    CHECK(clipped(-50.0, -1e4) == std::array<int, 2>{1, 1});
+}
+
+TEST_CASE("a clipped axis is bridged between its good neighbours, the others are kept") {
+    // GIVEN a linear signal whose forces along x read full scale for three samples
+    const ImuLimits limits;
+    const auto spiked = [&](double reading) {
+        auto buffer = std::make_unique<ImuBuffer>(200.0, limits);
+        for (int k = 0; k < 40; ++k) {
+            ImuSample s = ramp(k * kStep_ns);
+            s.a_B.x() = k >= 18 && k < 21 ? reading : s.a_B.x();
+            REQUIRE(ok(buffer->push(s)));
+        }
+        return buffer;
+    };
+    const auto buffer = spiked(limits.accel_range_m_per_s2);
+    for (int k = 0; k < 40; ++k) {
+        CHECK((buffer->sample(k).a_B - ramp(k * kStep_ns).a_B).norm() < 1e-13);
+    }
+    CHECK(buffer->counters().clipped_accel == 3);
+    CHECK(buffer->counters().clipped_gyro == 0);
+    // THEN the deltas are the line's, and only x knows less of its velocity: 1.5 ranges over four periods
+    const ImuNoise noise;
+    Preintegration bridged;
+    Preintegration clean;
+    ImuSpan span;
+    REQUIRE(ok(buffer->integrate_between(ms(50), ms(150), noise, bridged, &span)));
+    REQUIRE(ok(filled(40)->integrate_between(ms(50), ms(150), noise, clean)));
+    CHECK(span.is_accel_clipped());
+    CHECK_FALSE(span.is_gyro_clipped());
+    CHECK_FALSE(span.has_gap);
+    CHECK((bridged.delta_v() - clean.delta_v()).norm() < 1e-12);
+    CHECK((bridged.delta_p() - clean.delta_p()).norm() < 1e-12);
+    const auto sigma = [](const Preintegration& pre, int row) { return std::sqrt(pre.covariance()(row, row)); };
+    CHECK(sigma(bridged, kVel) == Approx((1.5 * limits.accel_range_m_per_s2 - 1.0) * 0.020).epsilon(0.02));
+    CHECK(sigma(bridged, kVel + 2) < 0.05);  // turned into by the body's rotation only
+    CHECK((bridged.covariance() - clean.covariance()).topLeftCorner<3, 3>().norm() < 1e-18);
+    // and intervals beside the run do not know of it
+    REQUIRE(ok(buffer->integrate_between(ms(0), ms(85), noise, clean, &span)));
+    CHECK(span.clipped == 0);
+    REQUIRE(ok(buffer->integrate_between(ms(105), ms(150), noise, clean, &span)));
+    CHECK(span.clipped == 0);
+    REQUIRE(ok(buffer->integrate_between(ms(87), ms(88), noise, clean, &span)));
+    CHECK(span.clipped == 0x08);
+    // whatever the reading was beyond the range
+    CHECK((spiked(-1e5)->sample(19).a_B - buffer->sample(19).a_B).norm() < 1e-12);
+}
+
+TEST_CASE("a true shock beyond the range is within the noise of its bridge") {
+    // GIVEN half sines of 1.2 to 4 ranges and 10 to 40 ms on a resting IMU, at random phases of the sampling
+    const ImuLimits limits;
+    const ImuNoise noise;
+    std::mt19937 rng(3);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    double sum_squares = 0.0;
+    double worst = 0.0;
+    constexpr int kRuns = 300;
+    int counted = 0;
+    for (int run = 0; run < kRuns; ++run) {
+        const double peak = (1.2 + 2.8 * uniform(rng)) * limits.accel_range_m_per_s2 * (run % 2 == 0 ? 1.0 : -1.0);
+        const double width_s = 0.01 + 0.03 * uniform(rng);
+        const double begin_s = 0.1 + 0.005 * uniform(rng);
+        const auto buffer = std::make_unique<ImuBuffer>(200.0, limits);
+        for (int k = 0; k < 60; ++k) {
+            const double phase = (0.005 * k - begin_s) / width_s;
+            const double shock = phase > 0.0 && phase < 1.0 ? peak * std::sin(M_PI * phase) : 0.0;
+            const double range = limits.accel_range_m_per_s2;
+            REQUIRE(ok(buffer->push({ms(5.0 * k), {}, {0.0, std::clamp(shock, -range, range), 9.81}})));
+        }
+        if (buffer->counters().clipped_accel == 0) {
+            continue;
+        }
+        Preintegration pre;
+        REQUIRE(ok(buffer->integrate_between(ms(0), ms(295), noise, pre)));
+        const double error = pre.delta_v().y() - peak * width_s * 2.0 / M_PI;
+        const double ratio = error / std::sqrt(pre.covariance()(kVel + 1, kVel + 1));
+        sum_squares += ratio * ratio;
+        worst = std::max(worst, std::abs(ratio));
+        ++counted;
+    }
+    // THEN the errors are of the size that is said: one-sided, so their mean is not zero
+    REQUIRE(counted > kRuns / 2);
+    CHECK(worst < 3.0);
+    CHECK(sum_squares / counted < 1.5);
+    CHECK(sum_squares / counted > 0.3);
+}
+
+TEST_CASE("while a run of clipped samples lasts the last good one holds, afterwards the bridge") {
+    const ImuLimits limits;
+    const ImuNoise noise;
+    const auto buffer = filled(20);
+    const ImuSample good = ramp(19 * kStep_ns);
+    double sigma = 0.0;
+    for (int k = 20; k < 26; ++k) {
+        ImuSample s = ramp(k * kStep_ns);
+        s.w_B.y() = -limits.gyro_range_rad_per_s;
+        REQUIRE(ok(buffer->push(s)));
+        CHECK(buffer->sample(k).w_B.y() == good.w_B.y());
+        CHECK(buffer->sample(k).w_B.x() == s.w_B.x());
+        Preintegration pre;
+        ImuSpan span;
+        REQUIRE(ok(buffer->integrate_between(ms(95), buffer->newest(), noise, pre, &span)));
+        CHECK(span.is_gyro_clipped());
+        const double grown = std::sqrt(pre.covariance()(kTheta + 1, kTheta + 1));
+        CHECK(grown == Approx(1.5 * limits.gyro_range_rad_per_s * 0.005 * (k - 19)).epsilon(0.05));
+        CHECK(grown > sigma);
+        sigma = grown;
+    }
+    REQUIRE(ok(buffer->push(ramp(26 * kStep_ns))));
+    for (int k = 20; k < 26; ++k) {
+        CHECK(buffer->sample(k).w_B.y() == Approx(ramp(k * kStep_ns).w_B.y()).epsilon(1e-12));
+    }
+    Eigen::Quaterniond bridged;
+    Eigen::Quaterniond clean;
+    REQUIRE(ok(buffer->rotation_between(ms(80), ms(130), Eigen::Vector3d::Zero(), bridged)));
+    REQUIRE(ok(filled(30)->rotation_between(ms(80), ms(130), Eigen::Vector3d::Zero(), clean)));
+    CHECK(bridged.angularDistance(clean) < 1e-12);
+}
+
+TEST_CASE("runs without a good sample before them, without their beginning, and in a full ring") {
+    const double range = ImuLimits{}.accel_range_m_per_s2;
+    const ImuNoise noise;
+    const auto push = [&](ImuBuffer& buffer, int k, bool is_clipped) {
+        ImuSample s = ramp(k * kStep_ns);
+        s.a_B.z() = is_clipped ? range : s.a_B.z();
+        REQUIRE(ok(buffer.push(s)));
+    };
+    // clipped from the first sample on: the reading until a good one comes, then that
+    const auto buffer = filled(0);
+    push(*buffer, 0, true);
+    push(*buffer, 1, true);
+    CHECK(buffer->sample(0).a_B.z() == range);
+    Preintegration pre;
+    REQUIRE(ok(buffer->integrate_between(ms(0), ms(5), noise, pre)));
+    CHECK(pre.covariance()(kVel + 2, kVel + 2) > 0.01);
+    push(*buffer, 2, false);
+    CHECK(buffer->sample(0).a_B.z() == 9.81);
+    CHECK(buffer->sample(1).a_B.z() == 9.81);
+    // its beginning dropped: the line still starts at the good sample that is gone
+    push(*buffer, 3, true);
+    push(*buffer, 4, true);
+    buffer->drop_before(ms(21));
+    REQUIRE(buffer->size() == 1);
+    push(*buffer, 5, false);
+    CHECK(buffer->sample(0).a_B.z() == 9.81);
+    // longer than the ring
+    const auto full = filled(1);
+    for (int k = 1; k < kMaxImuSamples + 10; ++k) {
+        push(*full, k, true);
+    }
+    push(*full, kMaxImuSamples + 10, false);
+    CHECK(full->size() == kMaxImuSamples);
+    CHECK(full->counters().clipped_accel == kMaxImuSamples + 9);
+    CHECK(full->sample(0).a_B.z() == 9.81);
+    REQUIRE(ok(full->integrate_between(full->oldest(), full->newest(), noise, pre)));
+    CHECK(pre.covariance().allFinite());
 }
 
 }  // namespace facet
