@@ -15,6 +15,10 @@ constexpr int kMaxGapSteps = 256;
 // while it is clipped, one of 1.2 times is 1.1.
 constexpr double kExcessRanges = 1.5;
 
+// White noise is raised to what the vibration meter sees from this multiple of the configured variance on: its average
+// over 0.25 s scatters by a fifth.
+constexpr double kRaiseFrom = 2.0;
+
 double axis_value(const ImuSample& s, int axis) { return axis < 3 ? s.w_B[axis] : s.a_B[axis - 3]; }
 double& axis_value(ImuSample& s, int axis) { return axis < 3 ? s.w_B[axis] : s.a_B[axis - 3]; }
 
@@ -38,6 +42,39 @@ StepNoise noise_in_gap(double gap_s) {
     return {Eigen::Vector3d::Constant(gyro * gyro * gap_s), Eigen::Vector3d::Constant(accel * accel * gap_s)};
 }
 
+/// The sensor's noise, raised on axes where more is seen.
+StepNoise raised(const StepNoise& sensor, const VibrationLevel& seen, double rate_hz) {
+    const auto raise = [rate_hz](const Eigen::Array3d& configured, const Eigen::Array3d& white) -> Eigen::Vector3d {
+        const Eigen::Array3d density = white / rate_hz;
+        return (density > kRaiseFrom * configured).select(density, configured);
+    };
+    return {raise(sensor.gyro, seen.white.head<3>().cast<double>()),
+            raise(sensor.accel, seen.white.tail<3>().cast<double>())};
+}
+
+/// The tone's error at an end of the interval.
+void add_edge(const VibrationLevel& seen, double rate_hz, Preintegration& preintegration) {
+    const double unit = VibrationMeter::edge_variance(1.0, rate_hz);
+    preintegration.add_edge_error(unit * seen.tone.head<3>().cast<double>().matrix(),
+                                  unit * seen.tone.tail<3>().cast<double>().matrix());
+}
+
+/// Adds a step to what is said of its interval.
+void note_step(const ImuStepQuality& quality, const StepNoise& sensor, const StepNoise& noise, ImuSpan& span) {
+    const auto ratio = [](const Eigen::Vector3d& now, const Eigen::Vector3d& configured) {
+        return std::sqrt((now.array() / configured.array()).maxCoeff());
+    };
+    const auto& tone = quality.vibration.tone;
+    span.has_gap = span.has_gap || quality.gap > Duration{};
+    span.clipped |= quality.clipped;
+    span.gyro_noise_ratio = std::max(span.gyro_noise_ratio, ratio(noise.gyro, sensor.gyro));
+    span.accel_noise_ratio = std::max(span.accel_noise_ratio, ratio(noise.accel, sensor.accel));
+    span.gyro_vibration_rad_per_s =
+        std::max(span.gyro_vibration_rad_per_s, std::sqrt(static_cast<double>(tone.head<3>().maxCoeff())));
+    span.accel_vibration_m_per_s2 =
+        std::max(span.accel_vibration_m_per_s2, std::sqrt(static_cast<double>(tone.tail<3>().maxCoeff())));
+}
+
 /// Integrates the step from a to b in equal parts of at most a nominal period.
 Status integrate_bridged(const ImuSample& a, const ImuSample& b, Duration period, const StepNoise& noise,
                          Preintegration& preintegration) {
@@ -58,6 +95,8 @@ void ImuBuffer::clear(double rate_hz, const ImuLimits& limits) {
     FACET_ASSERT(rate_hz > 0.0 && rate_hz <= 1e6);
     FACET_ASSERT(ok(limits.validate()));
     limits_ = limits;
+    rate_hz_ = rate_hz;
+    vibration_.clear(rate_hz);
     runs_.fill({});
     begin_ = 0;
     size_ = 0;
@@ -77,6 +116,7 @@ Status ImuBuffer::push(const ImuSample& sample) {
     }
     if (!empty() && is_gap(this->sample(size_ - 1), sample)) {
         ++counters_.gaps;
+        vibration_.restart();
     }
     if (size_ == kMaxImuSamples) {
         begin_ = (begin_ + 1) % kMaxImuSamples;
@@ -89,6 +129,12 @@ Status ImuBuffer::push(const ImuSample& sample) {
     newest = {};
     newest.sample = sample;
     mark_clipped(newest);
+    if (newest.clipped == 0) {
+        vibration_.add(sample);
+    } else {
+        vibration_.restart();
+    }
+    newest.vibration = vibration_.level();
     for (int axis = 0; axis < kAxes; ++axis) {
         follow_run(axis);
     }
@@ -160,10 +206,11 @@ ImuStepQuality ImuBuffer::quality(int index) const {
     ImuStepQuality out;
     out.gap = is_gap(a.sample, b.sample) ? b.sample.stamp - a.sample.stamp : Duration{};
     out.clipped = a.clipped | b.clipped;
+    out.vibration = b.vibration;
     for (int k = 0; out.clipped != 0 && k < kAxes; ++k) {
         const auto axis = static_cast<std::size_t>(k);
         const double excess = std::max(a.clip_excess[axis], b.clip_excess[axis]);
-        (k < 3 ? out.excess.gyro[k] : out.excess.accel[k - 3]) = excess;
+        (k < 3 ? out.clip_noise.gyro[k] : out.clip_noise.accel[k - 3]) = excess;
     }
     return out;
 }
@@ -201,16 +248,22 @@ Status ImuBuffer::integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& 
     Preintegration sum = preintegration;
     Status step_status = Status::kOk;
     ImuSpan seen;
+    VibrationLevel last;
     FACET_TRY(for_each_step(t0, t1, [&](const ImuSample& a, const ImuSample& b, const ImuStepQuality& quality) {
-        const bool in_gap = quality.gap > Duration{};
-        seen.has_gap = seen.has_gap || in_gap;
-        seen.clipped |= quality.clipped;
-        const StepNoise total = sensor + quality.excess;
-        const Status s = in_gap ? integrate_bridged(a, b, period_, total + noise_in_gap(quality.gap.seconds()), sum)
-                                : sum.integrate(a, b, total);
+        if (sum.dt_s() == 0.0) {
+            add_edge(quality.vibration, rate_hz_, sum);
+        }
+        const StepNoise usual = raised(sensor, quality.vibration, rate_hz_);
+        const StepNoise total = usual + quality.clip_noise;
+        const Status s = quality.gap > Duration{}
+                             ? integrate_bridged(a, b, period_, total + noise_in_gap(quality.gap.seconds()), sum)
+                             : sum.integrate(a, b, total);
         step_status = ok(step_status) ? s : step_status;
+        note_step(quality, sensor, usual, seen);
+        last = quality.vibration;
     }));
     FACET_TRY(step_status);
+    add_edge(last, rate_hz_, sum);
     preintegration = sum;
     if (span != nullptr) {
         *span = seen;

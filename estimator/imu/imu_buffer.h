@@ -10,6 +10,7 @@
 #include "estimator/api/capacity.h"
 #include "estimator/imu/imu_limits.h"
 #include "estimator/imu/preintegration.h"
+#include "estimator/imu/vibration.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
 
@@ -35,13 +36,20 @@ inline constexpr ImuAxisMask kAccelAxes = 0x38;
 struct ImuStepQuality {
     Duration gap;             ///< between the two samples around the step if that is a gap, else zero
     ImuAxisMask clipped = 0;  ///< axes that are bridged because a sample at either end is clipped
-    StepNoise excess;         ///< noise beyond the sensor's own, the gap's not included
+    StepNoise clip_noise;     ///< of the bridge over them
+    VibrationLevel vibration;
 };
 
 /// What the samples of an interval were like.
 struct ImuSpan {
     bool has_gap = false;
     ImuAxisMask clipped = 0;  ///< axes clipped somewhere in it
+    /// Largest white noise seen by the vibration meter over the configured one, as densities; 1 if never raised.
+    double gyro_noise_ratio = 1.0;
+    double accel_noise_ratio = 1.0;
+    /// Largest rms of shaking above the band of motion on any axis, right within a factor of two.
+    double gyro_vibration_rad_per_s = 0.0;
+    double accel_vibration_m_per_s2 = 0.0;
 
     bool is_gyro_clipped() const { return (clipped & kGyroAxes) != 0; }
     bool is_accel_clipped() const { return (clipped & kAccelAxes) != 0; }
@@ -63,7 +71,11 @@ struct ImuSpan {
 /// last for all of the time T between the good readings, and the integral then errs by s T, as white noise of density
 /// s sqrt(T) makes it. Factors integrated before a run has ended are worth integrating again after it.
 ///
-/// About 360 KiB: a member or static, not a local. Thread-bound. No heap.
+/// Vibration (see vibration.h). Every sample keeps the level of shaking at its time, so that integrating an interval anew
+/// gives the same noise. White noise of more than twice the configured variance is taken in place of it, axis by axis;
+/// a tone's error is added at the beginning and the end of the interval.
+///
+/// About 550 KiB: a member or static, not a local. Thread-bound. No heap.
 class ImuBuffer {
 public:
     /// A step longer than this many nominal periods is a gap: jitter and one or two lost samples are not.
@@ -117,7 +129,8 @@ public:
 
     /// Adds the samples from exactly t0 to exactly t1 to the preintegration. A gap is bridged by linear interpolation in
     /// steps of a nominal period, with noise raised to what motion of up to about 2 Hz may hide in a gap of its length
-    /// (see imu_buffer.cpp), so that the covariance stays honest; so with clipped runs (see above).
+    /// (see imu_buffer.cpp), so that the covariance stays honest; so with clipped runs and vibration (see above).
+    /// To add interval to interval, begin the next where the last one ended: a tone's error counts once at each bound.
     /// @param preintegration  reset by the caller; untouched unless kOk
     /// @param span            what touches [t0, t1], written on kOk; nullptr to skip
     /// @return as for_each_step
@@ -137,7 +150,8 @@ private:
     static constexpr int kAxes = 6;
 
     struct Entry {
-        ImuSample sample;                      ///< clipped axes bridged
+        ImuSample sample;  ///< clipped axes bridged
+        VibrationLevel vibration;
         std::array<float, kAxes> clip_excess;  ///< squared density of what the bridge may hide
         ImuAxisMask clipped;
         ImuAxisMask negative;  ///< axes clipped at the lower end
@@ -168,13 +182,15 @@ private:
     std::array<Entry, kMaxImuSamples> ring_{};
     int begin_ = 0;  ///< position of the oldest sample in ring_
     int size_ = 0;
+    double rate_hz_ = 0.0;
     Duration period_;  ///< nominal
     Duration gap_;     ///< longer steps are gaps
     ImuLimits limits_;
     std::array<ClippedRun, kAxes> runs_{};
+    VibrationMeter vibration_;
     ImuBufferCounters counters_;
 };
 
-static_assert(sizeof(ImuBuffer) <= 384 * 1024, "the inertial history is budgeted at 384 KiB");
+static_assert(sizeof(ImuBuffer) <= 576 * 1024, "the inertial history is budgeted at 576 KiB");
 
 }  // namespace facet

@@ -71,6 +71,12 @@ public:
     }
     Status integrate(const ImuSample& a, const ImuSample& b, const StepNoise& noise);
 
+    /// Adds errors of attitude and velocity that do not accumulate: they are made at this very time, about and along the
+    /// axes of the present body frame. Before the first step they are the error of the beginning.
+    /// @param theta_variance  (rad^2)
+    /// @param vel_variance    ((m/s)^2)
+    void add_edge_error(const Eigen::Vector3d& theta_variance, const Eigen::Vector3d& vel_variance);
+
     double dt_s() const { return dt_s_; }
     const ImuBias& bias() const { return bias_; }
     const Eigen::Quaterniond& delta_q() const { return dq_; }
