@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "estimator/imu/stretch.h"
+
 namespace facet {
 namespace {
 
@@ -12,22 +14,15 @@ constexpr double kGaugePosSigmaM = 1e-4;
 constexpr double kGaugeYawSigmaRad = 1e-4;
 constexpr double kMinForceMPerS2 = 1.0;
 constexpr double kMinHorizontal = 0.1;  // sine of 5.7 degrees
-constexpr int kMinSamples = 3;
+// A stretch whose later half differs from its earlier one by more, beyond noise, is the beginning of a motion.
+constexpr double kStillGyroDriftRadPerS = 0.01;
+constexpr double kStillAccelDriftMPerS2 = 0.03;
 constexpr int kBlocks = 10;
 
 struct Stretch {
     Timestamp begin;
     Timestamp end;
     double duration_s() const { return (end - begin).seconds(); }
-};
-
-/// Sums over the steps of a stretch.
-struct Statistics {
-    int samples = 0;
-    Eigen::Vector3d mean_w_B = Eigen::Vector3d::Zero();
-    Eigen::Vector3d mean_a_B = Eigen::Vector3d::Zero();
-    double gyro_std = 0.0;   ///< of the axis that varies most (rad/s)
-    double accel_std = 0.0;  ///< likewise (m/s^2)
 };
 
 /// Force averaged in the body frame at the end of the stretch.
@@ -53,32 +48,6 @@ Status find_stretch(const ImuBuffer& buffer, Timestamp stamp, const InitializerC
     if (s.end - s.begin < Duration::from_seconds(config.min_duration_s)) {
         return Status::kNotReady;
     }
-    out = s;
-    return Status::kOk;
-}
-
-Status compute_statistics(const ImuBuffer& buffer, const Stretch& stretch, Statistics& out) {
-    Statistics s;
-    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end,
-                                   [&](const ImuSample&, const ImuSample& b, const ImuStepQuality&) {
-                                       s.mean_w_B += b.w_B;
-                                       s.mean_a_B += b.a_B;
-                                       ++s.samples;
-                                   }));
-    if (s.samples < kMinSamples) {
-        return Status::kNotReady;
-    }
-    s.mean_w_B /= s.samples;
-    s.mean_a_B /= s.samples;
-    Eigen::Array3d gyro = Eigen::Array3d::Zero();
-    Eigen::Array3d accel = Eigen::Array3d::Zero();
-    FACET_TRY(buffer.for_each_step(stretch.begin, stretch.end,
-                                   [&](const ImuSample&, const ImuSample& b, const ImuStepQuality&) {
-                                       gyro += (b.w_B - s.mean_w_B).array().square();
-                                       accel += (b.a_B - s.mean_a_B).array().square();
-                                   }));
-    s.gyro_std = std::sqrt(gyro.maxCoeff() / (s.samples - 1));
-    s.accel_std = std::sqrt(accel.maxCoeff() / (s.samples - 1));
     out = s;
     return Status::kOk;
 }
@@ -154,17 +123,18 @@ void fill_prior(const PriorSigmas& sigmas, InitialState& out) {
     out.sqrt_information.diagonal().segment<3>(kBiasAccel).setConstant(1.0 / sigmas.accel_bias_m_per_s2);
 }
 
-void fill_still(const Statistics& s, const InitializerConfig& config, InitialState& out) {
+void fill_still(const StretchStatistics& s, const InitializerConfig& config, InitialState& out) {
     const double force = s.mean_a_B.norm();
     const Eigen::Vector3d up_B = s.mean_a_B / force;
     const double root_n = std::sqrt(static_cast<double>(s.samples));
     out.state.q_W_B = level_attitude(up_B);
     out.state.bias.gyro = s.mean_w_B;
     out.state.bias.accel = (force - kGravity_W.norm()) * up_B;
-    fill_prior(
-        {std::hypot(config.still_tilt_sigma_rad, s.accel_std / (force * root_n)), config.still_velocity_sigma_m_per_s,
-         std::hypot(config.still_gyro_bias_sigma_rad_per_s, s.gyro_std / root_n), config.accel_bias_sigma_m_per_s2},
-        out);
+    fill_prior({std::hypot(config.still_tilt_sigma_rad, s.accel_std.maxCoeff() / (force * root_n)),
+                config.still_velocity_sigma_m_per_s,
+                std::hypot(config.still_gyro_bias_sigma_rad_per_s, s.gyro_std.maxCoeff() / root_n),
+                config.accel_bias_sigma_m_per_s2},
+               out);
 }
 
 void fill_moving(const TurnedForce& turned, double duration_s, const InitializerConfig& config, InitialState& out) {
@@ -183,17 +153,18 @@ void fill_moving(const TurnedForce& turned, double duration_s, const Initializer
 
 Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, InitialState& out) {
     Stretch stretch;
-    Statistics statistics;
+    StretchStatistics statistics;
     TurnedForce turned;
     FACET_TRY(find_stretch(buffer, stamp, config, stretch));
-    FACET_TRY(compute_statistics(buffer, stretch, statistics));
+    FACET_TRY(stretch_statistics(buffer, stretch.begin, stretch.end, statistics));
     FACET_TRY(average_turned_force(buffer, stretch, turned));
     const double force = statistics.mean_a_B.norm();
     InitialState result;
-    result.is_still = statistics.gyro_std < config.still_gyro_std_rad_per_s &&
-                      statistics.accel_std < config.still_accel_std_m_per_s2 &&
+    result.is_still = statistics.gyro_std.maxCoeff() < config.still_gyro_std_rad_per_s &&
+                      statistics.accel_std.maxCoeff() < config.still_accel_std_m_per_s2 &&
                       statistics.mean_w_B.norm() < config.still_gyro_mean_rad_per_s &&
-                      std::abs(force - kGravity_W.norm()) < config.still_gravity_error_m_per_s2;
+                      std::abs(force - kGravity_W.norm()) < config.still_gravity_error_m_per_s2 &&
+                      statistics.drift_share(kStillGyroDriftRadPerS, kStillAccelDriftMPerS2) < 1.0;
     if (!result.is_still && turned.mean_B.norm() < kMinForceMPerS2) {
         return Status::kDegenerate;
     }

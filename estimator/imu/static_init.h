@@ -32,7 +32,8 @@ struct InitialState {
 /// body z axis takes its place. Position and yaw get sigmas of 1e-4 m and 1e-4 rad: they are a choice, not an estimate.
 ///
 /// Still, if the standard deviations of gyroscope and accelerometer, the mean rate and | |mean force| - g | are all
-/// below the config's limits: zero velocity, gyro bias = mean rate, accelerometer bias along gravity = |mean force| - g.
+/// below the config's limits, and the later half of the stretch differs from the earlier by no more than noise and a
+/// little (0.03 m/s^2, 0.01 rad/s), which tells the beginning of a take-off: zero velocity, gyro bias = mean rate, accelerometer bias along gravity = |mean force| - g.
 /// Moving: forces are turned into the last body frame with the gyroscope before they are averaged; velocity and biases
 /// are zero with wide sigmas; the tilt sigma grows with the spread of the forces' direction over tenths of the stretch,
 /// the error of their magnitude, and what the unknown gyro bias turns the mean by; at least moving_tilt_sigma_rad.

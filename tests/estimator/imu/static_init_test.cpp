@@ -3,6 +3,7 @@
 #include "estimator/imu/static_init.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -171,6 +172,28 @@ TEST_CASE("only the newest stretch counts") {
     CHECK_FALSE(initial.is_still);
     REQUIRE(ok(initialize_state(*buffer, at_s(2.1), InitializerConfig{}, initial)));
     CHECK(initial.is_still);
+}
+
+TEST_CASE("the first tenths of a second of a take-off are not standing still") {
+    // GIVEN an acceleration that grows to 2 m/s^2 within a second, from the very first sample on
+    Scenario scenario;
+    scenario.a_W = [](double t) { return Eigen::Vector3d(0.0, 0.0, 1.0 - std::cos(M_PI * std::min(t, 1.0))); };
+    for (const double t : {0.2, 0.3, 0.5}) {
+        CAPTURE(t);
+        InitialState initial;
+        REQUIRE(ok(initialize_state(*scenario.record(0.6), at_s(t), InitializerConfig{}, initial)));
+        CHECK_FALSE(initial.is_still);
+    }
+    // while rest is told from its shortest stretch on, whatever the noise
+    for (unsigned seed = 1; seed <= 100; ++seed) {
+        const auto rest = Scenario{}.record(0.5, seed);
+        for (const double t : {0.1, 0.2, 0.5}) {
+            CAPTURE(seed, t);
+            InitialState initial;
+            REQUIRE(ok(initialize_state(*rest, at_s(t), InitializerConfig{}, initial)));
+            CHECK(initial.is_still);
+        }
+    }
 }
 
 TEST_CASE("too little data, or data with a gap, is not ready") {

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/imu/stationarity.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/imu/stretch.h"
+#include "platform/base/range_check.h"
+
+namespace facet {
+
+Status StationarityConfig::validate() const {
+    const bool valid = in_range(duration_s, 0.1, 5.0) && in_range(margin, 1.0, 20.0) &&
+                       in_range(gyro_floor_rad_per_s, 0.0, 0.5) && in_range(accel_floor_m_per_s2, 0.0, 5.0) &&
+                       in_range(gyro_mean_rad_per_s, 1e-4, 0.5) && in_range(gravity_error_m_per_s2, 0.01, 3.0) &&
+                       in_range(gyro_drift_rad_per_s, 0.0, 0.1) && in_range(accel_drift_m_per_s2, 0.0, 1.0);
+    return valid ? Status::kOk : Status::kInvalidArgument;
+}
+
+Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const ImuNoise& noise, const ImuBias& bias,
+                            const StationarityConfig& config, Stationarity& out) {
+    const Timestamp begin = stamp - Duration::from_seconds(config.duration_s);
+    if (buffer.empty() || buffer.oldest() > begin) {
+        return Status::kNotReady;
+    }
+    StretchStatistics s;
+    FACET_TRY(stretch_statistics(buffer, begin, stamp, s));
+    if (!s.is_whole) {
+        return Status::kDegenerate;
+    }
+    const double root_rate = std::sqrt(noise.rate_hz);
+    const double gyro_limit =
+        config.margin * std::hypot(noise.gyro_noise_rad_per_s_per_sqrt_hz * root_rate, config.gyro_floor_rad_per_s);
+    const double accel_limit =
+        config.margin * std::hypot(noise.accel_noise_m_per_s2_per_sqrt_hz * root_rate, config.accel_floor_m_per_s2);
+    const double gravity_error = std::abs((s.mean_a_B - bias.accel).norm() - kGravity_W.norm());
+    out.measure = std::max({s.gyro_std.maxCoeff() / gyro_limit, s.accel_std.maxCoeff() / accel_limit,
+                            (s.mean_w_B - bias.gyro).norm() / config.gyro_mean_rad_per_s,
+                            gravity_error / config.gravity_error_m_per_s2,
+                            s.drift_share(config.gyro_drift_rad_per_s, config.accel_drift_m_per_s2)});
+    out.may_be_at_rest = out.measure < 1.0;
+    return Status::kOk;
+}
+
+}  // namespace facet
