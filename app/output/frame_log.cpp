@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-constexpr std::array<std::pair<std::uint32_t, const char*>, 8> kReasons{{
+constexpr std::array<std::pair<std::uint32_t, const char*>, 15> kReasons{{
     {kReasonFewFeatures, "few_features"},
     {kReasonFewStereo, "few_stereo"},
     {kReasonNoRightImage, "no_right_image"},
@@ -15,6 +15,13 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 8> kReasons{{
     {kReasonHighResidual, "high_residual"},
     {kReasonSolverFailed, "solver_failed"},
     {kReasonImageRejected, "image_rejected"},
+    {kReasonImageDark, "image_dark"},
+    {kReasonImageOverexposed, "image_overexposed"},
+    {kReasonImageFrozen, "image_frozen"},
+    {kReasonImuClipped, "imu_clipped"},
+    {kReasonVibration, "vibration"},
+    {kReasonSpeedLimit, "speed_limit"},
+    {kReasonVelocityUncertain, "velocity_uncertain"},
 }};
 
 /// One column of health.csv.
@@ -27,11 +34,14 @@ constexpr std::array kHealthColumns{
     HealthColumn{"state", [](const Health& h) { return std::string(to_string(h.state)); }},
     HealthColumn{"reasons", [](const Health& h) { return fmt::format("{}", h.reasons); }},
     HealthColumn{"reason_names", [](const Health& h) { return reason_names(h.reasons); }},
+    HealthColumn{"quality", [](const Health& h) { return fmt::format("{}", h.quality); }},
+    HealthColumn{"reset_counter", [](const Health& h) { return fmt::format("{}", h.reset_counter); }},
     HealthColumn{"is_keyframe", [](const Health& h) { return fmt::format("{:d}", h.is_keyframe); }},
     HealthColumn{"is_still", [](const Health& h) { return fmt::format("{:d}", h.is_still); }},
     HealthColumn{"tracked", [](const Health& h) { return fmt::format("{}", h.tracked); }},
     HealthColumn{"detected", [](const Health& h) { return fmt::format("{}", h.detected); }},
     HealthColumn{"stereo", [](const Health& h) { return fmt::format("{}", h.stereo); }},
+    HealthColumn{"recalled", [](const Health& h) { return fmt::format("{}", h.recalled); }},
     HealthColumn{"outliers", [](const Health& h) { return fmt::format("{}", h.outliers); }},
     HealthColumn{"keyframes", [](const Health& h) { return fmt::format("{}", h.keyframes); }},
     HealthColumn{"landmarks", [](const Health& h) { return fmt::format("{}", h.landmarks); }},
@@ -41,6 +51,7 @@ constexpr std::array kHealthColumns{
     HealthColumn{"time_offset_s", [](const Health& h) { return fmt::format("{:.6g}", h.time_offset_s); }},
     HealthColumn{"time_offset_sigma_s", [](const Health& h) { return fmt::format("{:.3g}", h.time_offset_sigma_s); }},
     HealthColumn{"imu_gaps", [](const Health& h) { return fmt::format("{}", h.imu_gaps); }},
+    HealthColumn{"imu_clipped", [](const Health& h) { return fmt::format("{}", h.imu_clipped); }},
     HealthColumn{"imu_dropped", [](const Health& h) { return fmt::format("{}", h.imu_dropped); }},
 };
 

@@ -9,6 +9,8 @@ constexpr const char* kEurocHeader =
     "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], "
     "b_w_RS_S_z [rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]\n";
 
+constexpr int kCovarianceDim = 9;
+
 }  // namespace
 
 std::string tum_seconds(Timestamp stamp) {
@@ -19,8 +21,15 @@ std::string tum_seconds(Timestamp stamp) {
 }
 
 TrajectoryWriter::TrajectoryWriter(const std::string& folder)
-    : tum_(folder + "/trajectory.tum"), csv_(folder + "/trajectory.csv") {
+    : tum_(folder + "/trajectory.tum"), csv_(folder + "/trajectory.csv"), covariance_(folder + "/covariance.csv") {
     csv_.write(kEurocHeader);
+    covariance_.write("stamp_ns");
+    for (int i = 0; i < kCovarianceDim; ++i) {
+        for (int j = i; j < kCovarianceDim; ++j) {
+            covariance_.print(",c{}{}", i, j);
+        }
+    }
+    covariance_.write("\n");
 }
 
 void TrajectoryWriter::write(const Estimate& estimate) {
@@ -36,11 +45,19 @@ void TrajectoryWriter::write(const Estimate& estimate) {
                q.x(), q.y(), q.z());
     csv_.print(",{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}\n", v.x(), v.y(), v.z(), bg.x(), bg.y(),
                bg.z(), ba.x(), ba.y(), ba.z());
+    covariance_.print("{}", estimate.stamp.ns);
+    for (int i = 0; i < kCovarianceDim; ++i) {
+        for (int j = i; j < kCovarianceDim; ++j) {
+            covariance_.print(",{:.6e}", estimate.covariance(i, j));
+        }
+    }
+    covariance_.write("\n");
 }
 
 void TrajectoryWriter::close() {
     tum_.close();
     csv_.close();
+    covariance_.close();
 }
 
 }  // namespace facet

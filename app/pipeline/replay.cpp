@@ -96,6 +96,15 @@ std::string refused_section(const EstimatorConfig& config) {
     if (!ok(config.calibration.validate())) {
         return "calibration";
     }
+    if (!ok(config.stationarity.validate())) {
+        return "stationarity";
+    }
+    if (!ok(config.health.validate())) {
+        return "health";
+    }
+    if (!ok(config.imu_limits.validate())) {
+        return "imu_limits";
+    }
     return ok(config.validate()) ? "" : "imu_noise";
 }
 

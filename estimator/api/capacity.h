@@ -6,6 +6,8 @@ namespace facet {
 
 /// Features tracked in one frame. 300 suffice indoors; 512 leaves room for dense meshes.
 inline constexpr int kMaxFeatures = 512;
+/// Tracks lost from sight that may be found again: those of the last seconds.
+inline constexpr int kMaxDormantTracks = 256;
 /// Keyframes in the window: 25 as in [Rosinol19], rounded up.
 inline constexpr int kMaxKeyframes = 32;
 /// Landmarks alive in the window: tracks of all its keyframes.

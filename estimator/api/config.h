@@ -2,9 +2,12 @@
 // All parameters of the estimator: one struct a module.
 #pragma once
 
+#include "estimator/api/health_config.h"
 #include "estimator/frontend/frontend_config.h"
 #include "estimator/geometry/stereo_rig.h"
+#include "estimator/imu/imu_limits.h"
 #include "estimator/imu/initializer_config.h"
+#include "estimator/imu/stationarity.h"
 #include "estimator/window/calibration_config.h"
 #include "estimator/window/window_config.h"
 
@@ -15,6 +18,9 @@ struct EstimatorConfig {
     InitializerConfig initializer;
     WindowConfig window;
     CalibrationConfig calibration;
+    StationarityConfig stationarity;
+    HealthConfig health;
+    ImuLimits imu_limits;
     ImuNoise imu_noise;
 
     /// kInvalidArgument if a field of any part is outside its range.

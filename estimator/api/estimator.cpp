@@ -1,30 +1,50 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/api/estimator.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "estimator/api/health_monitor.h"
 #include "estimator/frontend/frontend.h"
 #include "estimator/imu/imu_buffer.h"
+#include "estimator/imu/propagation.h"
 #include "estimator/imu/static_init.h"
+#include "estimator/imu/stationarity.h"
 #include "estimator/window/stage_scope.h"
 #include "estimator/window/window.h"
 
 namespace facet {
 namespace {
 
-// A start in motion is over when the newest state is known this well.
-constexpr double kReadyVelocitySigma = 0.10;  // m/s
-constexpr double kReadyTiltSigma = 0.05;      // rad
-// Below this many tracked features vision does not hold the pose.
-constexpr int kFewFeatures = 12;
-constexpr int kFewStereo = 8;
-constexpr double kLostAfter = 2.0;       // s without enough features
-constexpr double kMaxGyroBias = 0.5;     // rad/s
-constexpr double kMaxAccelBias = 2.0;    // m/s^2
-constexpr double kHighVisionChi2 = 4.0;  // per degree of freedom
 // An inertial factor is integrated anew when its bias has moved this far: then the first-order correction errs.
 constexpr double kReintegrateGyro = 2e-3;   // rad/s
 constexpr double kReintegrateAccel = 5e-2;  // m/s^2
+// A start in flight needs this many stereo matches: they are all that ties the first keyframes together.
+constexpr int kRestartStereo = 20;
+// After divergence nothing but the direction of gravity and the place is kept, and those roughly.
+constexpr double kDivergedTiltSigma = 0.2;      // rad
+constexpr double kDivergedVelocitySigma = 2.0;  // m/s
+constexpr double kDivergedPositionSigma = 1.0;  // m
+constexpr double kDivergedYawSigma = 0.2;       // rad
+
+/// A state with its covariance at a stamp of the IMU's clock.
+struct Belief {
+    Timestamp stamp;
+    NavState state;
+    StateCovariance covariance = StateCovariance::Zero();
+};
+
+bool is_finite(const Belief& b) {
+    return b.state.q_W_B.coeffs().allFinite() && b.state.p_W_B.allFinite() && b.state.v_W_B.allFinite() &&
+           b.state.bias.gyro.allFinite() && b.state.bias.accel.allFinite() && b.covariance.allFinite();
+}
+
+/// Standard deviation of the larger horizontal component of the attitude's error.
+double tilt_sigma(const Belief& b) {
+    const Eigen::Matrix3d R_W_B = b.state.q_W_B.toRotationMatrix();
+    const Eigen::Matrix3d theta_W = R_W_B * b.covariance.block<3, 3>(kTheta, kTheta) * R_W_B.transpose();
+    return std::sqrt(std::max(theta_W(0, 0), theta_W(1, 1)));
+}
 
 }  // namespace
 
@@ -36,12 +56,17 @@ struct Estimator::Impl {
     Frontend frontend;
     FrontendOutput tracks;
     Window window;
-    bool has_frame = false;  ///< a frame has been taken in
-    bool is_ready = false;   ///< the state is good enough to be given out
-    Timestamp last_image;    ///< stamp of the last frame as given
-    Timestamp last_frame;    ///< likewise, in the IMU's clock
-    Timestamp last_vision;   ///< last frame with enough features
+    HealthMonitor monitor;
+    Belief newest;  ///< at the newest keyframe
+    Belief now;     ///< at the newest frame
+    ImuSpan span;   ///< samples between them
+    bool has_frame = false;
+    bool is_coasting = false;  ///< `now` no longer comes from the window: inertial history too short, or lost
+    bool wants_reset = false;  ///< asked for by the user
+    bool rests = false;        ///< inertial samples: at rest at every frame since the newest keyframe
+    Timestamp last_image;      ///< stamp of the last frame as given
     double time_offset_sigma_s = 0.0;
+    std::uint32_t reset_counter = 0;
     WindowSummary summary;
 
     void reset();
@@ -49,86 +74,168 @@ struct Estimator::Impl {
     Timestamp imu_stamp(Timestamp image) const {
         return image + Duration::from_seconds(window.calibration().time_offset_s);
     }
-    KeyframeInput keyframe_input(Timestamp stamp, const ImuBias& bias) const;
+    KeyframeInput keyframe_input() const;
     Status start(const StereoFrame& frame, Estimate& estimate);
-    Status track(const StereoFrame& frame, Timestamp stamp, const Eigen::Vector3d& gyro_bias);
-    Status predict(Timestamp stamp, Preintegration& preintegration, bool& has_gap) const;
-    void take_keyframe(Timestamp stamp, const Preintegration& preintegration);
+    Status predict(Timestamp stamp, Preintegration& preintegration);
+    Status track(const StereoFrame& frame, Timestamp before, bool wants_keyframe);
+    void judge_rest(bool image_is_still);
+    void take_keyframe(const Preintegration& preintegration);
+    void restart_in_flight();
+    void update_covariance();
     void reintegrate();
-    void judge_readiness();
-    void fill_health(const StereoFrame& frame, bool image_ok, bool has_gap, Health& health) const;
+    void fill(const StereoFrame& frame, bool frame_taken, Estimate& estimate);
 };
 
 void Estimator::Impl::reset() {
-    imu.clear(config.imu_noise.rate_hz);
+    imu.clear(config.imu_noise.rate_hz, config.imu_limits);
     frontend.reset();
     window.configure(config.window, config.calibration, rig, config.imu_noise);
-    has_frame = false;
-    is_ready = false;
+    monitor.configure(config.health);
+    monitor.reset();
+    tracks = {};
+    newest = now = {};
+    span = {};
+    has_frame = is_coasting = wants_reset = rests = false;
+    time_offset_sigma_s = 0.0;
+    reset_counter = 0;
     summary = {};
 }
 
-KeyframeInput Estimator::Impl::keyframe_input(Timestamp stamp, const ImuBias& bias) const {
+KeyframeInput Estimator::Impl::keyframe_input() const {
     KeyframeInput input;
-    input.stamp = stamp;
+    input.stamp = now.stamp;
     input.observations = {tracks.observations.data(), tracks.observations.size()};
+    input.rests_since_previous = rests && tracks.is_still;
     ImuSample sample;
-    if (ok(imu.interpolate(stamp, sample))) {
-        input.w_B = sample.w_B - bias.gyro;
+    if (ok(imu.interpolate(now.stamp, sample))) {
+        input.w_B = sample.w_B - now.state.bias.gyro;
     }
     return input;
 }
 
-Status Estimator::Impl::track(const StereoFrame& frame, Timestamp stamp, const Eigen::Vector3d& gyro_bias) {
-    Eigen::Quaterniond q_Bp_B = Eigen::Quaterniond::Identity();
+Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool wants_keyframe) {
+    FrameHints hints;
+    hints.wants_keyframe = wants_keyframe;
     if (has_frame) {
         const StageScope scope(observer, Stage::kPropagation);
-        FACET_TRY(imu.rotation_between(last_frame, stamp, gyro_bias, q_Bp_B));
+        FACET_TRY(imu.rotation_between(before, now.stamp, now.state.bias.gyro, hints.q_Bp_B));
     }
     const StageScope scope(observer, Stage::kTracking);
-    return frontend.process(frame, q_Bp_B, tracks);
+    hints.landmarks = window.predict_landmarks(now.state);
+    return frontend.process(frame, hints, tracks);
 }
 
 Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
-    const Timestamp stamp = imu_stamp(frame.stamp);
-    estimate = {};
-    estimate.stamp = stamp;
+    const Timestamp before = now.stamp;
+    now.stamp = imu_stamp(frame.stamp);
     InitialState initial;
-    const Status found = initialize_state(imu, stamp, config.initializer, initial);
-    if (!ok(found)) {
-        return Status::kOk;  // INIT: not enough data before this frame
-    }
-    FACET_TRY(track(frame, stamp, initial.state.bias.gyro));
-    has_frame = true;
-    last_image = frame.stamp;
-    last_frame = last_vision = stamp;
-    if (!tracks.is_keyframe) {
+    if (!ok(initialize_state(imu, now.stamp, config.initializer, initial))) {
+        now.stamp = before;
+        fill(frame, true, estimate);  // INIT: not enough data before this frame
         return Status::kOk;
     }
-    window.start(keyframe_input(stamp, initial.state.bias), initial.state, initial.information());
-    is_ready = initial.is_still;
-    estimate.state = initial.state;
-    fill_health(frame, true, false, estimate.health);
-    return Status::kOk;
+    now.state = initial.state;
+    const Status tracked = track(frame, before, true);
+    has_frame = true;
+    last_image = frame.stamp;
+    if (ok(tracked) && tracks.is_keyframe) {
+        window.start(keyframe_input(), initial.state, initial.information());
+        now.covariance = initial.information().inverse();
+        newest = now;
+        monitor.restart(now.stamp, initial.is_still);
+    }
+    fill(frame, ok(tracked), estimate);
+    return tracked;
 }
 
-Status Estimator::Impl::predict(Timestamp stamp, Preintegration& preintegration, bool& has_gap) const {
+/// Fills `now` and `span` from the newest keyframe, or from the last frame if that is out of reach.
+Status Estimator::Impl::predict(Timestamp stamp, Preintegration& preintegration) {
     const StageScope scope(observer, Stage::kPropagation);
-    preintegration.reset(window.newest().state.bias);
-    ImuSpan span;
-    FACET_TRY(imu.integrate_between(window.newest().stamp, stamp, config.imu_noise, preintegration, &span));
-    has_gap = span.has_gap;
+    Status status = Status::kNotFound;
+    if (!is_coasting) {
+        preintegration.reset(newest.state.bias);
+        status = imu.integrate_between(newest.stamp, stamp, config.imu_noise, preintegration, &span);
+    }
+    const Belief from = ok(status) ? newest : now;
+    if (!ok(status)) {
+        is_coasting = true;
+        preintegration.reset(from.state.bias);
+        FACET_TRY(imu.integrate_between(from.stamp, stamp, config.imu_noise, preintegration, &span));
+    }
+    now.stamp = stamp;
+    now.state = preintegration.predict(from.state);
+    now.covariance = propagate_covariance(from.state, from.covariance, preintegration, config.imu_noise);
     return Status::kOk;
 }
 
-void Estimator::Impl::take_keyframe(Timestamp stamp, const Preintegration& preintegration) {
-    if (!ok(window.add_keyframe(keyframe_input(stamp, window.newest().state.bias), preintegration))) {
+void Estimator::Impl::judge_rest(bool image_is_still) {
+    Stationarity stationarity;
+    const Status known =
+        measure_stationarity(imu, now.stamp, config.imu_noise, now.state.bias, config.stationarity, stationarity);
+    rests = rests && image_is_still && ok(known) && stationarity.may_be_at_rest;
+}
+
+void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
+    if (!ok(window.add_keyframe(keyframe_input(), preintegration))) {
         return;
     }
     summary = window.optimize();
     frontend.drop_tracks(window.rejected());
+    now.state = window.newest().state;
     reintegrate();
-    judge_readiness();
+    update_covariance();
+    newest = now;
+    rests = true;
+}
+
+void Estimator::Impl::update_covariance() {
+    const StageScope scope(observer, Stage::kSolve);
+    if (ok(window.newest_covariance(now.covariance))) {
+        time_offset_sigma_s = window.calibration_sigma(kTimeOffset);
+    }
+}
+
+/// Begins anew at the present frame, from what inertial data have carried on: attitude, place, velocity and biases, each
+/// as uncertain as it has become.
+void Estimator::Impl::restart_in_flight() {
+    if (monitor.has_diverged() || !is_finite(now)) {
+        InitialState initial;
+        if (!ok(initialize_state(imu, now.stamp, config.initializer, initial))) {
+            return;
+        }
+        const bool keep = is_finite(now);
+        NavState state = initial.state;
+        if (keep) {  // gravity as it looks now, yaw and place as they were
+            const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(
+                now.state.q_W_B * (initial.state.q_W_B.conjugate() * Eigen::Vector3d::UnitZ()),
+                Eigen::Vector3d::UnitZ());
+            state.q_W_B = (turn * now.state.q_W_B).normalized();
+            state.p_W_B = now.state.p_W_B;
+        }
+        now.state = state;
+        now.covariance.setZero();
+        const Eigen::Matrix3d R = state.q_W_B.toRotationMatrix();
+        const Eigen::Vector3d theta_W(kDivergedTiltSigma, kDivergedTiltSigma, kDivergedYawSigma);
+        now.covariance.block<3, 3>(kTheta, kTheta) = R.transpose() * theta_W.cwiseAbs2().asDiagonal() * R;
+        now.covariance.diagonal().segment<3>(kPos).setConstant(std::pow(kDivergedPositionSigma, 2));
+        now.covariance.diagonal().segment<3>(kVel).setConstant(std::pow(kDivergedVelocitySigma, 2));
+        now.covariance.diagonal().segment<3>(kBiasGyro).setConstant(
+            std::pow(config.initializer.gyro_bias_sigma_rad_per_s, 2));
+        now.covariance.diagonal()
+            .segment<3>(kBiasAccel)
+            .setConstant(std::pow(config.initializer.accel_bias_sigma_m_per_s2, 2));
+    }
+    // Numbers that rounding could make singular are kept from being so.
+    now.covariance = (0.5 * (now.covariance + now.covariance.transpose())).eval();
+    now.covariance.diagonal().array() += 1e-10;
+    const StateCovariance information = now.covariance.llt().solve(StateCovariance::Identity());
+    rests = false;
+    window.start(keyframe_input(), now.state, information);
+    newest = now;
+    summary = {};
+    is_coasting = wants_reset = false;
+    ++reset_counter;
+    monitor.restart(now.stamp, false);
 }
 
 /// Integrates the inertial factors anew whose bias has moved too far for their first-order correction.
@@ -136,11 +243,14 @@ void Estimator::Impl::reintegrate() {
     const StageScope scope(observer, Stage::kPropagation);
     const auto& keyframes = window.state().keyframes;
     for (std::size_t k = 1; k < keyframes.size(); ++k) {
-        const ImuBias& now = keyframes[k - 1].state.bias;
+        if (!keyframes[k].has_imu_factor) {
+            continue;
+        }
+        const ImuBias& bias = keyframes[k - 1].state.bias;
         const ImuBias& then = keyframes[k].imu_from_previous.preintegration().bias();
         const bool moved =
-            (now.gyro - then.gyro).norm() > kReintegrateGyro || (now.accel - then.accel).norm() > kReintegrateAccel;
-        Preintegration anew(now);
+            (bias.gyro - then.gyro).norm() > kReintegrateGyro || (bias.accel - then.accel).norm() > kReintegrateAccel;
+        Preintegration anew(bias);
         if (moved && ok(imu.integrate_between(keyframes[k - 1].stamp, keyframes[k].stamp, config.imu_noise, anew))) {
             // Refused only where the old factor was refused as well, and that one was taken.
             static_cast<void>(window.replace_imu_factor(static_cast<int>(k), anew));
@@ -148,60 +258,53 @@ void Estimator::Impl::reintegrate() {
     }
 }
 
-void Estimator::Impl::judge_readiness() {
-    Eigen::Matrix<double, kStateDim, kStateDim> covariance;
-    if (!ok(window.newest_covariance(covariance))) {
-        return;
-    }
-    time_offset_sigma_s = window.calibration_sigma(kTimeOffset);
-    if (is_ready) {
-        return;
-    }
-    const double velocity = std::sqrt(covariance.block<3, 3>(kVel, kVel).diagonal().maxCoeff());
-    const Eigen::Matrix3d R_W_B = window.newest().state.q_W_B.toRotationMatrix();
-    const Eigen::Matrix3d theta_W = R_W_B * covariance.block<3, 3>(kTheta, kTheta) * R_W_B.transpose();
-    is_ready = velocity < kReadyVelocitySigma && std::sqrt(std::max(theta_W(0, 0), theta_W(1, 1))) < kReadyTiltSigma;
-}
+void Estimator::Impl::fill(const StereoFrame& frame, bool frame_taken, Estimate& estimate) {
+    const bool used = frame_taken && has_frame;
+    HealthEvidence e;
+    e.stamp = now.stamp;
+    e.is_started = !window.empty();
+    e.frame_taken = frame_taken;
+    e.has_right = !frame.right.empty();
+    e.image = used ? tracks.image : ImageState::kUsable;
+    e.is_keyframe = used && tracks.is_keyframe;
+    e.tracked = used ? static_cast<int>(tracks.observations.size()) : 0;
+    e.stereo = used ? tracks.stereo : 0;
+    e.newest_landmarks = window.state().keyframes.size() > 1 ? summary.newest_landmarks : e.tracked;
+    e.imu = span;
+    e.speed_m_per_s = now.state.v_W_B.norm();
+    e.velocity_sigma_m_per_s = std::sqrt(now.covariance.diagonal().segment<3>(kVel).maxCoeff());
+    e.tilt_sigma_rad = tilt_sigma(now);
+    e.gyro_bias_rad_per_s = now.state.bias.gyro.norm();
+    e.accel_bias_m_per_s2 = now.state.bias.accel.norm();
+    e.vision_chi2 = summary.fit.vision_rows > 0 ? summary.fit.vision_squared_error / summary.fit.vision_rows : 0.0;
+    e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed;
+    e.is_finite = is_finite(now);
 
-void Estimator::Impl::fill_health(const StereoFrame& frame, bool image_ok, bool has_gap, Health& health) const {
-    health.is_keyframe = image_ok && tracks.is_keyframe;
-    health.is_still = image_ok && tracks.is_still;
-    health.tracked = image_ok ? tracks.tracked : 0;
-    health.detected = image_ok ? tracks.detected : 0;
-    health.stereo = image_ok ? tracks.stereo : 0;
-    health.outliers = image_ok ? tracks.outliers : 0;
+    estimate = {};
+    estimate.stamp = e.is_started ? now.stamp : frame.stamp;
+    estimate.state = now.state;
+    estimate.covariance = now.covariance.topLeftCorner<9, 9>();
+    Health& health = estimate.health;
+    monitor.update(e, health);
+    health.is_keyframe = e.is_keyframe;
+    health.is_still = used && tracks.is_still && rests;
+    health.tracked = used ? tracks.tracked : 0;
+    health.detected = used ? tracks.detected : 0;
+    health.stereo = e.stereo;
+    health.recalled = used ? tracks.recalled : 0;
+    health.outliers = used ? tracks.outliers : 0;
     health.keyframes = static_cast<int>(window.state().keyframes.size());
     health.landmarks = summary.fit.active_landmarks;
-    health.iterations = health.is_keyframe ? summary.solver.iterations : 0;
-    health.mean_vision_chi2 =
-        summary.fit.vision_rows > 0 ? summary.fit.vision_squared_error / summary.fit.vision_rows : 0.0;
+    health.iterations = e.is_keyframe ? summary.solver.iterations : 0;
+    health.mean_vision_chi2 = e.vision_chi2;
     health.imu_chi2 = summary.imu_squared_error / kStateDim;
     health.time_offset_s = window.calibration().time_offset_s;
     health.time_offset_sigma_s = time_offset_sigma_s;
+    health.reset_counter = reset_counter;
     const ImuBufferCounters& counters = imu.counters();
     health.imu_gaps = counters.gaps;
     health.imu_dropped = counters.out_of_order + counters.not_finite;
-
-    const ImuBias& bias = window.newest().state.bias;
-    const auto raise = [&health](bool condition, HealthReason reason) { health.reasons |= condition ? reason : 0U; };
-    raise(!image_ok, kReasonImageRejected);
-    raise(image_ok && static_cast<int>(tracks.observations.size()) < kFewFeatures, kReasonFewFeatures);
-    raise(health.is_keyframe && tracks.stereo < kFewStereo, kReasonFewStereo);
-    raise(frame.right.empty(), kReasonNoRightImage);
-    raise(has_gap, kReasonImuGap);
-    raise(bias.gyro.norm() > kMaxGyroBias || bias.accel.norm() > kMaxAccelBias, kReasonBiasLimit);
-    raise(health.mean_vision_chi2 > kHighVisionChi2, kReasonHighResidual);
-    raise(summary.solver.solver_failed || summary.marginalization_failed, kReasonSolverFailed);
-
-    const std::uint32_t degrading =
-        kReasonFewFeatures | kReasonImageRejected | kReasonBiasLimit | kReasonHighResidual | kReasonSolverFailed;
-    if (!is_ready) {
-        health.state = TrackingState::kInit;
-    } else if ((last_frame - last_vision).seconds() > kLostAfter || (health.reasons & kReasonBiasLimit) != 0U) {
-        health.state = TrackingState::kLost;
-    } else {
-        health.state = (health.reasons & degrading) != 0U ? TrackingState::kDegraded : TrackingState::kTracking;
-    }
+    health.imu_clipped = counters.clipped_gyro + counters.clipped_accel;
 }
 
 Estimator::Estimator() : impl_(std::make_unique<Impl>()) {}
@@ -223,12 +326,14 @@ void Estimator::set_stage_observer(StageObserver* observer) {
     impl_->window.set_stage_observer(observer);
 }
 
+void Estimator::request_reset() { impl_->wants_reset = !impl_->window.empty(); }
+
 Status Estimator::add_imu(const ImuSample& sample) { return impl_->imu.push(sample); }
 
 Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     Impl& s = *impl_;
     const Timestamp stamp = s.imu_stamp(frame.stamp);
-    if (s.has_frame && frame.stamp <= s.last_image) {
+    if (s.has_frame && (frame.stamp <= s.last_image || stamp <= s.now.stamp)) {
         return Status::kOutOfOrder;
     }
     if (s.imu.empty() || s.imu.newest() < stamp) {
@@ -237,26 +342,24 @@ Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     if (s.window.empty()) {
         return s.start(frame, estimate);
     }
+    const Timestamp before = s.now.stamp;
     Preintegration preintegration;
-    bool has_gap = false;
-    FACET_TRY(s.predict(stamp, preintegration, has_gap));
-    const Status tracked = s.track(frame, stamp, s.window.newest().state.bias.gyro);
+    FACET_TRY(s.predict(stamp, preintegration));
+    const bool lost = s.monitor.state() == TrackingState::kLost && s.config.health.auto_reset;
+    const bool must_restart = lost || s.wants_reset || s.is_coasting;
+    const bool is_imu_poor = s.span.has_gap || s.span.clipped != 0;
+    const Status tracked = s.track(frame, before, must_restart || is_imu_poor);
     s.has_frame = true;
     s.last_image = frame.stamp;
-    s.last_frame = stamp;
-    estimate = {};
-    estimate.stamp = stamp;
-    estimate.state = preintegration.predict(s.window.newest().state);
     if (ok(tracked)) {
-        if (static_cast<int>(s.tracks.observations.size()) >= kFewFeatures) {
-            s.last_vision = stamp;
-        }
-        if (s.tracks.is_keyframe) {
-            s.take_keyframe(stamp, preintegration);
-            estimate.state = s.window.newest().stamp == stamp ? s.window.newest().state : estimate.state;
+        s.judge_rest(s.tracks.image == ImageState::kUsable);
+        if (s.tracks.is_keyframe && must_restart && s.tracks.stereo >= kRestartStereo) {
+            s.restart_in_flight();
+        } else if (s.tracks.is_keyframe && !s.is_coasting) {
+            s.take_keyframe(preintegration);
         }
     }
-    s.fill_health(frame, ok(tracked), has_gap, estimate.health);
+    s.fill(frame, ok(tracked), estimate);
     return tracked;
 }
 

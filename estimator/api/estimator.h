@@ -32,12 +32,19 @@ public:
     /// Timing hook; nullptr to remove. Not owned.
     void set_stage_observer(StageObserver* observer);
 
+    /// Begins anew at the next frame that allows it: a new window from the present attitude, place, velocity and biases,
+    /// the reset counter raised. Without effect before the first start.
+    void request_reset();
+
     /// Buffers one inertial sample.
     /// @return kOutOfOrder or kInvalidArgument (not finite): dropped and counted in Health.
     Status add_imu(const ImuSample& sample);
 
     /// Estimates the state at the frame's stamp. Before there is enough data to start, and until a start in motion has
-    /// found gravity and velocity, Health::state is kInit and the state is not to be used.
+    /// found gravity and velocity, Health::state is kInit and the state is not to be used. Without usable images the state
+    /// is carried on by inertial data: DEGRADED, after a while LOST. When images are back, landmarks still in the window
+    /// are looked for where they should be; once LOST, a new window begins from the state carried on, and
+    /// Health::reset_counter rises.
     /// @return kNotReady if inertial samples do not reach the stamp yet: offer the same frame again later;
     ///         kOutOfOrder if the stamp does not increase; kInvalidArgument if the left image has a wrong size (then the
     ///         estimate is still valid: predicted from inertial data, health degraded, unless there is none yet).

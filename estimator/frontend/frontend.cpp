@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "estimator/frontend/detector.h"
+#include "estimator/frontend/dormant_tracks.h"
+#include "estimator/frontend/image_check.h"
 #include "estimator/frontend/image_pyramid.h"
 #include "estimator/frontend/keyframe_policy.h"
 #include "estimator/frontend/outlier_test.h"
@@ -18,8 +20,6 @@
 namespace facet {
 
 struct Frontend::Impl {
-    using TrackList = boost::container::static_vector<Track, kMaxFeatures>;
-
     FrontendConfig config;
     StereoRig rig;
     bool configured = false;
@@ -33,13 +33,16 @@ struct Frontend::Impl {
     KeyframePolicy policy;
 
     TrackList tracks;
+    DormantTracks dormant;
     std::uint32_t next_landmark = 0;
     bool has_previous = false;
     bool was_still = false;
     Timestamp previous_stamp;
     Timestamp keyframe_stamp;
-    Eigen::Quaterniond q_Bk_B = Eigen::Quaterniond::Identity();  ///< body now to body at the last keyframe
-    int keyframe_tracks = 0;                                     ///< tracks the last keyframe had
+    Eigen::Quaterniond q_Bk_B = Eigen::Quaterniond::Identity();   ///< body now to body at the last keyframe
+    Eigen::Quaterniond q_B0_B = Eigen::Quaterniond::Identity();   ///< body now to body at the first frame
+    Eigen::Quaterniond q_B0_Bp = Eigen::Quaterniond::Identity();  ///< likewise, at the previous frame
+    int keyframe_tracks = 0;                                      ///< tracks the last keyframe had
 
     boost::container::static_vector<MonoPair, kMaxFeatures> mono_pairs;
     boost::container::static_vector<StereoPair, kMaxFeatures> stereo_pairs;
@@ -50,16 +53,23 @@ struct Frontend::Impl {
     CornerList corners;
 
     void reset();
-    Status process(const StereoFrame& frame, const Eigen::Quaterniond& q_Bp_B, FrontendOutput& output);
+    Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
+    ImageState judge_image(const Eigen::Quaterniond& q_Bp_B) const;
+    void recall(const FrameHints& hints, FrontendOutput& output);
+    void follow_and_choose(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
     Eigen::Vector3d camera_velocity() const;
     double median();  ///< of `values`, which it reorders; 0 if there are none
     double median_inverse_depth();
     void follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output);
     void reject_mono_outliers(FrontendOutput& output);
     void measure_disparity(FrontendOutput& output);
-    void make_keyframe(bool has_right, FrontendOutput& output);
+    void make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output);
     void match_stereo();
     void fill_observations(FrontendOutput& output) const;
+    int live() const {
+        return static_cast<int>(
+            std::count_if(tracks.begin(), tracks.end(), [](const Track& t) { return t.in_keyframe; }));
+    }
     void remove(std::size_t index);
     bool image_ok(const ImageView& view, const CameraModel& camera) const {
         return !view.empty() && view.width == camera.intrinsics().width && view.height == camera.intrinsics().height &&
@@ -71,11 +81,13 @@ struct Frontend::Impl {
 
 void Frontend::Impl::reset() {
     tracks.clear();
+    dormant.clear();
     tracker.reset();
     policy.reset();
     has_previous = false;
     was_still = false;
     q_Bk_B.setIdentity();
+    q_B0_B.setIdentity();
     keyframe_tracks = 0;
 }
 
@@ -145,7 +157,7 @@ void Frontend::Impl::follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s
         if (ok(tracker.follow(previous_left, left, motion, track))) {
             tracks[kept++] = track;
         } else {
-            tracker.stop(track);
+            dormant.add(track, q_B0_Bp, tracker);
             ++output.lost;
         }
     }
@@ -234,7 +246,8 @@ void Frontend::Impl::match_stereo() {
     }
 }
 
-void Frontend::Impl::make_keyframe(bool has_right, FrontendOutput& output) {
+void Frontend::Impl::make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output) {
+    recall(hints, output);
     positions.clear();
     for (const Track& track : tracks) {
         positions.push_back(track.pose.uv);
@@ -244,7 +257,11 @@ void Frontend::Impl::make_keyframe(bool has_right, FrontendOutput& output) {
                     config.max_features - static_cast<int>(tracks.size()), corners);
     for (const Eigen::Vector2d& uv : corners) {
         Track track;
-        if (ok(tracker.start(left, uv, track))) {
+        Status started = tracker.start(left, uv, track);
+        if (started == Status::kFull && dormant.forget_oldest(tracker)) {
+            started = tracker.start(left, uv, track);
+        }
+        if (ok(started)) {
             track.id.value = next_landmark++;
             tracks.push_back(track);
             ++output.detected;
@@ -261,6 +278,7 @@ void Frontend::Impl::make_keyframe(bool has_right, FrontendOutput& output) {
         track.in_keyframe = true;
         track.keyframe_xy = track.xy;
     }
+    dormant.leave_keyframe();
     keyframe_tracks = static_cast<int>(tracks.size());
     q_Bk_B.setIdentity();
     keyframe_stamp = output.stamp;
@@ -283,10 +301,50 @@ void Frontend::Impl::fill_observations(FrontendOutput& output) const {
     }
 }
 
-Status Frontend::Impl::process(const StereoFrame& frame, const Eigen::Quaterniond& q_Bp_B, FrontendOutput& result) {
+ImageState Frontend::Impl::judge_image(const Eigen::Quaterniond& q_Bp_B) const {
+    constexpr double kTurned = 1e-3;  // rad: more than the gyroscope may err from frame to frame
+    if (has_previous && q_Bp_B.vec().norm() > 0.5 * kTurned && is_same_image(left.level(0), previous_left.level(0))) {
+        return ImageState::kFrozen;
+    }
+    return check_image(left.level(left.levels() - 1));
+}
+
+void Frontend::Impl::recall(const FrameHints& hints, FrontendOutput& output) {
+    if (hints.landmarks.empty() || config.recall_radius_px <= 0.0) {
+        return;
+    }
+    const std::size_t before = tracks.size();
+    dormant.forget_unknown(hints.landmarks, tracker);
+    dormant.recall(left, hints.landmarks, q_B0_B, config.max_features, tracker, tracks);
+    output.recalled += static_cast<int>(tracks.size() - before);
+}
+
+void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output) {
+    const bool has_right = !frame.right.empty();
+    if (has_previous) {
+        follow_tracks(hints.q_Bp_B, (frame.stamp - previous_stamp).seconds(), output);
+        if (2 * live() < keyframe_tracks) {
+            recall(hints, output);  // most tracks lost at once: after darkness, or behind something large
+        }
+        reject_mono_outliers(output);
+    }
+    output.tracked = static_cast<int>(tracks.size());
+    measure_disparity(output);
+    output.is_keyframe = policy.decide(
+        {frame.stamp, live(), keyframe_tracks, output.median_disparity_px, has_right, hints.wants_keyframe});
+    if (output.is_keyframe) {
+        if (has_right) {
+            right.build(frame.right);
+        }
+        make_keyframe(hints, has_right, output);
+    }
+    fill_observations(output);
+}
+
+Status Frontend::Impl::process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& result) {
     const bool has_right = !frame.right.empty();
     if (!configured || !image_ok(frame.left, rig.left) || (has_right && !image_ok(frame.right, rig.right)) ||
-        !(std::abs(q_Bp_B.norm() - 1.0) < 1e-3)) {
+        !(std::abs(hints.q_Bp_B.norm() - 1.0) < 1e-3)) {
         return Status::kInvalidArgument;
     }
     if (has_previous && frame.stamp <= previous_stamp) {
@@ -296,23 +354,19 @@ Status Frontend::Impl::process(const StereoFrame& frame, const Eigen::Quaternion
     output.stamp = frame.stamp;
     std::swap(left, previous_left);
     left.build(frame.left);
-    if (has_previous) {
-        q_Bk_B = (q_Bk_B * q_Bp_B).normalized();
-        follow_tracks(q_Bp_B, (frame.stamp - previous_stamp).seconds(), output);
-        reject_mono_outliers(output);
-    }
-    output.tracked = static_cast<int>(tracks.size());
-    measure_disparity(output);
-    const int live =
-        static_cast<int>(std::count_if(tracks.begin(), tracks.end(), [](const Track& t) { return t.in_keyframe; }));
-    output.is_keyframe = policy.decide({frame.stamp, live, keyframe_tracks, output.median_disparity_px, has_right});
-    if (output.is_keyframe) {
-        if (has_right) {
-            right.build(frame.right);
+    q_Bk_B = (q_Bk_B * hints.q_Bp_B).normalized();
+    q_B0_Bp = q_B0_B;
+    q_B0_B = (q_B0_B * hints.q_Bp_B).normalized();
+    output.image = judge_image(hints.q_Bp_B);
+    if (output.image == ImageState::kUsable) {
+        follow_and_choose(frame, hints, output);
+    } else {
+        for (const Track& track : tracks) {
+            dormant.add(track, q_B0_Bp, tracker);
         }
-        make_keyframe(has_right, output);
+        output.lost = static_cast<int>(tracks.size());
+        tracks.clear();
     }
-    fill_observations(output);
     has_previous = true;
     previous_stamp = frame.stamp;
     result = output;
@@ -348,6 +402,7 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
     impl.detector.configure(config, l.width, l.height, impl.tracker.border_px());
     impl.outlier_test.configure(config, rig.left.focal_px(), rig.baseline_m());
     impl.policy.configure(config);
+    impl.dormant.configure(config, rig);
     impl.reset();
     impl.configured = true;
     return Status::kOk;
@@ -355,9 +410,9 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
 
 void Frontend::reset() { impl_->reset(); }
 
-Status Frontend::process(const StereoFrame& frame, const Eigen::Quaterniond& q_Bp_B, FrontendOutput& output) {
+Status Frontend::process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output) {
     try {
-        return impl_->process(frame, q_Bp_B, output);
+        return impl_->process(frame, hints, output);
     } catch (const cv::Exception&) {
         impl_->reset();
         return Status::kCorrupt;
@@ -365,7 +420,7 @@ Status Frontend::process(const StereoFrame& frame, const Eigen::Quaterniond& q_B
 }
 
 void Frontend::drop_tracks(std::span<const LandmarkId> landmarks) {
-    Impl::TrackList& tracks = impl_->tracks;
+    TrackList& tracks = impl_->tracks;
     for (const LandmarkId id : landmarks) {
         const auto at = std::find_if(tracks.begin(), tracks.end(), [id](const Track& t) { return t.id == id; });
         if (at != tracks.end()) {

@@ -31,11 +31,11 @@ public:
 
     /// Processes one frame.
     /// @param frame      left image of the rig's size; the right one may be empty: then no stereo matches
-    /// @param q_Bp_B     rotation of the body from now to the previous frame (p_Bp = q * p_B), from the gyroscope
-    /// @param output     filled on kOk
+    /// @param hints      rotation from the gyroscope, and what the smoother knows
+    /// @param output     filled on kOk; an image that cannot be tracked is kOk too: see FrontendOutput::image
     /// @return kInvalidArgument on a wrong image size or a rotation that is not one, kOutOfOrder if the stamp does not
     ///         increase: the tracks stay as they were; kCorrupt if OpenCV threw: the tracks are forgotten.
-    Status process(const StereoFrame& frame, const Eigen::Quaterniond& q_Bp_B, FrontendOutput& output);
+    Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
 
     /// Ends the tracks the smoother has judged to be outliers; unknown ids are ignored.
     void drop_tracks(std::span<const LandmarkId> landmarks);

@@ -24,7 +24,8 @@ Status FrontendConfig::validate() const {
                           within(ransac_threshold_px, 0.2, 10.0) && within(ransac_iterations, 10, 1000);
     const bool policy = within(keyframe_min_interval_s, 0.02, 2.0) && within(keyframe_max_interval_s, 0.1, 5.0) &&
                         keyframe_max_interval_s >= keyframe_min_interval_s && within(keyframe_overlap, 0.1, 1.0) &&
-                        within(keyframe_disparity_px, 0.0, 100.0) && within(still_disparity_px, 0.0, 5.0);
+                        within(keyframe_disparity_px, 0.0, 100.0) && within(recall_radius_px, 0.0, 50.0) &&
+                        within(still_disparity_px, 0.0, 5.0);
     return detection && tracking && geometry && policy ? Status::kOk : Status::kInvalidArgument;
 }
 

@@ -30,6 +30,7 @@ struct FrontendConfig {
     double keyframe_overlap = 0.7;         ///< keyframe when fewer of the last keyframe's tracks are left [0.1, 1]
     double keyframe_disparity_px =
         8.0;                          ///< keyframe when the rotation-compensated median disparity exceeds this [0, 100]
+    double recall_radius_px = 15.0;   ///< lost landmarks are searched this far from their prediction [0, 50]; 0: never
     double still_disparity_px = 0.5;  ///< below: standing still [0, 5]
 
     /// kInvalidArgument if a field is outside its range.

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
+#include <span>
 
 #include "estimator/api/capacity.h"
 #include "platform/base/timestamp.h"
@@ -23,15 +25,41 @@ struct FeatureObservation {
     std::uint32_t age_frames = 0;  ///< frames since the track began
 };
 
+/// Where the smoother expects one of its landmarks in a frame.
+struct LandmarkPrediction {
+    LandmarkId landmark;
+    bool in_view = false;                               ///< in front of the left camera and within its image
+    Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();  ///< normalised, in C0 (-); only if in_view
+    double inverse_depth = 0.0;                         ///< 1 / Z in C0 (1/m); only if in_view
+};
+
+/// What is known about a frame before looking at it.
+struct FrameHints {
+    Eigen::Quaterniond q_Bp_B = Eigen::Quaterniond::Identity();  ///< body now to the previous frame: p_Bp = q * p_B
+    std::span<const LandmarkPrediction> landmarks;               ///< all that the smoother holds, by increasing id
+    bool wants_keyframe = false;  ///< inertial data are poor: vision has to say where the vehicle is
+};
+
+/// Whether an image can be tracked.
+enum class ImageState : std::uint8_t {
+    kUsable,
+    kDark,         ///< hardly anything but black
+    kOverexposed,  ///< hardly anything but white
+    kFlat,         ///< no contrast
+    kFrozen,       ///< the previous image once more, although the vehicle turned
+};
+
 /// The front-end's verdict on one frame. Observations are filled for every frame; right ones only at keyframes.
 struct FrontendOutput {
     Timestamp stamp;
+    ImageState image = ImageState::kUsable;  ///< otherwise nothing was tracked, and there is no keyframe
     bool is_keyframe = false;
     bool is_still = false;  ///< rotation-compensated median disparity since the last keyframe below the still threshold
     double median_disparity_px = 0.0;  ///< since the last keyframe, rotation compensated (px)
     int tracked = 0;                   ///< tracks carried over from the previous frame
     int lost = 0;      ///< tracks lost in this frame: left the image, failed forward-backward, or outliers
-    int outliers = 0;  ///< of these, rejected by the geometric tests
+    int recalled = 0;  ///< tracks found again where the smoother predicted them
+    int outliers = 0;  ///< of those lost, rejected by the geometric tests
     int detected = 0;  ///< new tracks begun in this frame
     int stereo = 0;    ///< observations with a right match
     boost::container::static_vector<FeatureObservation, kMaxFeatures> observations;

@@ -14,9 +14,10 @@ struct KeyframeEvidence {
     int keyframe_tracks = 0;    ///< tracks the last keyframe had
     double disparity_px = 0.0;  ///< rotation-compensated median
     bool has_right = false;
+    bool is_asked_for = false;  ///< FrameHints::wants_keyframe
 };
 
-/// A frame is a keyframe if it is the first, or if at least keyframe_min_interval_s passed since the last one and
+/// A frame is a keyframe if it is the first, if one is asked for, or if at least keyframe_min_interval_s passed since the last one and
 ///   - the share of its tracks still alive fell below keyframe_overlap, or it had none, or
 ///   - the disparity exceeds keyframe_disparity_px, or
 ///   - the last keyframe lacked the right image and this frame has it, or

@@ -7,24 +7,31 @@
 #include "estimator/api/capacity.h"
 
 namespace facet {
+namespace {
+
+constexpr int kTemplates = kMaxFeatures + kMaxDormantTracks;
+/// A lost track must look more like its template than one followed from frame to frame: nothing else vouches for it.
+constexpr float kRecallCorrelation = 0.88F;
+
+}  // namespace
 
 Status Tracker::configure(const FrontendConfig& config, const CameraModel& camera) {
     config_ = config;
     camera_ = camera;
     FACET_TRY(aligner_.configure(config.window_px, config.pyramid_levels, config.lk_iterations, config.lk_epsilon_px));
-    templates_.resize(kMaxFeatures);
+    templates_.resize(kTemplates);
     for (PatchTemplate& patch : templates_) {
         aligner_.allocate(patch);
     }
     aligner_.allocate(probe_);
-    free_.reserve(kMaxFeatures);
+    free_.reserve(kTemplates);
     reset();
     return Status::kOk;
 }
 
 void Tracker::reset() {
     free_.clear();
-    for (int slot = kMaxFeatures - 1; slot >= 0; --slot) {
+    for (int slot = kTemplates - 1; slot >= 0; --slot) {
         free_.push_back(slot);
     }
 }
@@ -91,6 +98,43 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
     track.pose = pose;
     track.xy = xy;
     ++track.age_frames;
+    return Status::kOk;
+}
+
+Status Tracker::find_again(const ImagePyramid& image, const LandmarkPrediction& prediction,
+                           const Eigen::Quaterniond& q_C_Cl, Track& track, Eigen::Vector2d& shift) const {
+    Eigen::Matrix2d d_xy_d_uv;
+    Eigen::Vector2d xy;
+    FACET_TRY(camera_.unproject(track.pose.uv, xy, &d_xy_d_uv));
+    const Eigen::Matrix3d R = q_C_Cl.toRotationMatrix();
+    const Eigen::Vector3d rotated = R * xy.homogeneous();
+    Eigen::Vector2d predicted_uv;
+    Eigen::Matrix<double, 2, 3> d_uv_d_p;
+    if (!(rotated.z() > 0.1) || !ok(camera_.project(prediction.left_xy.homogeneous(), predicted_uv, &d_uv_d_p)) ||
+        !camera_.in_image(predicted_uv, border_px())) {
+        return Status::kNotFound;
+    }
+    // The patch has turned with the camera and grown with the ratio of depths.
+    Eigen::Matrix<double, 2, 3> d_xy_d_rotated;
+    d_xy_d_rotated << 1.0, 0.0, -rotated.x() / rotated.z(), 0.0, 1.0, -rotated.y() / rotated.z();
+    d_xy_d_rotated /= rotated.z();
+    const double grown = track.has_depth && track.inverse_depth > 1e-3
+                             ? std::clamp(prediction.inverse_depth / track.inverse_depth, 0.5, 2.0)
+                             : 1.0;
+    const Eigen::Matrix2f step =
+        (grown * d_uv_d_p.leftCols<2>() * d_xy_d_rotated * R.leftCols<2>() * d_xy_d_uv).cast<float>();
+    PatchPose pose{step * track.pose.A, predicted_uv};
+    float correlation = 0.0F;
+    AlignOptions options;
+    options.coarsest = config_.pyramid_levels - 1;
+    options.affine = true;
+    options.min_correlation = kRecallCorrelation;
+    FACET_TRY(aligner_.align(patch(track), image, options, pose, correlation));
+    FACET_TRY(camera_.unproject(pose.uv, xy));
+    shift = pose.uv - predicted_uv;
+    track.pose = pose;
+    track.xy = xy;
+    track.has_velocity = false;
     return Status::kOk;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "estimator/frontend/frontend_config.h"
+#include "estimator/frontend/frontend_types.h"
 #include "estimator/frontend/image_pyramid.h"
 #include "estimator/frontend/patch_aligner.h"
 #include "estimator/frontend/track.h"
@@ -42,6 +43,13 @@ public:
     /// Moves a track from the previous image to the present one.
     /// @return kNotFound if it left the image; kDegenerate if alignment or the backward check failed (track untouched).
     Status follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion, Track& track);
+
+    /// Looks for a lost track where its landmark is predicted.
+    /// @param q_C_Cl  rotation of the left camera since the track was lost: p_C = q * p_Cl
+    /// @param shift   from the prediction to where it was found (px)
+    /// @return kNotFound if the prediction is outside the image; kDegenerate if nothing there looks like it (untouched).
+    Status find_again(const ImagePyramid& image, const LandmarkPrediction& prediction, const Eigen::Quaterniond& q_C_Cl,
+                      Track& track, Eigen::Vector2d& shift) const;
 
     const PatchTemplate& patch(const Track& track) const { return templates_[static_cast<std::size_t>(track.slot)]; }
     double border_px() const { return aligner_.border_px(); }

@@ -39,22 +39,29 @@ void bind_first(WindowState& state) {
     bind(first);
 }
 
-/// Drops the observation of keyframe 0 and moves the others one keyframe down.
-void shift(Landmark& landmark, const WindowProblem& problem) {
-    if (seen_by(landmark, 0)) {
+/// Drops the observation by a keyframe and moves those of later ones one keyframe down.
+void drop_observation(Landmark& landmark, int keyframe, const WindowProblem& problem) {
+    if (seen_by(landmark, keyframe)) {  // the landmark loses the host of its chart
         if (landmark.has_point && landmark.observations.size() >= 2) {
-            const ScaledWorldPoint world(problem.left_camera(0), landmark.point);
+            const ScaledWorldPoint world(problem.left_camera(keyframe), landmark.point);
             const CameraPose& host = problem.left_camera(landmark.observations[1].keyframe);
             landmark.has_point = (host.R_C_W * world.from(host.p_W_C)).z() > 0.0;
             if (landmark.has_point) {
                 landmark.point = world.in(host);
             }
         }
-        landmark.observations.erase(landmark.observations.begin());
     }
-    for (LandmarkObservation& o : landmark.observations) {
-        --o.keyframe;
+    auto& observations = landmark.observations;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+        LandmarkObservation o = observations[i];
+        if (o.keyframe == keyframe) {
+            continue;
+        }
+        o.keyframe -= o.keyframe > keyframe ? 1 : 0;
+        observations[kept++] = o;
     }
+    observations.resize(kept);
 }
 
 }  // namespace
@@ -154,11 +161,33 @@ Status Marginalizer::marginalize_oldest(WindowState& state, WindowProblem& probl
         if (selected_[static_cast<std::size_t>(i)]) {
             state.landmarks[i].observations.clear();
         }
-        shift(state.landmarks[i], problem);
+        drop_observation(state.landmarks[i], 0, problem);
     }
     state.landmarks.remove_if([](const Landmark& l) { return l.observations.empty(); });
     state.keyframes.erase(state.keyframes.begin());
+    state.keyframes.front().has_imu_factor = false;
+    state.keyframes.front().rests_since_previous = false;
     return status;
+}
+
+Status Marginalizer::drop_between(int keyframe, WindowState& state, WindowProblem& problem, ReducedSystem& system) {
+    FACET_ASSERT(keyframe >= 1 && keyframe + 1 < static_cast<int>(state.keyframes.size()));
+    const auto k = static_cast<std::size_t>(keyframe);
+    bind_first(state);
+    bind(state.keyframes[k - 1]);
+    bind(state.keyframes[k]);
+    bind(state.keyframes[k + 1]);
+    problem.linearize_inertial(system, keyframe);
+    fill_displacement(state, keyframe, system.globals());
+    FACET_TRY(marginalize_keyframe(system, keyframe, displacement_, state.prior));
+    for (int i = 0; i < state.landmarks.size(); ++i) {
+        drop_observation(state.landmarks[i], keyframe, problem);
+    }
+    state.landmarks.remove_if([](const Landmark& l) { return l.observations.empty(); });
+    state.keyframes[k + 1].has_imu_factor = false;
+    state.keyframes[k + 1].rests_since_previous = false;
+    state.keyframes.erase(state.keyframes.begin() + keyframe);
+    return Status::kOk;
 }
 
 }  // namespace facet

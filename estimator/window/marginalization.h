@@ -17,15 +17,20 @@ namespace facet {
 Status marginalize_keyframe(const ReducedSystem& system, int keyframe,
                             const Eigen::Ref<const Eigen::VectorXd>& displacement, PriorFactor& prior);
 
-/// Marginalizes the oldest keyframe of a window of two keyframes or more.
+/// Takes keyframes out of a window of two or more.
 ///
-/// Landmarks it sees whose track has ended go into the prior with all their observations; of those still tracked at the
+/// The oldest: landmarks it sees whose track has ended go into the prior with all their observations; of those still tracked at the
 /// newest keyframe only the oldest keyframe's observation is dropped, so that the track stays one landmark. Keyframes the
 /// prior binds keep their linearization points from here on. Thread-bound. No heap.
 class Marginalizer {
 public:
     /// @return kDegenerate if the oldest keyframe is not determined: it is then left out without a trace in the prior.
     Status marginalize_oldest(WindowState& state, WindowProblem& problem, ReducedSystem& system);
+
+    /// A keyframe k in between: its observations are dropped, what inertial data and the prior know of it goes into the
+    /// prior, and the next keyframe loses its inertial factor to the prior.
+    /// @return kDegenerate if the keyframe is not determined (window untouched).
+    Status drop_between(int keyframe, WindowState& state, WindowProblem& problem, ReducedSystem& system);
 
 private:
     /// Displacements of what stays when a keyframe leaves.

@@ -14,6 +14,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     config_ = config;
     calibration_config_ = calibration;
     noise_ = noise;
+    left_ = rig.left;
     problem_.bind(state_, config_, calibration_config_, rig);
     state_.keyframes.clear();
     state_.landmarks.clear();
@@ -58,14 +59,51 @@ Status Window::add_keyframe(const KeyframeInput& input, const Preintegration& pr
     keyframe.time_offset_s = state_.calibration.time_offset_s;
     keyframe.state = preintegration.predict(newest().state);
     keyframe.state_lin = keyframe.state;
-    marginalization_failed_ = false;
-    if (static_cast<int>(state_.keyframes.size()) >= config_.keyframes) {
-        const StageScope scope(observer_, Stage::kMarginalization);
-        marginalization_failed_ = !ok(marginalizer_.marginalize_oldest(state_, problem_, workspace_.systems[0]));
-    }
+    keyframe.has_imu_factor = true;
+    keyframe.rests_since_previous = input.rests_since_previous;
+    make_room();
     state_.keyframes.push_back(keyframe);
     add_observations(static_cast<int>(state_.keyframes.size()) - 1, input.observations);
     return Status::kOk;
+}
+
+void Window::make_room() {
+    constexpr int kRecent = 3;  // newest keyframes that stay in any case: they hold the velocity
+    const StageScope scope(observer_, Stage::kMarginalization);
+    marginalization_failed_ = false;
+    const int count = static_cast<int>(state_.keyframes.size());
+    const int candidate = count - 1 - kRecent;
+    const double threshold = config_.redundant_px / left_.focal_px();
+    if (candidate >= 1 && redundancy_.is_redundant(state_, candidate, threshold)) {
+        marginalization_failed_ = !ok(marginalizer_.drop_between(candidate, state_, problem_, workspace_.systems[0]));
+    } else if (count >= config_.keyframes) {
+        marginalization_failed_ = !ok(marginalizer_.marginalize_oldest(state_, problem_, workspace_.systems[0]));
+    }
+    if (static_cast<int>(state_.keyframes.size()) >= config_.keyframes) {  // dropping was refused
+        static_cast<void>(marginalizer_.marginalize_oldest(state_, problem_, workspace_.systems[0]));
+    }
+}
+
+std::span<const LandmarkPrediction> Window::predict_landmarks(const NavState& state) {
+    predictions_.clear();
+    const CameraPose camera = problem_.left_camera_of(state);
+    for (int i = 0; i < state_.landmarks.size(); ++i) {
+        const Landmark& landmark = state_.landmarks[i];
+        LandmarkPrediction prediction;
+        prediction.landmark = landmark.id;
+        if (landmark.has_point) {
+            const ScaledWorldPoint point(problem_.left_camera(landmark.observations.front().keyframe), landmark.point);
+            const Eigen::Vector3d q = camera.R_C_W * point.from(camera.p_W_C);
+            Eigen::Vector2d uv;
+            if (q.z() > 0.0 && ok(left_.project(q, uv)) && left_.in_image(uv, 0.0)) {
+                prediction.in_view = true;
+                prediction.left_xy = q.hnormalized();
+                prediction.inverse_depth = point.rho / q.z();
+            }
+        }
+        predictions_.push_back(prediction);
+    }
+    return {predictions_.data(), predictions_.size()};
 }
 
 void Window::add_observations(int keyframe, std::span<const FeatureObservation> observations) {
@@ -84,7 +122,7 @@ WindowSummary Window::optimize() {
     options.max_iterations = config_.max_iterations;
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
     const std::size_t count = state_.keyframes.size();
-    if (count >= 2) {
+    if (count >= 2 && newest().has_imu_factor) {
         const Keyframe& j = state_.keyframes[count - 1];
         summary.imu_squared_error =
             j.imu_from_previous.residual(state_.keyframes[count - 2].state, j.state).squaredNorm();
@@ -112,6 +150,11 @@ void Window::remove_outliers(WindowSummary& summary) {
     const OutlierCount count = facet::remove_outliers(config_.outlier_threshold_px, state_, problem_, rejected_);
     summary.rejected_observations = count.observations;
     summary.rejected_landmarks = static_cast<int>(rejected_.size());
+    const int newest = static_cast<int>(state_.keyframes.size()) - 1;
+    for (int i = 0; i < state_.landmarks.size(); ++i) {
+        const Landmark& landmark = state_.landmarks[i];
+        summary.newest_landmarks += landmark.is_active && landmark.observations.back().keyframe == newest ? 1 : 0;
+    }
 }
 
 Status Window::replace_imu_factor(int keyframe, const Preintegration& preintegration) {

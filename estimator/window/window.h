@@ -6,6 +6,7 @@
 
 #include "estimator/frontend/frontend_types.h"
 #include "estimator/window/marginalization.h"
+#include "estimator/window/redundancy.h"
 #include "estimator/window/window_problem.h"
 
 namespace facet {
@@ -14,6 +15,7 @@ namespace facet {
 struct KeyframeInput {
     Timestamp stamp;                                ///< in the IMU's clock: the image's plus Window's time offset
     Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias taken off (rad/s)
+    bool rests_since_previous = false;              ///< images and inertial samples: the vehicle stood still
     std::span<const FeatureObservation> observations;
 };
 
@@ -22,6 +24,7 @@ struct WindowSummary {
     LevenbergSummary solver;
     WindowFit fit;
     double imu_squared_error = 0.0;  ///< whitened squared residual (15 rows) of the newest inertial factor
+    int newest_landmarks = 0;        ///< landmarks that hold the newest keyframe, outliers left out
     int rejected_observations = 0;   ///< taken out as outliers afterwards
     int rejected_landmarks = 0;      ///< whose newest observation was one: their tracks should end
     bool marginalization_failed = false;
@@ -41,8 +44,9 @@ public:
     void start(const KeyframeInput& input, const NavState& state,
                const Eigen::Matrix<double, kStateDim, kStateDim>& information);
 
-    /// Appends a keyframe predicted from the newest one by `preintegration`; the oldest one is marginalized if the
-    /// window is full.
+    /// Appends a keyframe predicted from the newest one by `preintegration`. Room is made before: a keyframe that is no
+    /// longer one of the three newest and says no more than the one before it is dropped (RedundancyTest); otherwise
+    /// the oldest one is marginalized if the window is full.
     /// @return kDegenerate if the preintegration spans no time (window untouched).
     Status add_keyframe(const KeyframeInput& input, const Preintegration& preintegration);
 
@@ -55,6 +59,10 @@ public:
     /// Marginal covariance of the newest keyframe's state after optimize(), 15x15, order [theta p v bg ba], of the error
     /// in the tangent of the estimate. @return kDegenerate if the window's information is singular (untouched).
     Status newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance);
+
+    /// Where the landmarks should appear to the left camera of a body in this state; by increasing id. Valid until the next
+    /// call that is not const.
+    std::span<const LandmarkPrediction> predict_landmarks(const NavState& state);
 
     /// Corrections of the calibration so far.
     const RigCalibration& calibration() const { return state_.calibration; }
@@ -69,6 +77,7 @@ public:
     Status replace_imu_factor(int keyframe, const Preintegration& preintegration);
 
 private:
+    void make_room();
     void add_observations(int keyframe, std::span<const FeatureObservation> observations);
     void remove_outliers(WindowSummary& summary);
 
@@ -80,7 +89,10 @@ private:
     WindowProblem problem_;
     Marginalizer marginalizer_;
     LevenbergWorkspace workspace_;
+    RedundancyTest redundancy_;
+    CameraModel left_;
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;
+    boost::container::static_vector<LandmarkPrediction, kMaxLandmarks> predictions_;
     int current_system_ = 0;  ///< which workspace system holds the final linearization
     bool marginalization_failed_ = false;
 };

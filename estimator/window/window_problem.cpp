@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/window/window_problem.h"
 
+#include <algorithm>
+
+#include "estimator/factors/rest_factor.h"
 #include "estimator/geometry/triangulation.h"
 #include "estimator/window/stage_scope.h"
 #include "platform/base/assert.h"
@@ -77,7 +80,10 @@ void WindowProblem::select_landmarks() {
     update_cameras();
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         Landmark& landmark = state_->landmarks[i];
-        landmark.is_active = landmark.observations.size() >= 2 && triangulate_landmark(landmark);
+        // Seen by one keyframe only, a stereo match still tells where to look for the landmark.
+        const bool is_known = (landmark.observations.size() >= 2 || landmark.observations[0].measurement.has_right) &&
+                              triangulate_landmark(landmark);
+        landmark.is_active = is_known && landmark.observations.size() >= 2;
         landmark.cost = 0.0;
     }
 }
@@ -97,7 +103,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
     add_calibration(system);
     cost += add_prior(system);
     for (int k = 1; k < keyframes; ++k) {
-        cost += add_imu(system, k);
+        cost += add_imu(system, k) + add_rest(system, k);
     }
     return cost;
 }
@@ -112,7 +118,16 @@ double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<b
         }
     }
     add_calibration(system);
-    return cost + add_prior(system) + add_imu(system, 1);
+    return cost + add_prior(system) + add_imu(system, 1) + add_rest(system, 1);
+}
+
+double WindowProblem::linearize_inertial(ReducedSystem& system, int keyframe) {
+    system.reset(static_cast<int>(state_->keyframes.size()), calibration_config_->dim());
+    double cost = add_prior(system);
+    for (int k = std::max(1, keyframe); k <= std::min(keyframe + 1, system.keyframes() - 1); ++k) {
+        cost += add_imu(system, k) + add_rest(system, k);
+    }
+    return cost;
 }
 
 void WindowProblem::add_calibration(ReducedSystem& system) const {
@@ -178,8 +193,27 @@ double WindowProblem::add_prior(ReducedSystem& system) {
 double WindowProblem::add_imu(ReducedSystem& system, int keyframe) {
     const Keyframe& i = state_->keyframes[static_cast<std::size_t>(keyframe - 1)];
     const Keyframe& j = state_->keyframes[static_cast<std::size_t>(keyframe)];
+    if (!j.has_imu_factor) {
+        return 0.0;
+    }
     ImuFactorLinearization l;
     j.imu_from_previous.linearize(i.state, j.state, i.linearization_point(), j.linearization_point(), l);
+    system.add_state_block(keyframe - 1, keyframe - 1, l.d_r_d_i.transpose() * l.d_r_d_i);
+    system.add_state_block(keyframe, keyframe - 1, l.d_r_d_j.transpose() * l.d_r_d_i);
+    system.add_state_block(keyframe, keyframe, l.d_r_d_j.transpose() * l.d_r_d_j);
+    system.add_state_gradient(keyframe - 1, l.d_r_d_i.transpose() * l.r);
+    system.add_state_gradient(keyframe, l.d_r_d_j.transpose() * l.r);
+    return 0.5 * l.r.squaredNorm();
+}
+
+double WindowProblem::add_rest(ReducedSystem& system, int keyframe) {
+    const Keyframe& i = state_->keyframes[static_cast<std::size_t>(keyframe - 1)];
+    const Keyframe& j = state_->keyframes[static_cast<std::size_t>(keyframe)];
+    if (!j.rests_since_previous) {
+        return 0.0;
+    }
+    RestFactorLinearization l;
+    linearize_rest(i.state, j.state, i.linearization_point(), j.linearization_point(), RestSigmas{}, l);
     system.add_state_block(keyframe - 1, keyframe - 1, l.d_r_d_i.transpose() * l.d_r_d_i);
     system.add_state_block(keyframe, keyframe - 1, l.d_r_d_j.transpose() * l.d_r_d_i);
     system.add_state_block(keyframe, keyframe, l.d_r_d_j.transpose() * l.d_r_d_j);

@@ -43,6 +43,9 @@ public:
     /// `is_selected` names (all must be seen by it). Used by marginalization.
     double linearize_oldest(ReducedSystem& system, const std::array<bool, kMaxLandmarks>& is_selected);
 
+    /// Linearizes only what ties one keyframe to its neighbours without images: prior, inertial and rest factors.
+    double linearize_inertial(ReducedSystem& system, int keyframe);
+
     /// Camera poses at the current states; refreshed by update_cameras().
     const CameraPose& left_camera(int keyframe) const { return left_[static_cast<std::size_t>(keyframe)]; }
     const CameraPose& right_camera(int keyframe) const { return right_[static_cast<std::size_t>(keyframe)]; }
@@ -50,6 +53,11 @@ public:
 
     /// Triangulates a landmark at the current camera poses; false (and untouched) if it fails.
     bool triangulate_landmark(Landmark& landmark) const;
+
+    /// The body's pose (state) turned into its left camera's, with the calibration as it stands.
+    CameraPose left_camera_of(const NavState& state) const {
+        return CameraPose::from(state.T_W_B() * state_->calibration.T_B_Bc * T_B_C0_);
+    }
 
     const WindowFit& fit() const { return fit_; }
     const StereoGeometry& geometry() const { return geometry_; }
@@ -64,6 +72,7 @@ private:
     void add_calibration(ReducedSystem& system) const;
     double add_prior(ReducedSystem& system);
     double add_imu(ReducedSystem& system, int keyframe);
+    double add_rest(ReducedSystem& system, int keyframe);
     double add_landmark(ReducedSystem& system, Landmark& landmark);
 
     WindowState* state_ = nullptr;

@@ -24,7 +24,9 @@ struct Keyframe {
     Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias taken off (rad/s)
     double time_offset_s = 0.0;                     ///< that is in the stamp
     bool is_bound = false;        ///< marginalization has used this keyframe: Jacobians stay at state_lin
-    ImuFactor imu_from_previous;  ///< not set for the oldest keyframe
+    bool has_imu_factor = false;  ///< none for the oldest keyframe, nor where the prior has taken it in
+    ImuFactor imu_from_previous;
+    bool rests_since_previous = false;  ///< the vehicle stood still between the previous keyframe and this one
 
     const NavState& linearization_point() const { return is_bound ? state_lin : state; }
 };

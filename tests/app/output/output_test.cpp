@@ -33,6 +33,8 @@ Estimate sample_estimate() {
     e.state.v_W_B = {1, 2, 3};
     e.state.bias.gyro = {0.01, 0.02, 0.03};
     e.state.bias.accel = {0.1, 0.2, 0.3};
+    e.covariance(0, 0) = 4.0;
+    e.covariance(0, 1) = e.covariance(1, 0) = 0.5;
     return e;
 }
 
@@ -51,6 +53,12 @@ TEST_CASE("trajectories follow the TUM and EuRoC column orders") {
     CHECK(
         test::read_file(dir.file("trajectory.tum")) ==
         "1403636580.838555648 1.500000000 -2.250000000 0.000000001 0.600000000 0.000000000 0.000000000 0.800000000\n");
+    const std::vector<std::string> covariance = lines(dir.file("covariance.csv"));
+    REQUIRE(covariance.size() == 2);
+    CHECK(covariance[0].starts_with("stamp_ns,c00,c01,"));
+    CHECK(covariance[0].ends_with(",c77,c78,c88"));
+    CHECK(columns(covariance[1]) == 46);
+    CHECK(covariance[1].starts_with("1403636580838555648,4.000000e+00,5.000000e-01,0.000000e+00,"));
     const std::vector<std::string> rows = lines(dir.file("trajectory.csv"));
     REQUIRE(rows.size() == 2);
     CHECK(rows[0].starts_with("#timestamp"));
@@ -83,11 +91,11 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
     writer.close();
     const std::vector<std::string> rows = lines(dir.file("health.csv"));
     REQUIRE(rows.size() == 2);
-    CHECK(
-        rows[0] ==
-        "stamp_ns,state,reasons,reason_names,is_keyframe,is_still,tracked,detected,stereo,outliers,keyframes,landmarks,"
-        "iterations,mean_vision_chi2,imu_chi2,time_offset_s,time_offset_sigma_s,imu_gaps,imu_dropped");
-    CHECK(rows[1] == "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,1,0,1,2,3,4,5,6,7,0.5,1.25,0,0,8,9");
+    CHECK(rows[0] ==
+          "stamp_ns,state,reasons,reason_names,quality,reset_counter,is_keyframe,is_still,tracked,detected,stereo,"
+          "recalled,outliers,keyframes,landmarks,"
+          "iterations,mean_vision_chi2,imu_chi2,time_offset_s,time_offset_sigma_s,imu_gaps,imu_clipped,imu_dropped");
+    CHECK(rows[1] == "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,0,0,1,0,1,2,3,0,4,5,6,7,0.5,1.25,0,0,8,0,9");
     CHECK(reason_names(0).empty());
 }
 

@@ -3,6 +3,7 @@
 #include "estimator/api/estimator.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -14,10 +15,10 @@ namespace {
 
 constexpr double kImuStep_s = 0.005;
 
-/// A still vehicle in front of a random texture, both cameras seeing the same picture (everything at infinity).
+/// A still vehicle in front of a wall with a random texture, 3.1 m away: the right picture is the left one moved by 16 px.
 class StillVehicle {
 public:
-    StillVehicle() : picture_(752U * 480U), dark_(752U * 480U, 0) {
+    StillVehicle() : picture_(752U * 480U), right_(752U * 480U), dark_(752U * 480U, 0) {
         std::mt19937 generator(3);
         // Blocks of 8 px of random grey: corners everywhere.
         std::vector<std::uint8_t> blocks(94U * 60U);
@@ -27,10 +28,12 @@ public:
         for (std::size_t v = 0; v < 480; ++v) {
             for (std::size_t u = 0; u < 752; ++u) {
                 picture_[v * 752 + u] = blocks[(v / 8) * 94 + u / 8];
+                right_[v * 752 + u] = blocks[(v / 8) * 94 + ((u + kDisparity_px) % 752) / 8];
             }
         }
         rig = test::make_rig();
         rig.T_B_C1.q = rig.T_B_C0.q;
+        rig.T_B_C1.p.z() = rig.T_B_C0.p.z();
     }
     void feed_imu(Estimator& estimator, double t0, double t1) const {
         for (double t = t0; t < t1 - 1e-9; t += kImuStep_s) {
@@ -38,14 +41,16 @@ public:
         }
     }
     StereoFrame frame(double t, bool dark = false) const {
-        const auto& pixels = dark ? dark_ : picture_;
-        const ImageView view{pixels.data(), 752, 480, 752};
-        return {test::at(t), view, view};
+        const ImageView left{(dark ? dark_ : picture_).data(), 752, 480, 752};
+        const ImageView right{(dark ? dark_ : right_).data(), 752, 480, 752};
+        return {test::at(t), left, right};
     }
     StereoRig rig;
 
 private:
+    static constexpr std::size_t kDisparity_px = 16;
     std::vector<std::uint8_t> picture_;
+    std::vector<std::uint8_t> right_;
     std::vector<std::uint8_t> dark_;
 };
 
@@ -113,7 +118,7 @@ TEST_CASE("darkness degrades, then loses; light brings vision back", "[estimator
     const StillVehicle vehicle;
     Estimator estimator;
     REQUIRE(ok(estimator.configure({}, vehicle.rig)));
-    vehicle.feed_imu(estimator, 0.0, 6.0);
+    vehicle.feed_imu(estimator, 0.0, 6.5);
     Estimate estimate;
     const auto fly = [&](double t0, double t1, bool dark) {
         for (double t = t0; t < t1 - 1e-9; t += 0.05) {
@@ -126,10 +131,55 @@ TEST_CASE("darkness degrades, then loses; light brings vision back", "[estimator
     CHECK(estimate.health.state == TrackingState::kDegraded);
     CHECK((estimate.health.reasons & kReasonFewFeatures) != 0U);
     CHECK(estimate.state.p_W_B.norm() < 0.2);
-    fly(3.0, 4.5, true);
+    CHECK((estimate.health.reasons & kReasonImageDark) != 0U);
+    const double place_sigma = std::sqrt(estimate.covariance(4, 4));
+    const double yaw_before = 2.0 * estimate.state.q_W_B.z();
+    fly(3.0, 5.2, true);
     CHECK(estimate.health.state == TrackingState::kLost);
-    fly(4.5, 5.9, false);
+    CHECK(estimate.health.quality == 0);
+    CHECK(estimate.health.reset_counter == 0);
+    CHECK(std::sqrt(estimate.covariance(4, 4)) > 2.0 * place_sigma);
+    fly(5.2, 6.4, false);
     CHECK(estimate.health.state == TrackingState::kTracking);
+    CHECK(estimate.health.reset_counter == 1);
+    CHECK(std::abs(2.0 * estimate.state.q_W_B.z() - yaw_before) < 0.01);
+}
+
+TEST_CASE("a second of darkness is bridged: landmarks are found again, nothing is reset", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    vehicle.feed_imu(estimator, 0.0, 5.0);
+    Estimate estimate;
+    int recalled = 0;
+    for (int k = 0; k < 80; ++k) {
+        const double t = 0.5 + 0.05 * k;
+        const bool dark = k >= 40 && k < 60;
+        REQUIRE(ok(estimator.add_frame(vehicle.frame(t, dark), estimate)));
+        CHECK(estimate.health.state == (dark ? TrackingState::kDegraded : TrackingState::kTracking));
+        recalled += estimate.health.recalled;
+    }
+    CHECK(recalled > 100);
+    CHECK(estimate.health.reset_counter == 0);
+    CHECK(estimate.state.p_W_B.norm() < 0.01);
+}
+
+TEST_CASE("a reset on request keeps place and attitude and raises the counter", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    estimator.request_reset();  // nothing to reset yet
+    vehicle.feed_imu(estimator, 0.0, 4.0);
+    Estimate estimate;
+    for (int k = 0; k < 60; ++k) {
+        if (k == 30) {
+            estimator.request_reset();
+        }
+        REQUIRE(ok(estimator.add_frame(vehicle.frame(0.5 + 0.05 * k), estimate)));
+        CHECK(estimate.health.reset_counter == (k < 30 ? 0U : 1U));
+    }
+    CHECK(estimate.health.state == TrackingState::kTracking);
+    CHECK(estimate.state.p_W_B.norm() < 0.01);
 }
 
 TEST_CASE("a wrong image size is refused, the estimate goes on by inertial data", "[estimator]") {

@@ -52,6 +52,23 @@ struct Flight {
     Eigen::Quaterniond q_Bp_B(std::size_t k) const {
         return k == 0 ? Eigen::Quaterniond::Identity() : frames[k - 1].T_W_B.q.conjugate() * frames[k].T_W_B.q;
     }
+    FrameHints hints(std::size_t k) const {
+        FrameHints hints;
+        hints.q_Bp_B = q_Bp_B(k);
+        return hints;
+    }
+    /// Where points of the world should be seen in frame k, with everything shifted by `off` (normalised).
+    std::vector<LandmarkPrediction> predict(const std::map<LandmarkId, Eigen::Vector3d>& points, std::size_t k,
+                                            const Eigen::Vector2d& off) const {
+        std::vector<LandmarkPrediction> predictions;
+        for (const auto& [id, p_W] : points) {
+            const Eigen::Vector3d p_C = (frames[k].T_W_B * rig.T_B_C0).inverse() * p_W;
+            Eigen::Vector2d uv;
+            const bool in_view = ok(rig.left.project(p_C, uv)) && rig.left.in_image(uv, 0.0);
+            predictions.push_back({id, in_view, p_C.hnormalized() + off, 1.0 / p_C.z()});
+        }
+        return predictions;
+    }
 };
 
 const Flight& flight() {
@@ -89,7 +106,7 @@ TEST_CASE("front-end tracks and matches a flight over a plane to a fraction of a
     for (std::size_t k = 0; k < f.frames.size(); ++k) {
         CAPTURE(k);
         FrontendOutput out;
-        REQUIRE(ok(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out)));
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.hints(k), out)));
         CHECK(out.stamp == f.frames[k].stamp);
         CHECK(out.observations.size() > 80);
         CHECK(static_cast<int>(out.observations.size()) == out.tracked + out.detected);
@@ -142,8 +159,8 @@ TEST_CASE("front-end gives the same output for the same input", "[frontend]") {
     for (std::size_t k = 0; k < f.frames.size(); ++k) {
         FrontendOutput a;
         FrontendOutput b;
-        REQUIRE(ok(first.process(f.frames[k].view(), f.q_Bp_B(k), a)));
-        REQUIRE(ok(second.process(f.frames[k].view(), f.q_Bp_B(k), b)));
+        REQUIRE(ok(first.process(f.frames[k].view(), f.hints(k), a)));
+        REQUIRE(ok(second.process(f.frames[k].view(), f.hints(k), b)));
         CHECK(same(a, b));
     }
 }
@@ -153,29 +170,30 @@ TEST_CASE("front-end refuses bad input and goes on as if it had not come", "[fro
     Frontend undisturbed;
     Frontend frontend;
     FrontendOutput out;
-    CHECK(frontend.process(f.frames[0].view(), f.q_Bp_B(0), out) == Status::kInvalidArgument);  // not configured
+    CHECK(frontend.process(f.frames[0].view(), f.hints(0), out) == Status::kInvalidArgument);  // not configured
     REQUIRE(ok(undisturbed.configure(small_config(), f.rig)));
     REQUIRE(ok(frontend.configure(small_config(), f.rig)));
     const Image small(160, 120, 100);
-    const Eigen::Quaterniond nan(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0, 0.0);
+    FrameHints impossible;
+    impossible.q_Bp_B = Eigen::Quaterniond(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0, 0.0);
     for (std::size_t k = 0; k < 8; ++k) {
         FrontendOutput expected;
-        REQUIRE(ok(undisturbed.process(f.frames[k].view(), f.q_Bp_B(k), expected)));
-        REQUIRE(ok(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out)));
+        REQUIRE(ok(undisturbed.process(f.frames[k].view(), f.hints(k), expected)));
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.hints(k), out)));
         CHECK(same(out, expected));
         StereoFrame later = f.frames[k].view();
         later.stamp = later.stamp + Duration{1000};
         StereoFrame bad = later;
         bad.left = {};
-        CHECK(frontend.process(bad, f.q_Bp_B(k), out) == Status::kInvalidArgument);
+        CHECK(frontend.process(bad, f.hints(k), out) == Status::kInvalidArgument);
         bad.left = small.view();
-        CHECK(frontend.process(bad, f.q_Bp_B(k), out) == Status::kInvalidArgument);
+        CHECK(frontend.process(bad, f.hints(k), out) == Status::kInvalidArgument);
         bad = later;
         bad.right = small.view();
-        CHECK(frontend.process(bad, f.q_Bp_B(k), out) == Status::kInvalidArgument);
-        CHECK(frontend.process(later, nan, out) == Status::kInvalidArgument);
-        CHECK(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out) == Status::kOutOfOrder);
-        CHECK(frontend.process(f.frames[0].view(), f.q_Bp_B(k), out) == Status::kOutOfOrder);
+        CHECK(frontend.process(bad, f.hints(k), out) == Status::kInvalidArgument);
+        CHECK(frontend.process(later, impossible, out) == Status::kInvalidArgument);
+        CHECK(frontend.process(f.frames[k].view(), f.hints(k), out) == Status::kOutOfOrder);
+        CHECK(frontend.process(f.frames[0].view(), f.hints(k), out) == Status::kOutOfOrder);
         CHECK(same(out, expected));
     }
 }
@@ -185,22 +203,95 @@ TEST_CASE("front-end outlives darkness and starts again", "[frontend]") {
     Frontend frontend;
     REQUIRE(ok(frontend.configure(small_config(), f.rig)));
     FrontendOutput out;
-    REQUIRE(ok(frontend.process(f.frames[0].view(), f.q_Bp_B(0), out)));
+    REQUIRE(ok(frontend.process(f.frames[0].view(), f.hints(0), out)));
     const std::uint32_t newest = out.observations.back().landmark.value;
     const Image black(320, 240, 0);
     for (std::size_t k = 1; k < 8; ++k) {
-        REQUIRE(ok(frontend.process({f.frames[k].stamp, black.view(), black.view()}, f.q_Bp_B(k), out)));
+        REQUIRE(ok(frontend.process({f.frames[k].stamp, black.view(), black.view()}, f.hints(k), out)));
         CHECK(out.observations.empty());
         CHECK(out.stereo == 0);
         CHECK_FALSE(out.is_still);
     }
     std::size_t features = 0;
     for (std::size_t k = 8; k < 13; ++k) {
-        REQUIRE(ok(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out)));
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.hints(k), out)));
         features = out.observations.size();
     }
     CHECK(features > 80);
     CHECK(out.observations.front().landmark.value > newest);
+}
+
+TEST_CASE("front-end finds landmarks again after darkness where they are predicted", "[frontend]") {
+    const Flight& f = flight();
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    FrontendOutput out;
+    REQUIRE(ok(frontend.process(f.frames[5].view(), f.hints(0), out)));
+    std::map<LandmarkId, Eigen::Vector3d> points;
+    const Se3 T_W_C = f.frames[5].T_W_B * f.rig.T_B_C0;
+    for (const FeatureObservation& o : out.observations) {
+        points[o.landmark] = f.plane.intersect(T_W_C.p, T_W_C.q * o.left_xy.homogeneous());
+    }
+    const Image black(320, 240, 2);
+    const Image white(320, 240, 254);
+    for (std::size_t k = 6; k < 12; ++k) {
+        const Image& blind = k % 2 == 0 ? black : white;
+        REQUIRE(ok(frontend.process({f.frames[k].stamp, blind.view(), blind.view()}, f.hints(k), out)));
+        CHECK(out.image == (k % 2 == 0 ? ImageState::kDark : ImageState::kOverexposed));
+        CHECK_FALSE(out.is_keyframe);
+        CHECK(out.observations.empty());
+    }
+    const double off_px = GENERATE(0.0, 4.0);
+    CAPTURE(off_px);
+    FrameHints hints = f.hints(12);
+    const auto predictions = f.predict(points, 12, Eigen::Vector2d(off_px, -off_px) / 200.0);
+    hints.landmarks = predictions;
+    REQUIRE(ok(frontend.process(f.frames[12].view(), hints, out)));
+    CHECK(out.is_keyframe);
+    CHECK(out.recalled > static_cast<int>(points.size()) / 2);
+    const Se3 T_C_W = (f.frames[12].T_W_B * f.rig.T_B_C0).inverse();
+    for (const FeatureObservation& o : out.observations) {
+        if (points.count(o.landmark) != 0) {
+            const Eigen::Vector2d expected = (T_C_W * points.at(o.landmark)).hnormalized();
+            CHECK((o.left_xy - expected).norm() * 200.0 < 0.3);
+        }
+    }
+}
+
+TEST_CASE("front-end forgets lost tracks whose landmarks the smoother has dropped", "[frontend]") {
+    const Flight& f = flight();
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    FrontendOutput out;
+    REQUIRE(ok(frontend.process(f.frames[5].view(), f.hints(0), out)));
+    const LandmarkId newest = out.observations.back().landmark;
+    const Image black(320, 240, 0);
+    REQUIRE(ok(frontend.process({f.frames[6].stamp, black.view(), black.view()}, f.hints(6), out)));
+    FrameHints hints = f.hints(7);
+    const LandmarkPrediction other{LandmarkId{newest.value + 1000}, false, {}, 0.0};
+    hints.landmarks = {&other, 1};
+    hints.wants_keyframe = true;
+    REQUIRE(ok(frontend.process(f.frames[7].view(), hints, out)));
+    CHECK(out.recalled == 0);
+    CHECK(out.is_keyframe);
+    CHECK(out.observations.front().landmark > newest);
+}
+
+TEST_CASE("front-end tells a frozen camera from a vehicle at rest", "[frontend]") {
+    const Flight& f = flight();
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    FrontendOutput out;
+    REQUIRE(ok(frontend.process(f.frames[0].view(), f.hints(0), out)));
+    REQUIRE(ok(frontend.process(f.frames[1].view(), f.hints(1), out)));  // the same picture, no turn
+    CHECK(out.image == ImageState::kUsable);
+    StereoFrame again = f.frames[0].view();
+    again.stamp = f.frames[2].stamp;
+    FrameHints turning = f.hints(2);
+    turning.q_Bp_B = so3_exp({0.0, 0.01, 0.0});
+    REQUIRE(ok(frontend.process(again, turning, out)));
+    CHECK(out.image == ImageState::kFrozen);
+    CHECK(out.observations.empty());
 }
 
 TEST_CASE("front-end works without the right image", "[frontend]") {
@@ -212,7 +303,7 @@ TEST_CASE("front-end works without the right image", "[frontend]") {
     for (std::size_t k = 0; k < 8; ++k) {
         StereoFrame frame = f.frames[k].view();
         frame.right = {};
-        REQUIRE(ok(frontend.process(frame, f.q_Bp_B(k), out)));
+        REQUIRE(ok(frontend.process(frame, f.hints(k), out)));
         CHECK(out.stereo == 0);
         CHECK(out.observations.size() > 80);
         keyframes += out.is_keyframe ? 1 : 0;
@@ -220,7 +311,7 @@ TEST_CASE("front-end works without the right image", "[frontend]") {
     CHECK(keyframes >= 1);
     int stereo = 0;
     for (std::size_t k = 8; k < 12; ++k) {
-        REQUIRE(ok(frontend.process(f.frames[k].view(), f.q_Bp_B(k), out)));
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.hints(k), out)));
         stereo = std::max(stereo, out.stereo);
     }
     CHECK(stereo > 60);
@@ -231,20 +322,20 @@ TEST_CASE("front-end drops the tracks it is told to, and resets", "[frontend]") 
     Frontend frontend;
     REQUIRE(ok(frontend.configure(small_config(), f.rig)));
     FrontendOutput out;
-    REQUIRE(ok(frontend.process(f.frames[0].view(), f.q_Bp_B(0), out)));
+    REQUIRE(ok(frontend.process(f.frames[0].view(), f.hints(0), out)));
     const std::size_t before = out.observations.size();
     const LandmarkId dropped[] = {out.observations[3].landmark, out.observations[17].landmark, LandmarkId{99999},
                                   LandmarkId{}};
     frontend.drop_tracks(dropped);
     const LandmarkId newest = out.observations.back().landmark;
-    REQUIRE(ok(frontend.process(f.frames[1].view(), f.q_Bp_B(1), out)));
+    REQUIRE(ok(frontend.process(f.frames[1].view(), f.hints(1), out)));
     CHECK(out.observations.size() == before - 2);
     for (const FeatureObservation& o : out.observations) {
         CHECK(o.landmark != dropped[0]);
         CHECK(o.landmark != dropped[1]);
     }
     frontend.reset();
-    REQUIRE(ok(frontend.process(f.frames[0].view(), f.q_Bp_B(0), out)));
+    REQUIRE(ok(frontend.process(f.frames[0].view(), f.hints(0), out)));
     CHECK(out.is_keyframe);
     CHECK(out.tracked == 0);
     CHECK(out.observations.front().landmark > newest);

@@ -123,7 +123,7 @@ TEST_CASE("tracker has a fixed number of templates and takes freed ones again", 
     Scene scene;
     scene.images[0].build(synthetic::warp(Texture(11.0, 50.0, 24), 320, 240, {0.0, 0.0}).view());
     Track track;
-    for (int i = 0; i < kMaxFeatures; ++i) {
+    for (int i = 0; i < kMaxFeatures + kMaxDormantTracks; ++i) {
         REQUIRE(ok(scene.tracker.start(scene.images[0], {150.0, 120.0}, track)));
     }
     Track refused;

@@ -62,15 +62,15 @@ Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, in
     }
     const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
     const auto first = flight.observe(0.0);
-    smoother->start({test::at(0.0), {}, {first.data(), first.size()}}, start, information);
+    smoother->start({test::at(0.0), {}, false, {first.data(), first.size()}}, start, information);
     Run run;
     double sum = 0.0;
     constexpr double kStep = 0.2;
     for (double t = kStep; t <= duration_s + 1e-9; t += kStep) {
         const Preintegration p = flight.preintegrate(t - kStep, t, smoother->newest().state.bias, noise);
         const auto observations = flight.observe(t);
-        REQUIRE(
-            ok(smoother->add_keyframe({test::at(t), flight.rate(t), {observations.data(), observations.size()}}, p)));
+        REQUIRE(ok(smoother->add_keyframe(
+            {test::at(t), flight.rate(t), false, {observations.data(), observations.size()}}, p)));
         const WindowSummary summary = smoother->optimize();
         REQUIRE_FALSE(summary.solver.solver_failed);
         REQUIRE_FALSE(summary.marginalization_failed);
@@ -138,13 +138,13 @@ TEST_CASE("a start in motion with gravity far off is worked out within a second"
     StateMatrix information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
     information.topLeftCorner<3, 3>() = R.transpose() * Eigen::Vector3d(25.0, 25.0, 1e8).asDiagonal() * R;
     const auto first = flight.observe(0.0);
-    smoother->start({test::at(0.0), {}, {first.data(), first.size()}}, start, information);
+    smoother->start({test::at(0.0), {}, false, {first.data(), first.size()}}, start, information);
     for (int k = 1; k <= 6; ++k) {
         const double t = 0.2 * k;
         const Preintegration p = flight.preintegrate(t - 0.2, t, smoother->newest().state.bias, noise);
         const auto observations = flight.observe(t);
-        REQUIRE(
-            ok(smoother->add_keyframe({test::at(t), flight.rate(t), {observations.data(), observations.size()}}, p)));
+        REQUIRE(ok(smoother->add_keyframe(
+            {test::at(t), flight.rate(t), false, {observations.data(), observations.size()}}, p)));
         REQUIRE_FALSE(smoother->optimize().solver.solver_failed);
     }
     const NavState truth = flight.state(1.2);
@@ -175,7 +175,7 @@ TEST_CASE("the window finds the cameras' time offset and rotation", "[window]") 
     for (int k = 0; k <= 100; ++k) {
         const double t = 0.2 * k + smoother->calibration().time_offset_s;
         const auto seen = flight.observe(0.2 * k);
-        const KeyframeInput input{test::at(t), flight.rate(t), {seen.data(), seen.size()}};
+        const KeyframeInput input{test::at(t), flight.rate(t), false, {seen.data(), seen.size()}};
         if (k == 0) {
             smoother->start(input, flight.state(t), information);
         } else {
@@ -212,7 +212,7 @@ TEST_CASE("the window allocates nothing once it exists", "[window]") {
     std::uint64_t allocations = 0;
     {
         const test::AllocationGuard guard;
-        smoother->start({test::at(0.0), {}, {first.data(), first.size()}}, flight.state(0.0), information);
+        smoother->start({test::at(0.0), {}, false, {first.data(), first.size()}}, flight.state(0.0), information);
         allocations += guard.allocations();
     }
     for (int k = 1; k <= 12; ++k) {  // twice the window: marginalization included
@@ -222,7 +222,7 @@ TEST_CASE("the window allocates nothing once it exists", "[window]") {
         StateMatrix covariance;
         const test::AllocationGuard guard;
         const Status added =
-            smoother->add_keyframe({test::at(t), flight.rate(t), {observations.data(), observations.size()}}, p);
+            smoother->add_keyframe({test::at(t), flight.rate(t), false, {observations.data(), observations.size()}}, p);
         const WindowSummary summary = smoother->optimize();
         const Status known = smoother->newest_covariance(covariance);
         allocations += guard.allocations();

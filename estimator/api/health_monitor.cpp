@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/api/health_monitor.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace facet {
+namespace {
+
+constexpr int kFewStereo = 8;
+constexpr int kFewLandmarks = 8;
+constexpr int kWrongKeyframes = 3;
+/// This many tracked features make vision as good as it gets, for the quality.
+constexpr double kManyFeatures = 60.0;
+constexpr double kGraceQuality = 0.3;
+
+constexpr std::uint32_t kDegrading = kReasonFewFeatures | kReasonImageRejected | kReasonImageDark |
+                                     kReasonImageOverexposed | kReasonImageFrozen | kReasonBiasLimit |
+                                     kReasonHighResidual | kReasonSolverFailed | kReasonVelocityUncertain |
+                                     kReasonImuClipped | kReasonImuGap | kReasonSpeedLimit;
+
+}  // namespace
+
+void HealthMonitor::reset() {
+    state_ = TrackingState::kInit;
+    has_diverged_ = false;
+    wrong_keyframes_ = 0;
+    started_ = last_vision_ = {};
+}
+
+void HealthMonitor::restart(Timestamp stamp, bool is_known) {
+    reset();
+    state_ = is_known ? TrackingState::kTracking : TrackingState::kInit;
+    started_ = last_vision_ = stamp;
+}
+
+std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
+    std::uint32_t bits = 0;
+    const auto raise = [&bits](bool condition, HealthReason reason) { bits |= condition ? reason : 0U; };
+    raise(!e.frame_taken, kReasonImageRejected);
+    raise(e.image == ImageState::kDark || e.image == ImageState::kFlat, kReasonImageDark);
+    raise(e.image == ImageState::kOverexposed, kReasonImageOverexposed);
+    raise(e.image == ImageState::kFrozen, kReasonImageFrozen);
+    raise(e.tracked < config_.few_features || (e.is_keyframe && e.newest_landmarks < kFewLandmarks),
+          kReasonFewFeatures);
+    raise(e.is_keyframe && e.has_right && e.stereo < kFewStereo, kReasonFewStereo);
+    raise(!e.has_right, kReasonNoRightImage);
+    raise(e.imu.has_gap, kReasonImuGap);
+    raise(e.imu.clipped != 0, kReasonImuClipped);
+    raise(e.imu.accel_vibration_m_per_s2 > config_.vibration_m_per_s2, kReasonVibration);
+    raise(e.gyro_bias_rad_per_s > config_.max_gyro_bias_rad_per_s ||
+              e.accel_bias_m_per_s2 > config_.max_accel_bias_m_per_s2,
+          kReasonBiasLimit);
+    raise(e.speed_m_per_s > config_.max_speed_m_per_s, kReasonSpeedLimit);
+    raise(e.velocity_sigma_m_per_s > config_.max_velocity_sigma_m_per_s, kReasonVelocityUncertain);
+    raise(e.vision_chi2 > config_.high_vision_chi2, kReasonHighResidual);
+    raise(e.solver_failed || !e.is_finite, kReasonSolverFailed);
+    return bits;
+}
+
+int HealthMonitor::quality(const HealthEvidence& e) const {
+    if (state_ != TrackingState::kTracking && state_ != TrackingState::kDegraded) {
+        return 0;
+    }
+    const double share[] = {
+        e.tracked / kManyFeatures,
+        e.velocity_sigma_m_per_s > 0.0 ? 0.2 * config_.max_velocity_sigma_m_per_s / e.velocity_sigma_m_per_s : 1.0,
+        e.vision_chi2 > 0.0 ? config_.high_vision_chi2 / e.vision_chi2 : 1.0,
+    };
+    double worst = (e.stamp - started_).seconds() < config_.grace_s ? kGraceQuality : 1.0;
+    // Inertial data alone are good for a while: features count in proportion to how long they have been missing.
+    const double age = std::clamp(vision_age_s(e.stamp) / config_.lost_after_s, 0.0, 1.0);
+    worst = std::min({worst, std::max(share[0], 0.5 * (1.0 - age)), share[1], share[2]});
+    return std::clamp(static_cast<int>(std::lround(100.0 * worst)), 1, 100);
+}
+
+void HealthMonitor::update(const HealthEvidence& e, Health& health) {
+    health.reasons = e.is_started ? reasons(e) : 0U;
+    if (e.is_started) {
+        const bool has_vision =
+            e.frame_taken && e.image == ImageState::kUsable && (health.reasons & kReasonFewFeatures) == 0U;
+        last_vision_ = has_vision ? e.stamp : last_vision_;
+        if (e.is_keyframe) {
+            wrong_keyframes_ = e.vision_chi2 > config_.wrong_vision_chi2 ? wrong_keyframes_ + 1 : 0;
+        }
+        const bool diverged = (health.reasons & (kReasonBiasLimit | kReasonSpeedLimit)) != 0U ||
+                              wrong_keyframes_ >= kWrongKeyframes || !e.is_finite;
+        const bool blind = vision_age_s(e.stamp) > config_.lost_after_s;
+        const bool unsure =
+            state_ != TrackingState::kInit && e.velocity_sigma_m_per_s > 2.0 * config_.max_velocity_sigma_m_per_s;
+        if (diverged || blind || unsure) {
+            state_ = TrackingState::kLost;
+            has_diverged_ = has_diverged_ || diverged;
+        } else if (state_ == TrackingState::kInit) {
+            const bool is_ready = e.velocity_sigma_m_per_s < config_.ready_velocity_sigma_m_per_s &&
+                                  e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_keyframe;
+            state_ = is_ready ? TrackingState::kTracking : TrackingState::kInit;
+        }
+        if (state_ == TrackingState::kTracking || state_ == TrackingState::kDegraded) {
+            state_ = (health.reasons & kDegrading) != 0U ? TrackingState::kDegraded : TrackingState::kTracking;
+        }
+    }
+    health.state = state_;
+    health.quality = quality(e);
+}
+
+}  // namespace facet

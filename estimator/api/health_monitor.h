@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Judges from several independent signs whether the estimate can be used.
+#pragma once
+
+#include "estimator/api/estimate.h"
+#include "estimator/api/health_config.h"
+#include "estimator/frontend/frontend_types.h"
+#include "estimator/imu/imu_buffer.h"
+
+namespace facet {
+
+/// The signs, one frame's.
+struct HealthEvidence {
+    Timestamp stamp;
+    bool is_started = false;   ///< there is a window
+    bool frame_taken = false;  ///< the front-end could work on the frame
+    bool has_right = false;
+    ImageState image = ImageState::kUsable;
+    bool is_keyframe = false;
+    int tracked = 0;           ///< features in this frame
+    int stereo = 0;            ///< of these matched, at a keyframe
+    int newest_landmarks = 0;  ///< landmarks that hold the keyframe after optimization
+    ImuSpan imu;               ///< samples between the newest keyframe and the frame
+    double speed_m_per_s = 0.0;
+    double velocity_sigma_m_per_s = 0.0;  ///< largest of three axes
+    double tilt_sigma_rad = 0.0;          ///< larger of the two horizontal axes
+    double gyro_bias_rad_per_s = 0.0;     ///< norm
+    double accel_bias_m_per_s2 = 0.0;     ///< norm
+    double vision_chi2 = 0.0;             ///< per degree of freedom
+    bool solver_failed = false;
+    bool is_finite = true;
+};
+
+/// INIT until velocity and gravity are known; then TRACKING, DEGRADED when some sign is bad, LOST when the estimate is
+/// not to be used: no vision for too long, speed, velocity's uncertainty or a bias beyond belief, residuals that say that
+/// the map is wrong, numbers that are none. LOST ends by restart() only. Thread-bound. No heap.
+class HealthMonitor {
+public:
+    void configure(const HealthConfig& config) { config_ = config; }
+
+    /// Before any data.
+    void reset();
+
+    /// A window begins at this stamp. @param is_known  velocity and gravity are known already: no INIT
+    void restart(Timestamp stamp, bool is_known);
+
+    /// Fills state, reasons and quality; the rest of `health` is the caller's.
+    void update(const HealthEvidence& evidence, Health& health);
+
+    TrackingState state() const { return state_; }
+    /// LOST for a reason that makes the state itself worthless, not only old.
+    bool has_diverged() const { return has_diverged_; }
+
+private:
+    std::uint32_t reasons(const HealthEvidence& e) const;
+    int quality(const HealthEvidence& e) const;
+    double vision_age_s(Timestamp now) const { return (now - last_vision_).seconds(); }
+
+    HealthConfig config_;
+    TrackingState state_ = TrackingState::kInit;
+    bool has_diverged_ = false;
+    Timestamp started_;
+    Timestamp last_vision_;
+    int wrong_keyframes_ = 0;  ///< in a row
+};
+
+}  // namespace facet

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Tracks that were lost from sight, kept until their landmark is forgotten, and found again where it should appear.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <boost/container/static_vector.hpp>
+#include <span>
+
+#include "estimator/frontend/frontend_config.h"
+#include "estimator/frontend/frontend_types.h"
+#include "estimator/frontend/image_pyramid.h"
+#include "estimator/frontend/track.h"
+#include "estimator/frontend/tracker.h"
+#include "estimator/geometry/stereo_rig.h"
+
+namespace facet {
+
+using TrackList = boost::container::static_vector<Track, kMaxFeatures>;
+
+/// A track ends when its point leaves the image, is hidden, or when the image goes dark. Its template is kept here. If the
+/// smoother later predicts the landmark inside the image, the template is aligned at that place, turned and scaled by
+/// what the camera has done since; what is found goes on as the same landmark. So a second of darkness costs no more
+/// than what inertial data drift meanwhile, and a look back to a place closes the loop within the window.
+/// Found points must lie within recall_radius_px of the prediction, and agree on where the prediction is off: the
+/// median shift is the truth, as an error of the predicted pose shifts all points alike.
+/// Full: the track lost longest ago is forgotten. No heap. Thread-bound.
+class DormantTracks {
+public:
+    void configure(const FrontendConfig& config, const StereoRig& rig);
+
+    int size() const { return static_cast<int>(dormant_.size()); }
+
+    /// Forgets all; the tracker's slots are its own business.
+    void clear() { dormant_.clear(); }
+
+    /// Takes a lost track, its template slot included. @param q_B0_B  body now to any fixed frame, by the gyroscope
+    void add(const Track& track, const Eigen::Quaterniond& q_B0_B, Tracker& tracker);
+
+    /// Frees the slot of the track lost longest ago; false if there is none.
+    bool forget_oldest(Tracker& tracker);
+
+    /// Forgets tracks whose landmarks are not among the predictions (sorted by id): the smoother has dropped them.
+    void forget_unknown(std::span<const LandmarkPrediction> predictions, Tracker& tracker);
+
+    /// A new keyframe has come, without these tracks.
+    void leave_keyframe();
+
+    /// Looks for landmarks predicted in the image and moves those found to `tracks`, of which there may be `most`.
+    void recall(const ImagePyramid& image, std::span<const LandmarkPrediction> predictions,
+                const Eigen::Quaterniond& q_B0_B, int most, Tracker& tracker, TrackList& tracks);
+
+private:
+    struct Dormant {
+        Track track;
+        Eigen::Quaterniond q_B0_B;  ///< when it was lost
+    };
+    struct Found {
+        std::size_t index;
+        Track track;
+        Eigen::Vector2d shift;  ///< from the prediction (px)
+    };
+    double median_shift(int axis);
+    void erase(std::size_t index) { dormant_.erase(dormant_.begin() + static_cast<std::ptrdiff_t>(index)); }
+
+    FrontendConfig config_;
+    Eigen::Quaterniond q_C_B_ = Eigen::Quaterniond::Identity();
+    boost::container::static_vector<Dormant, kMaxDormantTracks> dormant_;  ///< longest lost first
+    boost::container::static_vector<Found, kMaxDormantTracks> found_;
+    boost::container::static_vector<double, kMaxDormantTracks> values_;
+};
+
+}  // namespace facet

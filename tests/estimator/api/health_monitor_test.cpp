@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/api/health_monitor.h"
+
+#include <catch2/catch.hpp>
+
+using namespace facet;
+
+namespace {
+
+Timestamp at(double t) { return Timestamp{} + Duration::from_seconds(100.0 + t); }
+
+/// A frame on which all is well.
+HealthEvidence good(double t) {
+    HealthEvidence e;
+    e.stamp = at(t);
+    e.is_started = e.frame_taken = e.has_right = true;
+    e.tracked = 200;
+    e.stereo = 150;
+    e.newest_landmarks = 150;
+    e.velocity_sigma_m_per_s = 0.01;
+    e.tilt_sigma_rad = 0.002;
+    e.vision_chi2 = 0.8;
+    return e;
+}
+
+struct Fixture {
+    HealthMonitor monitor;
+    Health health;
+    Fixture() {
+        monitor.configure({});
+        monitor.reset();
+        monitor.restart(at(0.0), true);
+    }
+    TrackingState step(const HealthEvidence& e) {
+        monitor.update(e, health);
+        return health.state;
+    }
+    bool has(HealthReason reason) const { return (health.reasons & reason) != 0U; }
+};
+
+HealthEvidence dark(double t) {
+    HealthEvidence e = good(t);
+    e.image = ImageState::kDark;
+    e.tracked = e.stereo = 0;
+    return e;
+}
+
+}  // namespace
+
+TEST_CASE("before data there is INIT without reasons", "[health]") {
+    HealthMonitor monitor;
+    monitor.configure({});
+    monitor.reset();
+    Health health;
+    monitor.update({}, health);
+    CHECK(health.state == TrackingState::kInit);
+    CHECK(health.reasons == 0U);
+    CHECK(health.quality == 0);
+}
+
+TEST_CASE("a start in motion is INIT until velocity and gravity are known at a keyframe", "[health]") {
+    Fixture f;
+    f.monitor.restart(at(0.0), false);
+    HealthEvidence e = good(0.2);
+    e.is_keyframe = true;
+    e.velocity_sigma_m_per_s = 0.4;
+    CHECK(f.step(e) == TrackingState::kInit);
+    CHECK(f.health.quality == 0);
+    e = good(0.4);
+    CHECK(f.step(e) == TrackingState::kInit);  // no keyframe
+    e.is_keyframe = true;
+    CHECK(f.step(e) == TrackingState::kTracking);
+}
+
+TEST_CASE("quality is low after a start, then full", "[health]") {
+    Fixture f;
+    CHECK(f.step(good(0.5)) == TrackingState::kTracking);
+    CHECK(f.health.quality == 30);
+    f.step(good(2.5));
+    CHECK(f.health.quality == 100);
+}
+
+TEST_CASE("darkness degrades at once, loses after the limit, and only a restart ends that", "[health]") {
+    Fixture f;
+    f.step(good(3.0));
+    CHECK(f.step(dark(3.05)) == TrackingState::kDegraded);
+    CHECK(f.has(kReasonImageDark));
+    const int first = f.health.quality;
+    CHECK(f.step(dark(5.9)) == TrackingState::kDegraded);
+    CHECK(f.health.quality < first);
+    CHECK(f.step(dark(6.1)) == TrackingState::kLost);
+    CHECK(f.health.quality == 0);
+    CHECK_FALSE(f.monitor.has_diverged());
+    CHECK(f.step(good(6.2)) == TrackingState::kLost);
+    f.monitor.restart(at(6.3), false);
+    HealthEvidence e = good(6.6);
+    e.is_keyframe = true;
+    CHECK(f.step(e) == TrackingState::kTracking);
+}
+
+TEST_CASE("light within the limit ends degradation", "[health]") {
+    Fixture f;
+    f.step(good(3.0));
+    f.step(dark(4.0));
+    CHECK(f.step(good(4.1)) == TrackingState::kTracking);
+    CHECK(f.health.reasons == 0U);
+}
+
+TEST_CASE("each sign of divergence loses the estimate by itself", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(3.0);
+    SECTION("speed") { e.speed_m_per_s = 30.0; }
+    SECTION("gyroscope bias") { e.gyro_bias_rad_per_s = 1.0; }
+    SECTION("accelerometer bias") { e.accel_bias_m_per_s2 = 5.0; }
+    SECTION("not a number") { e.is_finite = false; }
+    CHECK(f.step(e) == TrackingState::kLost);
+    CHECK(f.monitor.has_diverged());
+}
+
+TEST_CASE("residuals must be wrong at three keyframes in a row", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(3.0);
+    e.is_keyframe = true;
+    e.vision_chi2 = 40.0;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    e.vision_chi2 = 1.0;
+    CHECK(f.step(e) == TrackingState::kTracking);
+    e.vision_chi2 = 40.0;
+    f.step(e);
+    f.step(e);
+    CHECK(f.step(e) == TrackingState::kLost);
+}
+
+TEST_CASE("an unsure velocity degrades, a very unsure one loses without divergence", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(3.0);
+    e.velocity_sigma_m_per_s = 0.7;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    CHECK(f.has(kReasonVelocityUncertain));
+    e.velocity_sigma_m_per_s = 1.1;
+    CHECK(f.step(e) == TrackingState::kLost);
+    CHECK_FALSE(f.monitor.has_diverged());
+}
+
+TEST_CASE("things worth a word that leave tracking be", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(3.0);
+    e.has_right = false;
+    CHECK(f.step(e) == TrackingState::kTracking);
+    CHECK(f.has(kReasonNoRightImage));
+    e = good(3.1);
+    e.imu.accel_vibration_m_per_s2 = 5.0;
+    CHECK(f.step(e) == TrackingState::kTracking);
+    CHECK(f.has(kReasonVibration));
+}
+
+TEST_CASE("clipped or missing inertial samples degrade", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(3.0);
+    e.imu.clipped = 0x08;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    CHECK(f.has(kReasonImuClipped));
+    e = good(3.1);
+    e.imu.has_gap = true;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    CHECK(f.has(kReasonImuGap));
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/frontend/image_check.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/estimator/frontend/synthetic.h"
+
+using namespace facet;
+using synthetic::Image;
+
+namespace {
+
+Image with_texture(double gain, double offset) {
+    return synthetic::warp(synthetic::Texture(6.0, 40.0, 5), 188, 120, Eigen::Vector2d::Zero(),
+                           Eigen::Matrix2d::Identity(), gain, offset);
+}
+
+}  // namespace
+
+TEST_CASE("an image with contrast can be tracked, a dim one too", "[image_check]") {
+    CHECK(check_image(with_texture(1.0, 0.0).view()) == ImageState::kUsable);
+    CHECK(check_image(with_texture(0.2, 0.0).view()) == ImageState::kUsable);
+}
+
+TEST_CASE("dark, overexposed and flat images are told apart", "[image_check]") {
+    CHECK(check_image(Image(188, 120, 4).view()) == ImageState::kDark);
+    CHECK(check_image(with_texture(0.05, 0.0).view()) == ImageState::kDark);
+    CHECK(check_image(Image(188, 120, 255).view()) == ImageState::kOverexposed);
+    CHECK(check_image(with_texture(1.0, 300.0).view()) == ImageState::kOverexposed);
+    CHECK(check_image(Image(188, 120, 120).view()) == ImageState::kFlat);
+}
+
+TEST_CASE("the same image is one that is equal everywhere it is looked at", "[image_check]") {
+    const Image a = with_texture(1.0, 0.0);
+    Image b = a;
+    CHECK(is_same_image(a.view(), b.view()));
+    b.pixels[16U * 188U + 100U] ^= 1U;
+    CHECK_FALSE(is_same_image(a.view(), b.view()));
+}
