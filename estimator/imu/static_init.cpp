@@ -90,21 +90,6 @@ Status average_turned_force(const ImuBuffer& buffer, const Stretch& stretch, Tur
     return Status::kOk;
 }
 
-/// Rotation whose W z is along up_B and whose yaw is zero as static_init.h says.
-Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B) {
-    const auto horizontal = [&](const Eigen::Vector3d& axis) -> Eigen::Vector3d {
-        return axis - axis.dot(up_B) * up_B;
-    };
-    Eigen::Vector3d x_B = horizontal(Eigen::Vector3d::UnitX());
-    if (x_B.norm() < kMinHorizontal) {
-        x_B = horizontal(Eigen::Vector3d::UnitZ());
-    }
-    x_B.normalize();
-    Eigen::Matrix3d R_W_B;
-    R_W_B << x_B.transpose(), up_B.cross(x_B).transpose(), up_B.transpose();
-    return Eigen::Quaterniond(R_W_B).normalized();
-}
-
 struct PriorSigmas {
     double tilt_rad;
     double velocity_m_per_s;
@@ -150,6 +135,20 @@ void fill_moving(const TurnedForce& turned, double duration_s, const Initializer
 }
 
 }  // namespace
+
+Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B) {
+    const auto horizontal = [&](const Eigen::Vector3d& axis) -> Eigen::Vector3d {
+        return axis - axis.dot(up_B) * up_B;
+    };
+    Eigen::Vector3d x_B = horizontal(Eigen::Vector3d::UnitX());
+    if (x_B.norm() < kMinHorizontal) {
+        x_B = horizontal(Eigen::Vector3d::UnitZ());
+    }
+    x_B.normalize();
+    Eigen::Matrix3d R_W_B;
+    R_W_B << x_B.transpose(), up_B.cross(x_B).transpose(), up_B.transpose();
+    return Eigen::Quaterniond(R_W_B).normalized();
+}
 
 Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, InitialState& out) {
     Stretch stretch;

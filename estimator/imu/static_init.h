@@ -24,6 +24,9 @@ struct InitialState {
     Eigen::Matrix<double, 15, 15> information() const { return sqrt_information.transpose() * sqrt_information; }
 };
 
+/// Attitude with W z along up_B (unit) and yaw zero as below. Reentrant. No heap.
+Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B);
+
 /// State at a frame's stamp from the newest max_duration_s of samples before it (after the last gap or clipped reading in
 /// them).
 ///
