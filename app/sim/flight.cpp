@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "app/sim/rng.h"
+#include "app/support/rng.h"
 
 namespace facet::sim {
 namespace {

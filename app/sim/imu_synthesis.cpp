@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "app/sim/rng.h"
+#include "app/support/rng.h"
 
 namespace facet::sim {
 namespace {

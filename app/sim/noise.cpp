@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/sim/rng.h"
+#include "app/support/rng.h"
 
 namespace facet::sim {
 namespace {

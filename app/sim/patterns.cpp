@@ -7,7 +7,7 @@
 
 #include "app/sim/noise.h"
 #include "app/sim/parallel.h"
-#include "app/sim/rng.h"
+#include "app/support/rng.h"
 
 namespace facet::sim {
 namespace {

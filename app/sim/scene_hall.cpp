@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "app/sim/noise.h"
-#include "app/sim/rng.h"
 #include "app/sim/scene.h"
+#include "app/support/rng.h"
 
 namespace facet::sim {
 namespace {

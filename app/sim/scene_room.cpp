@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/sim/rng.h"
 #include "app/sim/scene.h"
+#include "app/support/rng.h"
 
 namespace facet::sim {
 namespace {

@@ -18,8 +18,8 @@
 #include "app/sim/parallel.h"
 #include "app/sim/png_writer.h"
 #include "app/sim/renderer.h"
-#include "app/sim/rng.h"
 #include "app/sim/truth.h"
+#include "app/support/rng.h"
 
 namespace facet::sim {
 namespace {

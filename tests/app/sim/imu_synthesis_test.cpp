@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/sim/default_rig.h"
-#include "app/sim/rng.h"
+#include "app/support/rng.h"
 #include "estimator/geometry/so3.h"
 
 namespace facet::sim {

@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "app/sim/rng.h"
+#include "app/support/rng.h"
 
 namespace facet::sim {
 namespace {

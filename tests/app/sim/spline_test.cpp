@@ -4,7 +4,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "app/sim/rng.h"
+#include "app/support/rng.h"
 
 namespace facet::sim {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace facet::sim {
+namespace facet {
 
 /// Mixes 64 bits: the finaliser of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014). Bijective. Reentrant.
 constexpr std::uint64_t mix64(std::uint64_t x) {
@@ -61,4 +61,4 @@ private:
     std::uint64_t counter_ = 0;
 };
 
-}  // namespace facet::sim
+}  // namespace facet
