@@ -11,6 +11,7 @@
 #include "app/commands/run_guarded.h"
 #include "app/config/config_file.h"
 #include "app/config/config_table.h"
+#include "app/faults/fault.h"
 #include "app/pipeline/replay.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
@@ -36,6 +37,7 @@ struct ReplayArguments {
     std::string camchain;
     std::string imu;
     std::vector<std::string> settings;
+    std::vector<std::string> faults;
     double start_s = 0.0;
     double duration_s = 0.0;
     bool quiet = false;
@@ -130,6 +132,9 @@ int replay(const ReplayArguments& args, bool has_duration) {
         set_config(setting, options.config);
     }
     require_in_range(options.config);
+    for (const std::string& spec : args.faults) {
+        options.faults.push_back(parse_fault(spec));
+    }
     options.start_s = args.start_s;
     options.duration_s = has_duration ? std::optional<double>(args.duration_s) : std::nullopt;
     options.show_progress = !args.quiet;
@@ -163,9 +168,14 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         "--calibration", args->camchain,
         "Kalibr camchain.yaml (T_cam_imu: IMU to camera) instead of the log's cam0 and cam1/sensor.yaml");
     command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
+    command
+        ->add_option("--inject", args->faults,
+                     "NAME[=VALUE][@START[+LENGTH]]: a fault between log and estimator, see below; may be repeated")
+        ->allow_extra_args(false);
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(
-        "Exit codes: 0 done; 1 no estimate, lost at the end, not finite, or interrupted; 2 bad usage or input.");
+        fault_help() +
+        "\nExit codes: 0 done; 1 no estimate, lost at the end, not finite, or interrupted; 2 bad usage or input.");
     command->callback([args, duration, &exit_code] {
         exit_code = run_guarded([&] { return replay(*args, duration->count() > 0); });
     });

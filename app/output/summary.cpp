@@ -90,6 +90,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"version", FACET_VERSION},
                  {"calibration", summary.calibration},
                  {"start_s", summary.start_s},
+                 {"faults", summary.faults},
                  {"frames_listed", summary.frames_listed},
                  {"frames", summary.frames},
                  {"frames_not_ready", summary.frames_not_ready},

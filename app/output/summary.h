@@ -22,6 +22,7 @@ struct RunSummary {
     std::string mode;
     std::string calibration;
     double start_s = 0.0;
+    std::vector<std::string> faults;                     ///< put between log and estimator, as the user wrote them
     std::size_t frames_listed = 0;                       ///< in the log, within the window
     std::size_t frames = 0;                              ///< given to the estimator
     std::size_t frames_not_ready = 0;                    ///< of these, without enough inertial data

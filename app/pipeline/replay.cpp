@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include "app/faults/fault_injector.h"
 #include "app/output/trajectory_writer.h"
 #include "app/pipeline/stage_timer.h"
 #include "app/pipeline/warning_log.h"
@@ -37,6 +38,9 @@ public:
         summary_.mode = options.mode;
         summary_.calibration = options.calibration.source;
         summary_.start_s = options.start_s;
+        for (const Fault& fault : options.faults) {
+            summary_.faults.push_back(fault.spec);
+        }
     }
 
     RunSummary run(const std::atomic<bool>& stop);
@@ -44,8 +48,13 @@ public:
 private:
     void open_log();
     void configure();
+    bool pull();
+    void give(const ImuSample& sample);
+    void give(const StereoFrame& frame);
+    void deliver_faulted();
+    void tell_idle_faults();
     void feed(const ImuSample& sample);
-    void feed(const StereoFrame& frame);
+    void feed(const StereoFrame& frame, Timestamp output_stamp);
     void keep(const Estimate& estimate);
 
     const ReplayOptions& options_;
@@ -57,6 +66,7 @@ private:
     Estimator estimator_;
     StageTimer timer_;
     RunSummary summary_;
+    std::optional<FaultInjector> injector_;  ///< none without faults
 };
 
 void Replay::open_log() {
@@ -79,6 +89,9 @@ void Replay::open_log() {
     summary_.frames_listed = log_.frame_count();
     if (summary_.frames_listed == 0) {
         throw InputError(fmt::format("{}: no frame between --start and its --duration", options_.dataset));
+    }
+    if (!options_.faults.empty()) {
+        injector_.emplace(options_.faults, options_.calibration.noise, log_.log_begin() + log_options.start);
     }
 }
 
@@ -130,14 +143,14 @@ void Replay::feed(const ImuSample& sample) {
     summary_.imu_refused += ok(status) ? 0 : 1;
 }
 
-void Replay::feed(const StereoFrame& frame) {
+void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     Estimate estimate;
-    estimate.stamp = frame.stamp;
+    estimate.stamp = output_stamp;
     estimate.health.state = summary_.last.health.state;  // stands if the estimator says nothing
     const auto begin = StageTimer::Clock::now();
     const Status status = estimator_.add_frame(frame, estimate);
     timer_.add_total(begin);
-    estimate.stamp = frame.stamp;
+    estimate.stamp = output_stamp;
     const FrameTiming timing = timer_.take();
     ++summary_.frames;
     if (status == Status::kNotReady) {
@@ -145,14 +158,14 @@ void Replay::feed(const StereoFrame& frame) {
     } else if (!ok(status)) {
         ++summary_.frames_refused;
         warnings_.add("refused_frame",
-                      fmt::format("frame {}: refused by the estimator: {}", frame.stamp.ns, to_string(status)));
+                      fmt::format("frame {}: refused by the estimator: {}", output_stamp.ns, to_string(status)));
     }
     const bool is_keyframe = ok(status) && estimate.health.is_keyframe;
     summary_.keyframes += is_keyframe ? 1 : 0;
     summary_.timed.push_back({is_keyframe, timing});
     ++summary_.frames_by_state[to_string(estimate.health.state)];
-    timing_.write(frame.stamp, is_keyframe, timing);
-    health_.write(frame.stamp, estimate.health);
+    timing_.write(output_stamp, is_keyframe, timing);
+    health_.write(output_stamp, estimate.health);
     if (ok(status) && is_usable(estimate.health.state)) {
         keep(estimate);
     } else {
@@ -178,6 +191,62 @@ void Replay::keep(const Estimate& estimate) {
     summary_.last = estimate;
 }
 
+void Replay::give(const ImuSample& sample) {
+    if (injector_) {
+        injector_->add(sample);
+    } else {
+        feed(sample);
+    }
+}
+
+void Replay::give(const StereoFrame& frame) {
+    if (injector_) {
+        injector_->add(frame);
+    } else {
+        feed(frame, frame.stamp);
+    }
+}
+
+/// Feeds what the injector has ready.
+void Replay::deliver_faulted() {
+    for (const FaultInjector::Delivery* out = nullptr; injector_ && (out = injector_->front()) != nullptr;) {
+        if (const auto* sample = std::get_if<ImuSample>(out)) {
+            feed(*sample);
+        } else {
+            const auto& frame = std::get<OwnedFrame>(*out);
+            feed(frame.view(), frame.output_stamp);
+        }
+        injector_->pop();
+    }
+}
+
+/// A fault that met no sample is likely a mistake in its times.
+void Replay::tell_idle_faults() {
+    for (std::size_t i = 0; injector_ && i < injector_->hits().size(); ++i) {
+        if (injector_->hits()[i] == 0) {
+            warnings_.add("idle_fault", fmt::format("--inject '{}' met no sample", injector_->faults()[i].spec));
+        }
+    }
+}
+
+/// Takes one sample from the log to the estimator. @return false at the end of the log
+bool Replay::pull() {
+    ImuSample sample;
+    StereoFrame frame;
+    const AslDataset::Event event = log_.next(sample, frame);
+    switch (event) {
+        case AslDataset::Event::kImu: give(sample); break;
+        case AslDataset::Event::kFrame: give(frame); break;
+        case AslDataset::Event::kEnd:
+            if (injector_) {
+                injector_->finish();
+            }
+            break;
+    }
+    deliver_faulted();
+    return event != AslDataset::Event::kEnd;
+}
+
 RunSummary Replay::run(const std::atomic<bool>& stop) {
     const auto begin = StageTimer::Clock::now();
     open_log();
@@ -187,19 +256,13 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         progress.emplace("replay", "frames", log_.frame_count());
         warnings_.set_progress(&*progress);
     }
-    ImuSample sample;
-    StereoFrame frame;
-    for (bool more = true; more && !(summary_.interrupted = stop.load());) {
-        switch (log_.next(sample, frame)) {
-            case AslDataset::Event::kImu: feed(sample); break;
-            case AslDataset::Event::kFrame:
-                feed(frame);
-                if (progress) {
-                    progress->update(summary_.frames);
-                }
-                break;
-            case AslDataset::Event::kEnd: more = false; break;
+    while (!(summary_.interrupted = stop.load()) && pull()) {
+        if (progress) {
+            progress->update(summary_.frames);
         }
+    }
+    if (!summary_.interrupted) {
+        tell_idle_faults();
     }
     if (progress) {
         progress->finish();

@@ -5,8 +5,10 @@
 #include <atomic>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/calibration/calibration.h"
+#include "app/faults/fault.h"
 #include "app/output/summary.h"
 #include "estimator/api/config.h"
 
@@ -20,6 +22,7 @@ struct ReplayOptions {
     Calibration calibration;
     double start_s = 0.0;              ///< from the log's first frame
     std::optional<double> duration_s;  ///< all if empty
+    std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
     bool show_progress = true;
 };
 
@@ -27,6 +30,8 @@ struct ReplayOptions {
 /// then the frame. Writes trajectory.tum, trajectory.csv, timing.csv, health.csv, summary.json and warnings.txt into
 /// `out`. Equal inputs give equal bytes except timing. Reading and decoding are not part of the times.
 /// @param stop  set from elsewhere (a signal) to end after the current frame; the files are complete up to there
+/// A faulted frame is filed under the log's stamp plus the offset injected into it: an estimator that does not find out an
+/// offset pays for it in the comparison with ground truth, while a jump of the clock leaves the files comparable.
 /// Throws InputError if dataset or rig cannot be used or a file cannot be written.
 RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop);
 

@@ -42,7 +42,7 @@ TEST_CASE("help, version and info explain the program") {
         CHECK(run(dir, std::string(command) + " --help").code == 0);
     }
     for (const char* option :
-         {"--mode", "--out", "--config", "--start", "--duration", "--calibration", "--imu-calibration"}) {
+         {"--mode", "--out", "--config", "--start", "--duration", "--calibration", "--imu-calibration", "--inject"}) {
         CHECK(contains(run(dir, "replay --help").out, option));
     }
     CHECK(run(dir, "--version").out.starts_with("facet "));
@@ -71,6 +71,8 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {replay + " --mode spr", "--mode spr: this build has mode s only"},
         {replay + " --mode x", "--mode x: unknown"},
         {replay + " --start abc", "--start"},
+        {replay + " --inject fog@8", "--inject 'fog@8': unknown fault 'fog'"},
+        {replay + " --inject flash --inject clip@x", "--inject 'clip@x': start 'x' is not a number"},
         {replay + " --duration -1", "--duration must be positive"},
         {replay + " --start 1000", "no frame between --start"},
         {replay + " --config " + config, config + ":2: window.keyfames: unknown key"},

@@ -93,6 +93,38 @@ TEST_CASE("--start and --duration select frames") {
           dir.path() + ": no frame between --start and its --duration");
 }
 
+TEST_CASE("faults reach the estimator, are in the summary, and leave the files comparable") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    ReplayOptions options = options_for(dir, "out");
+    // Times count from --start: the first fault meets frames 4 and 5 of the log, the second none.
+    options.start_s = 0.1;
+    options.faults = {parse_fault("no_left@0.1+0.1"), parse_fault("blackout@50+1"), parse_fault("clock_jump=100@0.5")};
+    const RunSummary run = run_replay(options, std::atomic<bool>{false});
+    CHECK(run.frames_listed == kFrames - 2);
+    CHECK(run.frames == kFrames - 4);
+    CHECK(run.warnings.at("idle_fault") == 1);
+    CHECK(test::read_file(dir.file("out/warnings.txt")).find("--inject 'blackout@50+1' met no sample") !=
+          std::string::npos);
+    CHECK(summary_of(dir.file("out"))["faults"] ==
+          nlohmann::json::array({"no_left@0.1+0.1", "blackout@50+1", "clock_jump=100@0.5"}));
+    const std::string health = test::read_file(dir.file("out/health.csv"));
+    const auto has_frame = [&](int k) {
+        return health.find("\n" + std::to_string(test::kAslBegin + k * test::kAslFrameStep) + ",") != std::string::npos;
+    };
+    CHECK(has_frame(3));
+    CHECK_FALSE(has_frame(4));
+    CHECK_FALSE(has_frame(5));
+    CHECK(has_frame(6));
+    CHECK(has_frame(kFrames - 1));  // after the jump, under the log's stamp
+
+    options = options_for(dir, "shifted");
+    options.faults = {parse_fault("time_offset=0.003")};
+    run_replay(options, std::atomic<bool>{false});
+    CHECK(test::read_file(dir.file("shifted/health.csv"))
+              .find("\n" + std::to_string(test::kAslBegin + 3'000'000) + ",") != std::string::npos);
+}
+
 TEST_CASE("a refused configuration is named") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 2);

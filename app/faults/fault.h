@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// One fault to be put between a log and the estimator, and the text that asks for it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "platform/base/timestamp.h"
+
+namespace facet {
+
+enum class FaultKind : std::uint8_t {
+    kBlackout,
+    kFlash,
+    kFreeze,
+    kNoLeft,
+    kNoRight,
+    kDropFrames,
+    kTimeOffset,
+    kClockJump,
+    kImuGap,
+    kImuClip,
+    kImuNoise,
+    kImuDuplicate,
+    kCount
+};
+
+/// A fault while t, counted from the first instant of the replay, is in [begin, begin + length).
+struct Fault {
+    static constexpr std::size_t kMaxValues = 2;
+
+    FaultKind kind = FaultKind::kBlackout;
+    std::array<double, kMaxValues> values{};  ///< as FaultInfo says; defaults are filled in
+    Duration begin;
+    Duration length;
+    std::string spec;  ///< as the user wrote it
+
+    bool is_active(Duration t) const { return t >= begin && t - begin < length; }
+};
+
+/// A number a fault takes.
+struct FaultValue {
+    const char* name;  ///< in capitals, as in help
+    double min;
+    double max;
+    double fallback;  ///< if not given; NaN if it must be given
+};
+
+/// One row of the table of all faults.
+struct FaultInfo {
+    FaultKind kind;
+    const char* name;
+    std::vector<FaultValue> values;
+    const char* meaning;
+};
+const std::vector<FaultInfo>& fault_table();
+
+/// Reads NAME[=VALUE[,VALUE]][@START[+LENGTH]]: START and LENGTH in seconds; without LENGTH to the end, without START
+/// from the beginning. Throws InputError that names the token.
+Fault parse_fault(std::string_view spec);
+
+/// The grammar and all faults, a line each, for --help.
+std::string fault_help();
+
+}  // namespace facet
