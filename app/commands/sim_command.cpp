@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -90,7 +91,26 @@ void add_sim_command(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     sub->add_option("--out", options->out, "Folder to write: mav0/ (EuRoC/ASL) and truth/")->required();
     sub->add_option("--seed", options->seed, "Flight and noise; equal seeds give equal bytes")->capture_default_str();
-    sub->add_option("--duration", options->duration_s, "Seconds from first to last image; the first 2.5 s stand still")
+    sub->add_option("--duration", options->duration_s, "Seconds from first to last image, standing included")
+        ->capture_default_str();
+    sub->add_option("--stand", options->stand_s, "Seconds without motion at the start")->capture_default_str();
+    static const std::map<std::string, sim::FlightKind> kKinds{{"tour", sim::FlightKind::kTour},
+                                                               {"hover", sim::FlightKind::kHover}};
+    sub->add_option(
+           "--flight", options->flight,
+           "tour: through the whole scene; hover: take off and hold a place with a few cm of slow wander, with "
+           "--vibration")
+        ->transform(CLI::CheckedTransformer(kKinds).description("{tour,hover}"))
+        ->default_str("tour");
+    sub->add_flag("--vibration", options->vibration,
+                  "Rotor vibration on the inertial samples after take-off: 0.5 m/s^2 and 0.02 rad/s rms an axis, 80 to "
+                  "120 Hz");
+    sub->add_flag("--mover", options->mover, "A textured box glides across the view every few seconds");
+    sub->add_option("--time-offset", options->time_offset_s,
+                    "Added to the stamps of the images, which are taken at their true time (s)")
+        ->capture_default_str();
+    sub->add_option("--extrinsic-error", options->extrinsic_error_deg,
+                    "Turn both cameras as one against the IMU in the calibration files (deg); truth/ has the true ones")
         ->capture_default_str();
     sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
     sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")

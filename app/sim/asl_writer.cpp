@@ -7,8 +7,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "app/sim/default_rig.h"
-
 namespace facet::sim {
 namespace {
 
@@ -36,13 +34,13 @@ void put_matrix(Text& text, const Eigen::Matrix4d& t) {
     }
 }
 
-Text camera_yaml(int index, const CameraIntrinsics& k, double rate_hz) {
+Text camera_yaml(int index, const CameraIntrinsics& k, const Eigen::Matrix4d& T_B_C, double rate_hz) {
     Text text;
     auto out = std::back_inserter(text);
     fmt::format_to(out, "%YAML:1.0\n# General sensor definitions.\nsensor_type: camera\ncomment: simulated cam{}\n\n",
                    index);
     fmt::format_to(out, "# Sensor extrinsics wrt. the body-frame.\n");
-    put_matrix(text, euroc_T_B_C(index));
+    put_matrix(text, T_B_C);
     fmt::format_to(out,
                    "\n# Camera specific definitions.\nrate_hz: {:.12g}\nresolution: [{}, {}]\ncamera_model: pinhole\n",
                    rate_hz, k.width, k.height);
@@ -136,6 +134,14 @@ std::string asl_image_path(const std::string& out, int camera, Timestamp stamp) 
     return fmt::format("{}/mav0/cam{}/data/{}.png", out, camera, stamp.ns);
 }
 
+Status write_camera_yaml(const std::string& path, int camera, const AslContent& content, std::string& failed) {
+    const CameraModel& model = camera == 0 ? content.rig->left : content.rig->right;
+    return save(path,
+                camera_yaml(camera, model.intrinsics(), content.T_B_C[static_cast<std::size_t>(camera)],
+                            content.camera_rate_hz),
+                failed);
+}
+
 Status write_asl(const std::string& out, const AslContent& content, std::string& failed) {
     const std::string mav0 = out + "/mav0";
     for (const char* folder : {"/cam0/data", "/cam1/data", "/imu0", "/state_groundtruth_estimate0"}) {
@@ -151,9 +157,7 @@ Status write_asl(const std::string& out, const AslContent& content, std::string&
     FACET_TRY(save(mav0 + "/body.yaml", body, failed));
     for (int camera = 0; camera < 2; ++camera) {
         const std::string folder = fmt::format("{}/cam{}", mav0, camera);
-        const CameraModel& model = camera == 0 ? content.rig->left : content.rig->right;
-        FACET_TRY(
-            save(folder + "/sensor.yaml", camera_yaml(camera, model.intrinsics(), content.camera_rate_hz), failed));
+        FACET_TRY(write_camera_yaml(folder + "/sensor.yaml", camera, content, failed));
         FACET_TRY(save(folder + "/data.csv", camera_csv(content.image_stamps), failed));
     }
     FACET_TRY(save(mav0 + "/imu0/sensor.yaml", imu_yaml(content.imu_noise), failed));

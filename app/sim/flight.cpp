@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "app/support/rng.h"
@@ -17,6 +18,11 @@ constexpr int kMaxDraws = 20;
 constexpr double kYawShare = 0.8;  // of the rate limit; with twice kTiltShare the sum stays below the limit
 constexpr double kTiltShare = 0.27;
 constexpr double kInspectStep_s = 0.02;
+constexpr double kClimb_m = 0.6;
+constexpr double kClimbSpeed_m_per_s = 0.4;
+constexpr double kHoverWander_m = 0.012;  // of each of three tones an axis: 1.5 cm rms, up to 5 cm
+constexpr double kHoverYaw_rad = 0.01;    // likewise
+constexpr double kHoverNod = 0.15;        // of a tour's slow nods
 
 /// One random flight, leg by leg: straight legs between random free points at random speeds, camera turned to where there
 /// is something to see; the spline rounds the corners.
@@ -36,6 +42,10 @@ public:
             points_.push_back(position_);
             yaws_.push_back(yaw_);
         }
+        if (plan_.kind == FlightKind::kHover) {
+            hold_place(count);
+            return Flight(Flight::Spline(kStep_s, add_attitude(still, count, kHoverNod)));
+        }
         int failures = 0;
         while (static_cast<int>(points_.size()) < count) {
             const Mark before{points_.size(), position_, yaw_, yaw_target_};
@@ -53,7 +63,7 @@ public:
                 hover();
             }
         }
-        return Flight(Flight::Spline(kStep_s, add_attitude(still, count)));
+        return Flight(Flight::Spline(kStep_s, add_attitude(still, count, 1.0)));
     }
 
 private:
@@ -72,6 +82,42 @@ private:
         const Vector3d wobble(random_.normal(), random_.normal(), random_.normal());
         points_.push_back(p + 0.015 * wobble);
         yaws_.push_back(yaw_);
+    }
+
+    /// Climbs as far as there is room, at most kClimb_m, and stays there: per axis a sum of three slow sinusoids.
+    void hold_place(int count) {
+        double climb = kClimb_m;
+        while (climb > 0.0 && !(position_.z() + climb <= scene_.flight_volume().high.z() &&
+                                scene_.clearance(position_ + Vector3d(0, 0, climb), 2.0) >
+                                    scene_.flight_volume().clearance_m + 0.06)) {
+            climb = std::max(0.0, climb - 0.1);
+        }
+        constexpr int kTones = 3;
+        double rate[4][kTones];  // rad/s, of x y z and yaw
+        double phase[4][kTones];
+        for (int axis = 0; axis < 4; ++axis) {
+            for (int k = 0; k < kTones; ++k) {
+                rate[axis][k] = 2.0 * std::numbers::pi * random_.uniform(0.08 + 0.12 * k, 0.16 + 0.16 * k);
+                phase[axis][k] = random_.uniform(0.0, 2.0 * std::numbers::pi);
+            }
+        }
+        const int climb_steps = static_cast<int>(std::ceil(climb / (kClimbSpeed_m_per_s * kStep_s)));
+        const Vector3d ground = position_;
+        const double ground_yaw = yaw_;
+        for (int i = 1; static_cast<int>(points_.size()) < count; ++i) {
+            const double t = i * kStep_s;
+            const double share = climb_steps == 0 ? 1.0 : std::min(1.0, static_cast<double>(i) / climb_steps);
+            const auto wander = [&](int axis) {
+                double sum = 0.0;
+                for (int k = 0; k < kTones; ++k) {
+                    sum += std::sin(rate[axis][k] * t + phase[axis][k]) - std::sin(phase[axis][k]);
+                }
+                return share * sum;
+            };
+            points_.push_back(ground + Vector3d(0, 0, share * climb) +
+                              kHoverWander_m * Vector3d(wander(0), wander(1), wander(2)));
+            yaws_.push_back(ground_yaw + kHoverYaw_rad * wander(3));
+        }
     }
 
     void hover() {
@@ -164,8 +210,8 @@ private:
         yaw_target_ = choice;
     }
 
-    /// Roll and pitch that partly follow the acceleration, as a multirotor's do, plus slow nods.
-    std::vector<Flight::Spline::Vector> add_attitude(int still, int count) {
+    /// Roll and pitch that partly follow the acceleration, as a multirotor's do, plus slow nods, `nod` times the usual.
+    std::vector<Flight::Spline::Vector> add_attitude(int still, int count, double nod) {
         constexpr double kFollow = 0.5;
         constexpr double kMaxTilt = 0.25;
         constexpr double kNoseDown_rad = 0.15;
@@ -177,8 +223,8 @@ private:
             double roll = 0.0;
             double pitch = kNoseDown_rad;
             if (i >= still) {
-                roll_slow = 0.93 * roll_slow + 0.03 * random_.normal();
-                pitch_slow = kNoseDown_rad + 0.93 * (pitch_slow - kNoseDown_rad) + 0.035 * random_.normal();
+                roll_slow = 0.93 * roll_slow + nod * 0.03 * random_.normal();
+                pitch_slow = kNoseDown_rad + 0.93 * (pitch_slow - kNoseDown_rad) + nod * 0.035 * random_.normal();
                 const Vector3d& next =
                     points_[static_cast<std::size_t>(std::min(i + 2, static_cast<int>(points_.size()) - 1))];
                 const Vector3d a = (next - 2.0 * points_[i] + points_[i - 2]) / (4.0 * kStep_s * kStep_s);

@@ -51,7 +51,13 @@ struct FlightReport {
 };
 FlightReport inspect_flight(const Flight& flight, const Scene& scene);
 
+enum class FlightKind : std::uint8_t {
+    kTour,   ///< legs through the whole flight volume
+    kHover,  ///< take-off, then holding a place with 2 to 5 cm of slow wander and little tilt
+};
+
 struct FlightPlan {
+    FlightKind kind = FlightKind::kTour;
     double duration_s = 30.0;
     double stand_s = 2.5;  ///< exactly motionless from the start
     double max_speed_m_per_s = 1.5;

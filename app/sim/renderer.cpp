@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "app/sim/parallel.h"
@@ -18,6 +19,8 @@ struct ExposureMotion {
     Eigen::Vector3f p_W;
     Eigen::Vector3f v_W;
     float exposure_s = 0.0F;
+    const Mover* mover = nullptr;
+    std::optional<MoverPose> mover_pose;  ///< at mid-exposure
 };
 
 namespace {
@@ -155,6 +158,19 @@ void Renderer::render_tile(const Scene& scene, const ExposureMotion& motion, int
         for (int p = 0; p < bundle; ++p) {
             scene.shade(packets[p], spread, radiance + first + p * kLanes);
         }
+        if (motion.mover_pose.has_value()) {
+            cover_bundle(motion, packets, first, bundle, radiance);
+        }
+    }
+}
+
+void Renderer::cover_bundle(const ExposureMotion& motion, const RayPacket* packets, int first, int bundle,
+                            float* radiance) const {
+    const float spread = 0.8F / static_cast<float>(camera_.focal_px());
+    for (int p = 0; p < bundle; ++p) {
+        const int i = first + p * kLanes;
+        motion.mover->cover(*motion.mover_pose, motion.exposure_s * load(times_.data() + i), packets[p], spread,
+                            radiance + i);
     }
 }
 
@@ -171,14 +187,18 @@ std::uint8_t Renderer::expose(float radiance, double gain, int pixel, std::uint6
     return static_cast<std::uint8_t>(std::clamp(grey + 0.5F, 0.0F, 255.0F));
 }
 
-void Renderer::render(const Scene& scene, const Flight& flight, double t_s, double gain, std::uint64_t noise_key,
+void Renderer::render(const World& world, double t_s, double gain, std::uint64_t noise_key,
                       std::vector<std::uint8_t>& image) const {
-    const ExposureMotion motion = exposure_motion(flight, t_s, T_B_C_, photometry_.exposure_s);
+    ExposureMotion motion = exposure_motion(world.flight, t_s, T_B_C_, photometry_.exposure_s);
+    if (world.mover != nullptr) {
+        motion.mover = world.mover;
+        motion.mover_pose = world.mover->pose(t_s);
+    }
     image.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
     std::vector<float> radiance(static_cast<std::size_t>(kTilePixels * samples_));
     const float inverse = 1.0F / static_cast<float>(samples_);
     for (int tile = 0; tile < tile_columns_ * tile_rows_; ++tile) {
-        render_tile(scene, motion, tile, radiance.data());
+        render_tile(world.scene, motion, tile, radiance.data());
         for (int k = 0; k < kTilePixels; ++k) {
             const int u = tile % tile_columns_ * kTileWidth + k % kTileWidth;
             const int v = tile / tile_columns_ * kTileHeight + k / kTileWidth;

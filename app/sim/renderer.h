@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/sim/flight.h"
+#include "app/sim/mover.h"
 #include "app/sim/scene.h"
 #include "estimator/geometry/stereo_rig.h"
 
@@ -19,6 +20,13 @@ struct Photometry {
     double read_noise_dn = 0.7;    ///< standard deviation in the dark (grey values of 255)
     double shot_noise_dn = 0.014;  ///< variance per grey value at gain 1
     bool noise = true;
+};
+
+/// What there is to see, and from where.
+struct World {
+    const Scene& scene;
+    const Flight& flight;
+    const Mover* mover = nullptr;  ///< nothing moves if nullptr
 };
 
 /// Camera of one rig with its cached rays. render() is reentrant: one renderer serves several threads.
@@ -38,7 +46,7 @@ public:
     /// @param gain       grey values per radiance (auto-exposure)
     /// @param noise_key  of this frame and camera: the noise depends on nothing but it and the pixel
     /// @param image      resized to width * height
-    void render(const Scene& scene, const Flight& flight, double t_s, double gain, std::uint64_t noise_key,
+    void render(const World& world, double t_s, double gain, std::uint64_t noise_key,
                 std::vector<std::uint8_t>& image) const;
 
     /// Direction in C of the ray through a pixel, unit length.
@@ -53,6 +61,9 @@ private:
     static constexpr int kTilePixels = kTileWidth * kTileHeight;
 
     void render_tile(const Scene& scene, const struct ExposureMotion& motion, int tile, float* radiance) const;
+    /// Draws the mover over a bundle of the tile's rays that have met the scene.
+    void cover_bundle(const struct ExposureMotion& motion, const RayPacket* packets, int first, int bundle,
+                      float* radiance) const;
     std::uint8_t expose(float radiance, double gain, int pixel, std::uint64_t noise_key) const;
 
     CameraModel camera_;

@@ -3,14 +3,20 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
 #include <vector>
 
 #include "app/sim/asl_writer.h"
@@ -19,6 +25,7 @@
 #include "app/sim/png_writer.h"
 #include "app/sim/renderer.h"
 #include "app/sim/truth.h"
+#include "app/sim/vibration.h"
 #include "app/support/rng.h"
 
 namespace facet::sim {
@@ -32,6 +39,7 @@ constexpr Duration kFirstImage{101'723'456};
 constexpr double kTail_s = 0.1;  // inertial samples after the last image
 constexpr double kImuRate_hz = 200.0;
 constexpr double kRightGain = 1.06;
+constexpr double kMoverDelay_s = 1.0;  // after take-off
 
 /// Processor time of this thread (s): what an image costs, whatever else the machine does.
 double thread_cpu_s() {
@@ -59,8 +67,12 @@ Status check_options(const SimOptions& o, std::string& error) {
     } else if (o.texture_size < 16 || o.texture_size > 4096 ||
                !std::has_single_bit(static_cast<unsigned>(o.texture_size))) {
         error = fmt::format("texture size: {} is not a power of two from 16 to 4096", o.texture_size);
-    } else if (!(o.stand_s >= 0.0 && o.stand_s <= 60.0)) {
-        error = fmt::format("standing time: {} s is outside 0 to 60 s", o.stand_s);
+    } else if (!(o.stand_s >= 0.0 && o.stand_s <= 600.0)) {
+        error = fmt::format("--stand: {} s is outside 0 to 600 s", o.stand_s);
+    } else if (!(std::abs(o.time_offset_s) <= 0.05)) {
+        error = fmt::format("--time-offset: {} s is outside -0.05 to 0.05 s", o.time_offset_s);
+    } else if (!(o.extrinsic_error_deg >= 0.0 && o.extrinsic_error_deg <= 30.0)) {
+        error = fmt::format("--extrinsic-error: {} deg is outside 0 to 30 deg", o.extrinsic_error_deg);
     }
     return error.empty() ? Status::kOk : Status::kInvalidArgument;
 }
@@ -117,6 +129,8 @@ std::vector<Timestamp> image_stamps(const SimOptions& o) {
     return stamps;
 }
 
+bool has_vibration(const SimOptions& o) { return o.vibration || o.flight == FlightKind::kHover; }
+
 std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     nlohmann::ordered_json meta;
     meta["scene"] = o.scene;
@@ -125,6 +139,12 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     meta["rate_hz"] = o.rate_hz;
     meta["samples"] = o.samples;
     meta["noise"] = o.noise;
+    meta["flight"] = o.flight == FlightKind::kHover ? "hover" : "tour";
+    meta["stand_s"] = o.stand_s;
+    meta["vibration"] = has_vibration(o);
+    meta["mover"] = o.mover;
+    meta["time_offset_s"] = o.time_offset_s;
+    meta["extrinsic_error_deg"] = o.extrinsic_error_deg;
     meta["clearance_m"] = flight.min_clearance_m;
     meta["path_m"] = flight.path_m;
     meta["max_speed_m_per_s"] = flight.max_speed_m_per_s;
@@ -132,15 +152,86 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     return meta.dump(1) + "\n";
 }
 
+/// When the motors start, in flight time.
+double take_off_s(const SimOptions& o) { return kFirstImage.seconds() + o.stand_s; }
+
+Status plan(const SimOptions& o, const Scene& scene, double end_s, Flight& flight, std::string& error) {
+    const FlightPlan plan{.kind = o.flight, .duration_s = end_s + kTail_s, .stand_s = take_off_s(o), .seed = o.seed};
+    const Status status = plan_flight(scene, plan, flight);
+    if (!ok(status)) {
+        error = fmt::format("--seed: found no flight through '{}' that keeps its distance; try another seed", o.scene);
+    }
+    return status;
+}
+
+std::vector<ImuRecord> make_imu(const SimOptions& o, const Flight& flight, double end_s) {
+    const ImuNoise noise = euroc_imu_noise();
+    std::vector<ImuRecord> imu = synthesise_imu(flight, end_s, kEpoch, o.noise ? &noise : nullptr, kImuRate_hz, o.seed);
+    if (has_vibration(o)) {
+        add_vibration({}, take_off_s(o), o.seed, imu);
+    }
+    return imu;
+}
+
+/// The extrinsics that calibration files claim: both cameras turned as one, about an axis drawn from the seed through the
+/// left camera's centre.
+std::array<Eigen::Matrix4d, 2> claimed_extrinsics(const SimOptions& o) {
+    std::array<Eigen::Matrix4d, 2> T_B_C{euroc_T_B_C(0), euroc_T_B_C(1)};
+    if (o.extrinsic_error_deg == 0.0) {
+        return T_B_C;
+    }
+    RandomStream random(o.seed, 42);
+    const double x = random.normal();
+    const double y = random.normal();
+    const Eigen::Vector3d axis = Eigen::Vector3d(x, y, random.normal()).normalized();
+    const Eigen::Vector3d pivot = T_B_C[0].topRightCorner<3, 1>();
+    const Eigen::Affine3d turn = Eigen::Translation3d(pivot) *
+                                 Eigen::AngleAxisd(o.extrinsic_error_deg * std::numbers::pi / 180.0, axis) *
+                                 Eigen::Translation3d(-pivot);
+    for (Eigen::Matrix4d& T : T_B_C) {
+        T = turn.matrix() * T;
+    }
+    return T_B_C;
+}
+
+/// All files but the images.
+/// @param stamps  of the images, as written
+Status write_tables(const SimOptions& o, const World& world, const CoarsePass& coarse,
+                    const std::vector<Timestamp>& stamps, double end_s, std::string& error) {
+    const StereoRig rig = euroc_rig();
+    const std::vector<ImuRecord> imu = make_imu(o, world.flight, end_s);
+    AslContent content{&rig, claimed_extrinsics(o), euroc_imu_noise(), o.rate_hz, stamps, imu};
+    const std::string meta = meta_json(o, inspect_flight(world.flight, world.scene));
+    std::string path;
+    Status status = write_asl(o.out, content, path);
+    if (ok(status)) {
+        status = write_truth(o.out, world.scene, coarse.hits, meta, path);
+    }
+    if (ok(status) && world.mover != nullptr) {
+        path = o.out + "/truth/mover.json";
+        std::ofstream file(path);
+        file << mover_json(*world.mover);
+        file.close();
+        status = file ? Status::kOk : Status::kIo;
+    }
+    content.T_B_C = {euroc_T_B_C(0), euroc_T_B_C(1)};
+    for (int camera = 0; camera < 2 && ok(status); ++camera) {
+        status = write_camera_yaml(fmt::format("{}/truth/cam{}_sensor.yaml", o.out, camera), camera, content, path);
+    }
+    if (!ok(status)) {
+        error = fmt::format("cannot write '{}'", path);
+    }
+    return status;
+}
+
 /// Everything that the images are rendered from.
 struct Job {
     const SimOptions& options;
-    const Scene& scene;
-    const Flight& flight;
+    World world;
     const Renderer& left;
     const Renderer& right;
-    const std::vector<Timestamp>& stamps;
-    const std::vector<double>& times_s;
+    const std::vector<Timestamp>& stamps;  ///< as written
+    const std::vector<double>& times_s;    ///< true ones, in the flight
     const std::vector<double>& gains;
 };
 
@@ -159,7 +250,7 @@ Status render_images(const Job& job, const SimProgress& progress, double& cpu_s,
         const Renderer& renderer = camera == 0 ? job.left : job.right;
         const std::uint64_t key = hash64(job.options.seed, 31, static_cast<std::uint64_t>(i));
         std::vector<std::uint8_t> image;
-        renderer.render(job.scene, job.flight, job.times_s[frame], job.gains[frame], key, image);
+        renderer.render(job.world, job.times_s[frame], job.gains[frame], key, image);
         const std::string path = asl_image_path(job.options.out, camera, job.stamps[frame]);
         const bool written = ok(write_png(path, {image.data(), renderer.width(), renderer.height(), renderer.width()}));
         const std::lock_guard<std::mutex> lock(mutex);
@@ -182,51 +273,37 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     FACET_TRY(prepare_folder(options, error));
     const Clock::time_point start = Clock::now();
     const Scene scene = make_scene(options.scene, scene_detail(options));
-    const std::vector<Timestamp> stamps = image_stamps(options);
+    std::vector<Timestamp> stamps = image_stamps(options);
     std::vector<double> times_s;
     times_s.reserve(stamps.size());
-    for (const Timestamp stamp : stamps) {
+    for (Timestamp& stamp : stamps) {
         times_s.push_back((stamp - kEpoch).seconds());
+        stamp = stamp + Duration::from_seconds(options.time_offset_s);
     }
     const double end_s = times_s.back() + kTail_s;
-
-    const FlightPlan plan{
-        .duration_s = end_s + kTail_s, .stand_s = kFirstImage.seconds() + options.stand_s, .seed = options.seed};
     Flight flight;
-    if (!ok(plan_flight(scene, plan, flight))) {
-        error = fmt::format("--seed: found no flight through '{}' that keeps its distance; try another seed",
-                            options.scene);
-        return Status::kDegenerate;
-    }
+    FACET_TRY(plan(options, scene, end_s, flight, error));
     const StereoRig rig = euroc_rig();
-    const ImuNoise noise = euroc_imu_noise();
     Photometry photometry;
     photometry.noise = options.noise;
     const Renderer left(rig.left, rig.T_B_C0, options.samples, photometry);
     photometry.gain = kRightGain;
     const Renderer right(rig.right, rig.T_B_C1, options.samples, photometry);
     const CoarsePass coarse = coarse_pass(scene, flight, left, times_s, options.threads);
-    const std::vector<ImuRecord> imu =
-        synthesise_imu(flight, end_s, kEpoch, options.noise ? &noise : nullptr, kImuRate_hz, options.seed);
+    std::optional<Mover> mover;
+    if (options.mover) {
+        const double from_s = take_off_s(options) + kMoverDelay_s;
+        mover.emplace(scene_detail(options), plan_crossings(scene, flight, rig.T_B_C0, from_s, end_s, options.seed));
+    }
+    const World world{scene, flight, mover ? &*mover : nullptr};
     summary.flight = inspect_flight(flight, scene);
     summary.frames = static_cast<int>(stamps.size());
     summary.planes = static_cast<int>(true_planes(scene, coarse.hits).size());
-
-    std::string path;
-    const AslContent content{&rig, noise, options.rate_hz, stamps, imu};
-    Status status = write_asl(options.out, content, path);
-    if (ok(status)) {
-        status = write_truth(options.out, scene, coarse.hits, meta_json(options, summary.flight), path);
-    }
-    if (!ok(status)) {
-        error = fmt::format("cannot write '{}'", path);
-        return status;
-    }
+    FACET_TRY(write_tables(options, world, coarse, stamps, end_s, error));
     summary.prepare_s = seconds_since(start);
     const Clock::time_point rendering = Clock::now();
     double cpu_s = 0.0;
-    FACET_TRY(
-        render_images({options, scene, flight, left, right, stamps, times_s, coarse.gains}, progress, cpu_s, error));
+    FACET_TRY(render_images({options, world, left, right, stamps, times_s, coarse.gains}, progress, cpu_s, error));
     summary.render_s = seconds_since(rendering);
     summary.ms_per_image = 1e3 * cpu_s / (2.0 * summary.frames);
     return Status::kOk;

@@ -23,7 +23,12 @@ struct SimOptions {
     bool noise = true;           ///< false: no image noise, no inertial noise and no bias
     bool force = false;          ///< replace mav0/ and truth/ in a folder that is not empty
     int texture_size = 1024;     ///< texels [16, 4096], a power of two
-    double stand_s = 2.5;        ///< motionless at the start [0, 60]
+    double stand_s = 2.5;        ///< motionless at the start [0, 600]
+    FlightKind flight = FlightKind::kTour;
+    bool vibration = false;            ///< of rotors, on the inertial samples of the flight; kHover has it anyway
+    bool mover = false;                ///< a box crosses the view now and then
+    double time_offset_s = 0.0;        ///< added to the stamps of the images, not to their time [-0.05, 0.05]
+    double extrinsic_error_deg = 0.0;  ///< by which the written T_B_C are turned, both as one [0, 30]
 };
 
 /// What was made.

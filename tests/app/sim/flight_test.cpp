@@ -69,6 +69,78 @@ TEST_CASE("The seed alone decides the flight") {
     CHECK((a.evaluate(9.0).T_W_B.p - c.evaluate(9.0).T_W_B.p).norm() > 0.05);
 }
 
+TEST_CASE("Long flights keep clearance and limits, and come back to where they were") {
+    for (const std::string_view name : scene_names()) {
+        const Scene& scene = draft_scene(name);
+        const Flight flight = planned(name, 1, 121.0);
+        const FlightReport report = inspect_flight(flight, scene);
+        CHECK(report.min_clearance_m >= scene.flight_volume().clearance_m);
+        CHECK(report.max_speed_m_per_s <= 1.5);
+        CHECK(report.max_rate_rad_per_s <= 1.05);
+        CHECK(report.path_m > 40.0);
+        // Of the places a second apart in the second minute, most are within 1.5 m of one of the first minute.
+        int revisited = 0;
+        for (double t = 61.0; t <= 120.0; t += 1.0) {
+            bool near = false;
+            for (double s = 2.5; s <= 60.0 && !near; s += 0.5) {
+                near = (flight.evaluate(t).T_W_B.p - flight.evaluate(s).T_W_B.p).norm() < 1.5;
+            }
+            revisited += near ? 1 : 0;
+        }
+        CHECK(revisited > 30);
+    }
+}
+
+TEST_CASE("A minute of standing is exactly still, then the flight begins") {
+    FlightPlan plan;
+    plan.duration_s = 66.0;
+    plan.stand_s = 60.0;
+    Flight flight;
+    REQUIRE(ok(plan_flight(draft_scene("room"), plan, flight)));
+    for (double t = 0.0; t <= 60.0; t += 0.5) {
+        CHECK(flight.evaluate(t).v_W.norm() + flight.evaluate(t).w_B.norm() < 1e-12);
+    }
+    double fastest = 0.0;
+    for (double t = 60.0; t <= 66.0; t += 0.1) {
+        fastest = std::max(fastest, flight.evaluate(t).v_W.norm());
+    }
+    CHECK(fastest > 0.2);
+}
+
+TEST_CASE("A hover takes off, then wanders by centimetres, slowly and nearly level") {
+    for (const std::string_view name : scene_names()) {
+        INFO(std::string(name));
+        FlightPlan plan;
+        plan.kind = FlightKind::kHover;
+        plan.duration_s = 60.0;
+        Flight flight;
+        REQUIRE(ok(plan_flight(draft_scene(name), plan, flight)));
+        const Eigen::Vector3d ground = flight.evaluate(0.0).T_W_B.p;
+        CHECK(flight.evaluate(2.4).v_W.norm() < 1e-12);
+        Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+        int count = 0;
+        for (double t = 8.0; t < 60.0; t += 0.1, ++count) {
+            mean += flight.evaluate(t).T_W_B.p;
+        }
+        mean /= count;
+        CHECK((mean - ground).z() > 0.3);
+        double widest = 0.0;
+        double squares = 0.0;
+        for (double t = 8.0; t < 60.0; t += 0.1) {
+            const FlightState s = flight.evaluate(t);
+            const double distance = (s.T_W_B.p - mean).norm();
+            widest = std::max(widest, distance);
+            squares += distance * distance / count;
+            CHECK(s.v_W.norm() < 0.2);
+            CHECK(s.w_B.norm() < 0.2);
+            CHECK((s.T_W_B.q * Eigen::Vector3d::UnitX()).z() > 0.96);
+        }
+        CHECK(std::sqrt(squares) > 0.015);
+        CHECK(std::sqrt(squares) < 0.04);
+        CHECK(widest < 0.08);
+    }
+}
+
 TEST_CASE("A plan that no flight can keep is refused") {
     FlightPlan plan;
     plan.duration_s = 6.0;

@@ -93,8 +93,8 @@ TEST_CASE("Rendered values agree between the cameras where both see a point") {
     const Flight flight = standing(scene, 0.0);
     std::vector<std::uint8_t> image0;
     std::vector<std::uint8_t> image1;
-    left.render(scene, flight, 1.0, 100.0, 1, image0);
-    right.render(scene, flight, 1.0, 100.0, 2, image1);
+    left.render({scene, flight}, 1.0, 100.0, 1, image0);
+    right.render({scene, flight}, 1.0, 100.0, 2, image1);
     const Se3 T_W_C0 = flight.evaluate(1.0).T_W_B * rig.T_B_C0;
     const Se3 T_W_C1 = flight.evaluate(1.0).T_W_B * rig.T_B_C1;
     double sum = 0.0;
@@ -138,8 +138,8 @@ TEST_CASE("Motion blurs along the motion, and does not move the picture") {
     const Flight turning = standing(scene, 1.0);
     std::vector<std::uint8_t> sharp;
     std::vector<std::uint8_t> blurred;
-    Renderer(camera, rig.T_B_C0, 8, fast).render(scene, turning, 0.7, 100.0, 1, sharp);
-    Renderer(camera, rig.T_B_C0, 8, slow).render(scene, turning, 0.7, 100.0, 1, blurred);
+    Renderer(camera, rig.T_B_C0, 8, fast).render({scene, turning}, 0.7, 100.0, 1, sharp);
+    Renderer(camera, rig.T_B_C0, 8, slow).render({scene, turning}, 0.7, 100.0, 1, blurred);
     const auto contrast = [&](const std::vector<std::uint8_t>& image, int step) {
         double sum = 0.0;
         for (std::size_t i = 0; i + static_cast<std::size_t>(step) < image.size(); ++i) {
@@ -151,7 +151,7 @@ TEST_CASE("Motion blurs along the motion, and does not move the picture") {
     CHECK(contrast(blurred, 1) < 0.85 * contrast(sharp, 1));
     CHECK(contrast(blurred, width) > contrast(blurred, 1) / contrast(sharp, 1) * contrast(sharp, width));
     std::vector<std::uint8_t> later;
-    Renderer(camera, rig.T_B_C0, 8, fast).render(scene, turning, 0.715, 100.0, 1, later);
+    Renderer(camera, rig.T_B_C0, 8, fast).render({scene, turning}, 0.715, 100.0, 1, later);
     CHECK(mean_difference(blurred, sharp) < mean_difference(later, sharp));
 }
 
@@ -167,10 +167,10 @@ TEST_CASE("Noise has the stated strength and depends on its key alone") {
     std::vector<std::uint8_t> a;
     std::vector<std::uint8_t> b;
     std::vector<std::uint8_t> c;
-    Renderer(camera, rig.T_B_C0, 2, quiet()).render(scene, still, 1.0, 60.0, 1, clean);
-    renderer.render(scene, still, 1.0, 60.0, 1, a);
-    renderer.render(scene, still, 1.0, 60.0, 1, b);
-    renderer.render(scene, still, 1.0, 60.0, 2, c);
+    Renderer(camera, rig.T_B_C0, 2, quiet()).render({scene, still}, 1.0, 60.0, 1, clean);
+    renderer.render({scene, still}, 1.0, 60.0, 1, a);
+    renderer.render({scene, still}, 1.0, 60.0, 1, b);
+    renderer.render({scene, still}, 1.0, 60.0, 2, c);
     CHECK(a == b);
     CHECK(a != c);
     double sum = 0.0;

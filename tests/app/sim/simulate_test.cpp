@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -12,6 +13,8 @@
 #include <map>
 #include <sstream>
 #include <vector>
+
+#include "app/sim/default_rig.h"
 
 namespace facet::sim {
 namespace {
@@ -151,9 +154,100 @@ TEST_CASE("Wrong options are refused in one line that names the option") {
     o = tiny(folder.path());
     o.duration_s = std::nan("");
     CHECK(refusal(o).find("--duration") == 0);
+    o = tiny(folder.path());
+    o.time_offset_s = 0.1;
+    CHECK(refusal(o).find("--time-offset") == 0);
+    o = tiny(folder.path());
+    o.extrinsic_error_deg = -1.0;
+    CHECK(refusal(o).find("--extrinsic-error") == 0);
+    o = tiny(folder.path());
+    o.stand_s = std::nan("");
+    CHECK(refusal(o).find("--stand") == 0);
     o = tiny("");
     CHECK(refusal(o).find("--out") == 0);
     CHECK_FALSE(fs::exists(folder.path()));
+}
+
+TEST_CASE("A time offset moves the stamps of the images and nothing else") {
+    const TemporaryFolder plain("plain");
+    const TemporaryFolder shifted("shifted");
+    SimSummary summary;
+    std::string error;
+    SimOptions options = tiny(plain.path());
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    options.out = shifted.path();
+    options.time_offset_s = -0.004;
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    auto a = contents(plain.path());
+    auto b = contents(shifted.path());
+    CHECK(a["mav0/imu0/data.csv"] == b["mav0/imu0/data.csv"]);
+    const auto told = rows(b["mav0/cam0/data.csv"]);
+    const auto taken = rows(a["mav0/cam0/data.csv"]);
+    REQUIRE(told.size() == taken.size());
+    for (std::size_t i = 1; i < told.size(); ++i) {
+        CHECK(std::stoll(told[i][0]) - std::stoll(taken[i][0]) == -4'000'000);
+        CHECK(b["mav0/cam1/data/" + told[i][1]] == a["mav0/cam1/data/" + taken[i][1]]);
+    }
+}
+
+/// T_BS of a sensor.yaml.
+Eigen::Matrix4d extrinsics(const std::string& yaml) {
+    std::string numbers = yaml.substr(yaml.find("data: [") + 7);
+    numbers = numbers.substr(0, numbers.find(']'));
+    std::replace(numbers.begin(), numbers.end(), ',', ' ');
+    std::istringstream stream(numbers);
+    Eigen::Matrix4d T;
+    for (int i = 0; i < 16; ++i) {
+        REQUIRE(stream >> T(i / 4, i % 4));
+    }
+    return T;
+}
+
+TEST_CASE("An extrinsic error turns both cameras as one in the calibration; the truth is beside it") {
+    const TemporaryFolder folder("turned");
+    SimSummary summary;
+    std::string error;
+    SimOptions options = tiny(folder.path());
+    options.extrinsic_error_deg = 2.0;
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    auto files = contents(folder.path());
+    Eigen::Matrix4d claimed[2];
+    Eigen::Matrix4d real[2];
+    for (int camera = 0; camera < 2; ++camera) {
+        claimed[camera] = extrinsics(files["mav0/cam" + std::to_string(camera) + "/sensor.yaml"]);
+        real[camera] = extrinsics(files["truth/cam" + std::to_string(camera) + "_sensor.yaml"]);
+        CHECK((real[camera] - euroc_T_B_C(camera)).norm() < 1e-9);
+        const Eigen::Matrix3d turn =
+            claimed[camera].topLeftCorner<3, 3>() * real[camera].topLeftCorner<3, 3>().transpose();
+        CHECK(Eigen::AngleAxisd(turn).angle() == Approx(2.0 * EIGEN_PI / 180.0).epsilon(1e-6));
+    }
+    CHECK((claimed[0].inverse() * claimed[1] - real[0].inverse() * real[1]).norm() < 1e-9);
+    CHECK((claimed[0] - real[0]).topRightCorner<3, 1>().norm() < 1e-9);
+}
+
+TEST_CASE("Hovering, vibration and the mover show in their files") {
+    const TemporaryFolder folder("hover");
+    SimSummary summary;
+    std::string error;
+    SimOptions options = tiny(folder.path());
+    options.flight = FlightKind::kHover;
+    options.mover = true;
+    options.duration_s = 5.0;
+    options.rate_hz = 1.0;
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    auto files = contents(folder.path());
+    CHECK(files["truth/mover.json"].find("\"crossings\"") != std::string::npos);
+    CHECK(files["truth/meta.json"].find("\"flight\": \"hover\"") != std::string::npos);
+    CHECK(files["truth/meta.json"].find("\"vibration\": true") != std::string::npos);
+    // Second differences of the vertical force: noise alone has 0.07 m/s^2, vibration at a hundred hertz ten times that.
+    const auto imu = rows(files["mav0/imu0/data.csv"]);
+    double sum = 0.0;
+    for (std::size_t i = imu.size() - 200; i < imu.size(); ++i) {
+        const auto a = [&](std::size_t k) { return std::stod(imu[k][4]); };
+        sum += std::pow(a(i) - 2.0 * a(i - 1) + a(i - 2), 2) / 200.0;
+    }
+    CHECK(std::sqrt(sum) > 0.7);
+    CHECK(std::sqrt(sum) < 3.0);
 }
 
 TEST_CASE("A folder that is not empty is kept unless forced; forcing keeps what is not ours") {
