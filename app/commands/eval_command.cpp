@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "app/commands/run_guarded.h"
+#include "app/eval/consistency.h"
 #include "app/eval/evaluation.h"
 #include "app/eval/report.h"
 #include "app/support/input_error.h"
@@ -25,15 +27,13 @@ struct EvalArguments {
     std::string groundtruth;
     std::string estimate;
     std::string json;
+    std::string errors;
     std::vector<double> rpe_lengths_m{1.0, 2.0, 5.0, 10.0};
 };
 
 void print_warning(const AslWarning& warning) { fmt::print(stderr, "warning: {}\n", warning.text()); }
 
-Trajectory load_truth(const std::string& path) {
-    if (path.ends_with(".tum")) {
-        return read_tum(path);
-    }
+std::vector<GroundTruthState> load_true_states(const std::string& path) {
     const std::string table = find_ground_truth(path);
     if (table.empty()) {
         throw InputError(path + ": no state_groundtruth_estimate0/data.csv in it");
@@ -43,6 +43,10 @@ Trajectory load_truth(const std::string& path) {
     if (!ok(read_ground_truth(table, print_warning, states, error))) {
         throw InputError(error);
     }
+    return states;
+}
+
+Trajectory poses_of(const std::vector<GroundTruthState>& states) {
     Trajectory truth;
     for (const GroundTruthState& s : states) {
         truth.push_back({s.stamp, {s.q_W_B, s.p_W_B}});
@@ -70,6 +74,25 @@ std::vector<Timestamp> load_frame_stamps(const std::string& path) {
     return stamps;
 }
 
+/// What the estimator claims, against the truth; nothing if the folder has no covariance.csv or the truth is a .tum file.
+std::optional<Consistency> check_claims(const EvalArguments& args, const std::vector<GroundTruthState>& truth) {
+    std::error_code ignored;
+    const std::string covariance = args.estimate + "/covariance.csv";
+    if (truth.empty() || !fs::is_regular_file(covariance, ignored)) {
+        if (!args.errors.empty()) {
+            throw InputError(
+                "--errors: needs a --groundtruth that is no .tum file and an --estimate folder with covariance.csv");
+        }
+        return std::nullopt;
+    }
+    Consistency consistency =
+        evaluate_consistency(truth, read_uncertain_states(args.estimate + "/trajectory.csv", covariance));
+    if (!args.errors.empty()) {
+        write_errors(consistency, args.errors);
+    }
+    return consistency;
+}
+
 int evaluate_files(const EvalArguments& args) {
     for (const double length : args.rpe_lengths_m) {
         if (!(length > 0.0)) {
@@ -80,14 +103,18 @@ int evaluate_files(const EvalArguments& args) {
     const bool is_folder = fs::is_directory(args.estimate, ignored);
     const std::string tum = is_folder ? args.estimate + "/trajectory.tum" : args.estimate;
     const Trajectory estimate = read_tum(tum);
-    const Trajectory truth = load_truth(args.groundtruth);
+    const bool is_tum = args.groundtruth.ends_with(".tum");
+    const std::vector<GroundTruthState> states =
+        is_tum ? std::vector<GroundTruthState>() : load_true_states(args.groundtruth);
+    const Trajectory truth = is_tum ? read_tum(args.groundtruth) : poses_of(states);
     EvaluationOptions options;
     options.rpe_lengths_m = args.rpe_lengths_m;
     const Evaluation evaluation = evaluate(truth, estimate, load_frame_stamps(args.groundtruth), options);
-    fmt::print("{}", text_report(evaluation));
+    const std::optional<Consistency> consistency = check_claims(args, states);
+    fmt::print("{}{}", text_report(evaluation), consistency ? text_report(*consistency) : "");
     if (!args.json.empty()) {
         TextFile file(args.json);
-        file.write(json_report(evaluation, args.groundtruth, tum));
+        file.write(json_report(evaluation, args.groundtruth, tum, consistency ? &*consistency : nullptr));
         file.close();
     }
     return evaluation.matched == 0 ? kExitFailed : kExitDone;
@@ -105,12 +132,17 @@ void add_eval_command(CLI::App& app, int& exit_code) {
     command->add_option("--estimate", args->estimate, "Folder with trajectory.tum, or a file in TUM format")
         ->required();
     command->add_option("--json", args->json, "Also write the figures to this file");
+    command->add_option("--errors", args->errors,
+                        "Also write error, claimed sigma and NEES of each sample with a covariance to this file (CSV)");
     command->add_option("--rpe-lengths", args->rpe_lengths_m, "Path lengths of the relative errors (m)")
         ->delimiter(',')
         ->capture_default_str();
     command->footer(
         "ATE: absolute trajectory error after alignment by SE(3) and by 4 DoF (yaw + translation), never with scale.\n"
         "RPE: relative pose error over stretches of the true path.\n"
+        "NEES: if the folder has covariance.csv, errors squared over claimed covariance, after yaw and position were "
+        "made\n"
+        "equal at the first common stamp; a consistent estimator's mean is the number of components.\n"
         "Exit codes: 0 done; 1 no estimate matches the ground truth; 2 bad usage or input.");
     command->callback([args, &exit_code] { exit_code = run_guarded([&] { return evaluate_files(*args); }); });
 }

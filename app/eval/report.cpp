@@ -34,6 +34,24 @@ Json to_json(const RelativeError& e) {
             {"yaw_deg", to_json(e.yaw_deg)}};
 }
 
+Json to_json(const Consistency& c) {
+    Json nees = Json::object();
+    for (std::size_t k = 0; k < kClaimPartCount; ++k) {
+        const NeesStatistics& s = c.parts[k];
+        nees[kClaimParts[k].name] = nullptr;
+        if (s.count > 0) {
+            nees[kClaimParts[k].name] = {
+                {"dof", kClaimParts[k].size}, {"count", s.count},       {"mean", s.mean},
+                {"inside_95", s.inside_95},   {"above_95", s.above_95}, {"within_3_sigma", s.within_3_sigma}};
+        }
+    }
+    return {{"gauge", "4-DoF (yaw + translation) at the first common stamp"},
+            {"gauge_stamp_ns", c.gauge_stamp.ns},
+            {"samples", c.samples.size()},
+            {"unusable", c.unusable},
+            {"nees", nees}};
+}
+
 std::string absolute_rows(const AbsoluteError& e) {
     const ErrorStatistics& t = e.translation_m;
     const ErrorStatistics& r = e.rotation_deg;
@@ -80,7 +98,26 @@ std::string text_report(const Evaluation& e) {
     return text;
 }
 
-std::string json_report(const Evaluation& e, const std::string& groundtruth, const std::string& estimate) {
+std::string text_report(const Consistency& c) {
+    std::string text = fmt::format(
+        "consistency of {} samples ({} unusable); yaw and position made equal at the first common stamp only\n",
+        c.samples.size(), c.unusable);
+    text += "  NEES          mean  expected   in 95 % band   above it   components within 3 sigma\n";
+    for (std::size_t k = 0; k < kClaimPartCount; ++k) {
+        const NeesStatistics& s = c.parts[k];
+        const ClaimPart& part = kClaimParts[k];
+        if (s.count == 0) {
+            text += fmt::format("  {:<11} nothing to compare\n", part.name);
+            continue;
+        }
+        text += fmt::format("  {:<11} {:6.2f}  {:8}   {:10.1f} %   {:6.1f} %   {:23.1f} %\n", part.name, s.mean,
+                            part.size, 100.0 * s.inside_95, 100.0 * s.above_95, 100.0 * s.within_3_sigma);
+    }
+    return text;
+}
+
+std::string json_report(const Evaluation& e, const std::string& groundtruth, const std::string& estimate,
+                        const Consistency* consistency) {
     Json json = {{"groundtruth", groundtruth},
                  {"estimate", estimate},
                  {"matched", e.matched},
@@ -103,6 +140,9 @@ std::string json_report(const Evaluation& e, const std::string& groundtruth, con
         json["coverage"]["frames"] = c.frames;
         json["coverage"]["frames_matched"] = c.frames_matched;
         json["coverage"]["frame_share"] = c.frame_share();
+    }
+    if (consistency != nullptr) {
+        json["consistency"] = to_json(*consistency);
     }
     return json.dump(2) + "\n";
 }

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "app/eval/consistency.h"
 #include "app/eval/evaluation.h"
 
 namespace facet {
@@ -11,7 +12,12 @@ namespace facet {
 /// Table for people; always names the alignment modes.
 std::string text_report(const Evaluation& evaluation);
 
+/// Table of NEES for people; names the gauge.
+std::string text_report(const Consistency& consistency);
+
 /// One JSON object. Errors in metres and degrees; statistics without data are null.
-std::string json_report(const Evaluation& evaluation, const std::string& groundtruth, const std::string& estimate);
+/// @param consistency  becomes the member "consistency"; left out if nullptr
+std::string json_report(const Evaluation& evaluation, const std::string& groundtruth, const std::string& estimate,
+                        const Consistency* consistency = nullptr);
 
 }  // namespace facet
