@@ -88,6 +88,9 @@ NeesStatistics statistics(std::size_t k, std::span<const ClaimedError> samples) 
     const ClaimPart& part = kClaimParts[k];
     const ChiSquareBand band = chi_square_band(part.size);
     NeesStatistics s;
+    std::size_t inside = 0;
+    std::size_t above = 0;
+    std::size_t components = 0;
     for (const ClaimedError& sample : samples) {
         const double value = sample.nees[k];
         if (std::isnan(value)) {
@@ -95,17 +98,17 @@ NeesStatistics statistics(std::size_t k, std::span<const ClaimedError> samples) 
         }
         ++s.count;
         s.mean += value;
-        s.inside_95 += value >= band.low && value <= band.high ? 1.0 : 0.0;
-        s.above_95 += value > band.high ? 1.0 : 0.0;
+        inside += value >= band.low && value <= band.high ? 1 : 0;
+        above += value > band.high ? 1 : 0;
         for (int i = part.begin; i < part.begin + part.size; ++i) {
-            s.within_3_sigma += std::abs(sample.error[i]) <= 3.0 * sample.sigma[i] ? 1.0 / part.size : 0.0;
+            components += std::abs(sample.error[i]) <= 3.0 * sample.sigma[i] ? 1 : 0;
         }
     }
     const double weight = s.count > 0 ? 1.0 / static_cast<double>(s.count) : 0.0;
     s.mean *= weight;
-    s.inside_95 *= weight;
-    s.above_95 *= weight;
-    s.within_3_sigma *= weight;
+    s.inside_95 = weight * static_cast<double>(inside);
+    s.above_95 = weight * static_cast<double>(above);
+    s.within_3_sigma = weight * static_cast<double>(components) / part.size;
     return s;
 }
 

@@ -91,7 +91,7 @@ void read_values(const FaultInfo& info, std::string_view text, bool is_given, co
 }  // namespace
 
 const std::vector<FaultInfo>& fault_table() {
-    static const std::vector<FaultInfo> table{
+    static const std::vector<FaultInfo> kTable{
         {FaultKind::kBlackout, "blackout", {}, "both images black, with a little sensor noise"},
         {FaultKind::kFlash,
          "flash",
@@ -126,7 +126,7 @@ const std::vector<FaultInfo>& fault_table() {
          {{"SHARE", 0.0, 1.0, 1.0}},
          "inertial samples delivered twice with probability SHARE"},
     };
-    return table;
+    return kTable;
 }
 
 Fault parse_fault(std::string_view spec) {

@@ -132,5 +132,63 @@ TEST_CASE("eval compares files, writes JSON, and fails if nothing matches") {
     CHECK(run(dir, base + dir.file("run") + " --rpe-lengths 0").code == 2);
 }
 
+TEST_CASE("eval holds a folder's covariances against the truth") {
+    const test::TempDir dir;
+    std::string truth = "#t\n";
+    std::string tum;
+    std::string covariance = "stamp_ns,c00\n";
+    for (int i = 0; i < 20; ++i) {
+        // True and estimated x differ by 0.1 m from the second pose on, for which 0.05 m is claimed.
+        const std::string stamp = std::to_string(test::kAslBegin + i * test::kAslFrameStep);
+        const std::string rest = ",0,0,1,0,0,0,0.1,0,0,0,0,0,0,0,0\n";
+        truth += stamp + "," + std::to_string(0.1 * i) + rest;
+        tum += stamp.substr(0, 10) + "." + stamp.substr(10) + " " + std::to_string(0.1 * i + (i > 0 ? 0.1 : 0.0)) +
+               " 0 0 0 0 0 1\n";
+        covariance += stamp;
+        for (int row = 0; row < 9; ++row) {
+            for (int column = row; column < 9; ++column) {
+                covariance += row == column ? ",0.0025" : ",0";
+            }
+        }
+        covariance += "\n";
+    }
+    std::string trajectory = "#t\n";
+    for (int i = 0; i < 20; ++i) {
+        trajectory += std::to_string(test::kAslBegin + i * test::kAslFrameStep) + "," +
+                      std::to_string(0.1 * i + (i > 0 ? 0.1 : 0.0)) + ",0,0,1,0,0,0,0.1,0,0,0,0,0,0,0,0\n";
+    }
+    dir.write("mav0/state_groundtruth_estimate0/data.csv", truth);
+    dir.write("run/trajectory.tum", tum);
+    dir.write("run/trajectory.csv", trajectory);
+    const std::string base =
+        "eval --groundtruth " + dir.path() + " --estimate " + dir.file("run") + " --json " + dir.file("e.json");
+    CHECK(run(dir, base + " --errors " + dir.file("errors.csv")).code == 2);
+    CHECK(run(dir, base).code == 0);
+    CHECK_FALSE(nlohmann::json::parse(test::read_file(dir.file("e.json"))).contains("consistency"));
+
+    dir.write("run/covariance.csv", covariance);
+    const Outcome good = run(dir, base + " --errors " + dir.file("errors.csv"));
+    INFO(good.err);
+    REQUIRE(good.code == 0);
+    CHECK(contains(good.out, "consistency of 19 samples (0 unusable)"));
+    const auto json = nlohmann::json::parse(test::read_file(dir.file("e.json")));
+    const auto& nees = json["consistency"]["nees"];
+    CHECK(nees["position"]["mean"].get<double>() == Approx(4.0));
+    CHECK(nees["position"]["within_3_sigma"].get<double>() == 1.0);
+    CHECK(nees["velocity"]["mean"].get<double>() == Approx(0.0).margin(1e-9));
+    CHECK(count_lines(test::read_file(dir.file("errors.csv"))) == 20);
+}
+
+TEST_CASE("sim refuses what it cannot make") {
+    const test::TempDir dir;
+    for (const char* option : {"--flight loop", "--time-offset 1", "--extrinsic-error -1", "--stand -1"}) {
+        const Outcome outcome = run(dir, std::string("sim --out ") + dir.file("flight") + " " + option);
+        INFO(outcome.err);
+        CHECK(outcome.code == 2);
+        CHECK(contains(outcome.err, std::string(option).substr(0, std::string(option).find(' '))));
+        CHECK(count_lines(outcome.err) == 1);
+    }
+}
+
 }  // namespace
 }  // namespace facet
