@@ -107,7 +107,7 @@ const std::vector<FaultInfo>& fault_table() {
         {FaultKind::kTimeOffset,
          "time_offset",
          {{"SECONDS", -1.0, 1.0, kNeeded}},
-         "image stamps shifted against the inertial ones; the trajectory keeps the shifted stamps"},
+         "image stamps shifted against the inertial ones; it is up to the estimator to find that"},
         {FaultKind::kClockJump,
          "clock_jump",
          {{"SECONDS", -1e4, 1e4, kNeeded}},

@@ -24,8 +24,8 @@ Eigen::Vector3d normal_vector(double sigma, RandomStream& random) {
 
 }  // namespace
 
-FaultInjector::FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, Timestamp begin)
-    : faults_(std::move(faults)), hits_(faults_.size(), 0), noise_(noise), begin_(begin) {}
+FaultInjector::FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, Timestamp begin, Duration frame_delay)
+    : faults_(std::move(faults)), hits_(faults_.size(), 0), noise_(noise), begin_(begin), frame_delay_(frame_delay) {}
 
 template <class Apply>
 void FaultInjector::for_active(FaultKind kind, Timestamp log_stamp, Apply apply) {
@@ -145,7 +145,7 @@ void FaultInjector::add(const StereoFrame& frame) {
 
 void FaultInjector::release(Timestamp log_now) {
     const auto is_due = [&](const OwnedFrame& frame) {
-        return (has_imu_ && frame.stamp <= newest_imu_) || log_now - frame.log_stamp > kMaxWait;
+        return (has_imu_ && frame.stamp + frame_delay_ <= newest_imu_) || log_now - frame.log_stamp > kMaxWait;
     };
     while (!waiting_.empty() && is_due(waiting_.front())) {
         out_.emplace_back(std::move(waiting_.front()));

@@ -91,7 +91,8 @@ void Replay::open_log() {
         throw InputError(fmt::format("{}: no frame between --start and its --duration", options_.dataset));
     }
     if (!options_.faults.empty()) {
-        injector_.emplace(options_.faults, options_.calibration.noise, log_.log_begin() + log_options.start);
+        injector_.emplace(options_.faults, options_.calibration.noise, log_.log_begin() + log_options.start,
+                          kFrameDelay);
     }
 }
 
@@ -145,12 +146,12 @@ void Replay::feed(const ImuSample& sample) {
 
 void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     Estimate estimate;
-    estimate.stamp = output_stamp;
+    estimate.stamp = frame.stamp;
     estimate.health.state = summary_.last.health.state;  // stands if the estimator says nothing
     const auto begin = StageTimer::Clock::now();
     const Status status = estimator_.add_frame(frame, estimate);
     timer_.add_total(begin);
-    estimate.stamp = output_stamp;
+    estimate.stamp = estimate.stamp - (frame.stamp - output_stamp);
     const FrameTiming timing = timer_.take();
     ++summary_.frames;
     if (status == Status::kNotReady) {

@@ -30,8 +30,9 @@ struct ReplayOptions {
 /// then the frame. Writes trajectory.tum, trajectory.csv, timing.csv, health.csv, summary.json and warnings.txt into
 /// `out`. Equal inputs give equal bytes except timing. Reading and decoding are not part of the times.
 /// @param stop  set from elsewhere (a signal) to end after the current frame; the files are complete up to there
-/// A faulted frame is filed under the log's stamp plus the offset injected into it: an estimator that does not find out an
-/// offset pays for it in the comparison with ground truth, while a jump of the clock leaves the files comparable.
+/// Timing and health are filed under the frame's stamp, the trajectory under the estimate's, in which the estimator may have
+/// taken out an offset. An injected offset is in the former: an estimator that does not find it pays for it in the comparison
+/// with ground truth. Injected jumps of the clock are taken out of all files.
 /// Throws InputError if dataset or rig cannot be used or a file cannot be written.
 RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop);
 
