@@ -198,7 +198,8 @@ void Estimator::Impl::update_covariance() {
 /// Begins anew at the present frame, from what inertial data have carried on: attitude, place, velocity and biases, each
 /// as uncertain as it has become.
 void Estimator::Impl::restart_in_flight() {
-    if (monitor.has_diverged() || !is_finite(now)) {
+    const bool is_worthless = monitor.has_diverged() || !is_finite(now) || tilt_sigma(now) > kDivergedTiltSigma;
+    if (is_worthless) {
         InitialState initial;
         if (!ok(initialize_state(imu, now.stamp, config.initializer, initial))) {
             return;

@@ -10,6 +10,8 @@ namespace {
 constexpr int kFewStereo = 8;
 constexpr int kFewLandmarks = 8;
 constexpr int kWrongKeyframes = 3;
+/// Velocity may be unsure for this long while vision holds the pose: clipped samples hide it for some frames.
+constexpr double kUnsureFor = 1.0;  // s
 /// This many tracked features make vision as good as it gets, for the quality.
 constexpr double kManyFeatures = 60.0;
 constexpr double kGraceQuality = 0.3;
@@ -25,13 +27,13 @@ void HealthMonitor::reset() {
     state_ = TrackingState::kInit;
     has_diverged_ = false;
     wrong_keyframes_ = 0;
-    started_ = last_vision_ = {};
+    started_ = last_vision_ = last_sure_ = {};
 }
 
 void HealthMonitor::restart(Timestamp stamp, bool is_known) {
     reset();
     state_ = is_known ? TrackingState::kTracking : TrackingState::kInit;
-    started_ = last_vision_ = stamp;
+    started_ = last_vision_ = last_sure_ = stamp;
 }
 
 std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
@@ -86,8 +88,10 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
         const bool diverged = (health.reasons & (kReasonBiasLimit | kReasonSpeedLimit)) != 0U ||
                               wrong_keyframes_ >= kWrongKeyframes || !e.is_finite;
         const bool blind = vision_age_s(e.stamp) > config_.lost_after_s;
-        const bool unsure =
-            state_ != TrackingState::kInit && e.velocity_sigma_m_per_s > 2.0 * config_.max_velocity_sigma_m_per_s;
+        if (state_ == TrackingState::kInit || e.velocity_sigma_m_per_s < 2.0 * config_.max_velocity_sigma_m_per_s) {
+            last_sure_ = e.stamp;
+        }
+        const bool unsure = (e.stamp - last_sure_).seconds() > kUnsureFor;
         if (diverged || blind || unsure) {
             state_ = TrackingState::kLost;
             has_diverged_ = has_diverged_ || diverged;

@@ -32,7 +32,7 @@ struct HealthEvidence {
 };
 
 /// INIT until velocity and gravity are known; then TRACKING, DEGRADED when some sign is bad, LOST when the estimate is
-/// not to be used: no vision for too long, speed, velocity's uncertainty or a bias beyond belief, residuals that say that
+/// not to be used: no vision for too long, an unsure velocity for a second, speed or a bias beyond belief, residuals that say that
 /// the map is wrong, numbers that are none. LOST ends by restart() only. Thread-bound. No heap.
 class HealthMonitor {
 public:
@@ -61,6 +61,7 @@ private:
     bool has_diverged_ = false;
     Timestamp started_;
     Timestamp last_vision_;
+    Timestamp last_sure_;      ///< velocity known well enough
     int wrong_keyframes_ = 0;  ///< in a row
 };
 

@@ -132,13 +132,19 @@ TEST_CASE("residuals must be wrong at three keyframes in a row", "[health]") {
     CHECK(f.step(e) == TrackingState::kLost);
 }
 
-TEST_CASE("an unsure velocity degrades, a very unsure one loses without divergence", "[health]") {
+TEST_CASE("an unsure velocity degrades, a very unsure one loses after a second, without divergence", "[health]") {
     Fixture f;
     HealthEvidence e = good(3.0);
     e.velocity_sigma_m_per_s = 0.7;
     CHECK(f.step(e) == TrackingState::kDegraded);
     CHECK(f.has(kReasonVelocityUncertain));
+    e = good(4.0);
+    f.step(e);
     e.velocity_sigma_m_per_s = 1.1;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    e.stamp = at(4.9);
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    e.stamp = at(5.1);
     CHECK(f.step(e) == TrackingState::kLost);
     CHECK_FALSE(f.monitor.has_diverged());
 }
