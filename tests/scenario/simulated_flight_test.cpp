@@ -32,13 +32,16 @@ void simulate_log(const std::string& folder) {
     REQUIRE(summary.frames == 101);
 }
 
-RunSummary replay(const std::string& dataset, const std::string& out) {
+RunSummary replay(const std::string& dataset, const std::string& out, const std::vector<std::string>& faults = {}) {
     ReplayOptions options;
     options.dataset = dataset;
     options.out = out;
     options.calibration = load_euroc_calibration(dataset + "/mav0");
     options.config.imu_noise = options.calibration.noise;
     options.show_progress = false;
+    for (const std::string& spec : faults) {
+        options.faults.push_back(parse_fault(spec));
+    }
     return run_replay(options, false);
 }
 
@@ -106,6 +109,17 @@ TEST_CASE("a simulated flight is estimated to centimetres, the same each time, a
     for (const char* name : {"/trajectory.tum", "/trajectory.csv", "/health.csv"}) {
         CHECK(bytes(dir.file("first") + name) == bytes(dir.file("second") + name));
     }
+
+    // GIVEN 0.3 s of darkness, then no right camera for 0.5 s, and one frame in ten lost
+    // WHEN the log is replayed THEN every frame that arrives is estimated, nearly as well, and the same each time
+    const std::vector<std::string> faults{"blackout@2+0.3", "no_right@3+0.5", "drop_frames=0.1"};
+    const RunSummary faulted = replay(log, dir.file("faulted"), faults);
+    CHECK(faulted.frames < 101);
+    CHECK(faulted.estimates == faulted.frames);
+    CHECK(faulted.last.health.state == TrackingState::kTracking);
+    CHECK(evaluate_run(log, dir.file("faulted")).se3.translation_m.rmse < 0.04);
+    replay(log, dir.file("faulted_again"), faults);
+    CHECK(bytes(dir.file("faulted/trajectory.tum")) == bytes(dir.file("faulted_again/trajectory.tum")));
 
     // GIVEN a truncated left image, a missing left and a missing right one, and 60 ms without inertial samples
     fs::resize_file(image(log, "cam0", 60), 5000);
