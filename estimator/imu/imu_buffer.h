@@ -63,7 +63,7 @@ struct ImuSpan {
 ///   buffer.integrate_between(t0, t1, noise, preintegration, &span);
 ///   buffer.drop_before(t1);
 ///
-/// Clipping. An axis at 98 % of its range or more tells only "at least this much". Its run of such readings is bridged
+/// Clipping. An axis at 90 % of its range or more tells only "at least this much". Its run of such readings is bridged
 /// by the line between the good readings before and after it; while the run lasts, by the last good one; the other
 /// axes are kept. What sample(), interpolate() and the rest give is the bridged value. The truth may be the bridge (a
 /// spike of the electronics) or lie beyond the range (a shock), with R the range at about 1.5 R, of one sign all
@@ -81,8 +81,8 @@ public:
     /// A step longer than this many nominal periods is a gap: jitter and one or two lost samples are not.
     static constexpr double kGapPeriods = 3.5;
 
-    /// An axis at this share of its range is clipped.
-    static constexpr double kClipShare = 0.98;
+    /// An axis at this share of its range is clipped: analogue stages saturate somewhat before the digital full scale.
+    static constexpr double kClipShare = 0.9;
 
     explicit ImuBuffer(double rate_hz = 200.0, const ImuLimits& limits = {}) { clear(rate_hz, limits); }
 

@@ -240,7 +240,7 @@ TEST_CASE("drop_before keeps what interpolation at its stamp needs") {
     CHECK(ok(buffer->interpolate(ms(97), s)));
 }
 
-TEST_CASE("an axis is clipped from 98 % of its range on, at both ends") {
+TEST_CASE("an axis is clipped from 90 % of its range on, at both ends") {
     ImuLimits limits;
     limits.gyro_range_rad_per_s = 10.0;
     limits.accel_range_m_per_s2 = 100.0;
@@ -256,9 +256,9 @@ TEST_CASE("an axis is clipped from 98 % of its range on, at both ends") {
         const ImuBufferCounters& c = buffer->counters();
         return std::array<int, 2>{static_cast<int>(c.clipped_gyro), static_cast<int>(c.clipped_accel)};
     };
-    CHECK(clipped(9.79, -97.9) == std::array<int, 2>{0, 0});
-    CHECK(clipped(9.80, -97.9) == std::array<int, 2>{1, 0});
-    CHECK(clipped(-9.8, 98.0) == std::array<int, 2>{1, 1});
+    CHECK(clipped(8.99, -89.9) == std::array<int, 2>{0, 0});
+    CHECK(clipped(9.0, -89.9) == std::array<int, 2>{1, 0});
+    CHECK(clipped(-9.0, 90.0) == std::array<int, 2>{1, 1});
     CHECK(clipped(-50.0, -1e4) == std::array<int, 2>{1, 1});
 }
 
