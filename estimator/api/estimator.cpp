@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "estimator/api/health_monitor.h"
+#include "estimator/api/motion_start.h"
 #include "estimator/frontend/frontend.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/propagation.h"
@@ -21,6 +22,8 @@ constexpr double kReintegrateGyro = 2e-3;   // rad/s
 constexpr double kReintegrateAccel = 5e-2;  // m/s^2
 // A start in flight needs this many stereo matches: they are all that ties the first keyframes together.
 constexpr int kRestartStereo = 20;
+// Before the first estimate is given out the window may take longer: its first guess may be far off, and it is small.
+constexpr int kInitEffort = 4;
 // After divergence nothing but the direction of gravity and the place is kept, and those roughly.
 constexpr double kDivergedTiltSigma = 0.2;      // rad
 constexpr double kDivergedVelocitySigma = 2.0;  // m/s
@@ -57,6 +60,7 @@ struct Estimator::Impl {
     FrontendOutput tracks;
     Window window;
     HealthMonitor monitor;
+    MotionStart motion_start;
     Belief newest;  ///< at the newest keyframe
     Belief now;     ///< at the newest frame
     ImuSpan span;   ///< samples between them
@@ -80,6 +84,7 @@ struct Estimator::Impl {
     Status track(const StereoFrame& frame, Timestamp before, bool wants_keyframe);
     void judge_rest(bool image_is_still);
     void take_keyframe(const Preintegration& preintegration);
+    void second_opinion();
     void restart_in_flight();
     void update_covariance();
     void reintegrate();
@@ -91,6 +96,7 @@ void Estimator::Impl::reset() {
     frontend.reset();
     window.configure(config.window, config.calibration, rig, config.imu_noise);
     monitor.configure(config.health);
+    motion_start.configure(rig, config.imu_noise, config.window.pixel_sigma_px);
     monitor.reset();
     tracks = {};
     newest = now = {};
@@ -143,6 +149,8 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
         now.covariance = initial.information().inverse();
         newest = now;
         monitor.restart(now.stamp, initial.is_still);
+        motion_start.reset();
+        motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
     }
     fill(frame, ok(tracked), estimate);
     return tracked;
@@ -179,13 +187,34 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     if (!ok(window.add_keyframe(keyframe_input(), preintegration))) {
         return;
     }
-    summary = window.optimize();
+    const bool is_starting = monitor.state() == TrackingState::kInit;
+    summary = window.optimize(is_starting ? kInitEffort : 1);
     frontend.drop_tracks(window.rejected());
     now.state = window.newest().state;
     reintegrate();
     update_covariance();
     newest = now;
     rests = true;
+    if (is_starting) {
+        motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
+        second_opinion();
+    }
+}
+
+/// While starting in motion: a window that contradicts the closed form begins anew from that.
+void Estimator::Impl::second_opinion() {
+    NavState better;
+    StateCovariance information;
+    if (!ok(motion_start.check(now.state, better, information))) {
+        return;
+    }
+    now.state = better;
+    now.covariance = information.inverse();
+    newest = now;
+    window.start(keyframe_input(), better, information);
+    summary = {};
+    motion_start.reset();
+    motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
 }
 
 void Estimator::Impl::update_covariance() {
@@ -237,6 +266,8 @@ void Estimator::Impl::restart_in_flight() {
     is_coasting = wants_reset = false;
     ++reset_counter;
     monitor.restart(now.stamp, false);
+    motion_start.reset();
+    motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
 }
 
 /// Integrates the inertial factors anew whose bias has moved too far for their first-order correction.

@@ -97,7 +97,8 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
             has_diverged_ = has_diverged_ || diverged;
         } else if (state_ == TrackingState::kInit) {
             const bool is_ready = e.velocity_sigma_m_per_s < config_.ready_velocity_sigma_m_per_s &&
-                                  e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_keyframe;
+                                  e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_keyframe &&
+                                  e.vision_chi2 < config_.high_vision_chi2;
             state_ = is_ready ? TrackingState::kTracking : TrackingState::kInit;
         }
         if (state_ == TrackingState::kTracking || state_ == TrackingState::kDegraded) {

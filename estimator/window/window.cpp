@@ -115,11 +115,11 @@ void Window::add_observations(int keyframe, std::span<const FeatureObservation> 
     }
 }
 
-WindowSummary Window::optimize() {
+WindowSummary Window::optimize(int effort) {
     WindowSummary summary;
     problem_.select_landmarks();
     LevenbergOptions options;
-    options.max_iterations = config_.max_iterations;
+    options.max_iterations = effort * config_.max_iterations;
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
     const std::size_t count = state_.keyframes.size();
     if (count >= 2 && newest().has_imu_factor) {

@@ -51,7 +51,8 @@ public:
     Status add_keyframe(const KeyframeInput& input, const Preintegration& preintegration);
 
     /// Bounded optimization of the whole window, then removal of outliers.
-    WindowSummary optimize();
+    /// @param effort  times the configured number of iterations
+    WindowSummary optimize(int effort = 1);
 
     /// Landmarks whose newest observation optimize() has just rejected.
     std::span<const LandmarkId> rejected() const { return {rejected_.data(), rejected_.size()}; }

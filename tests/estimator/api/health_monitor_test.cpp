@@ -69,6 +69,9 @@ TEST_CASE("a start in motion is INIT until velocity and gravity are known at a k
     e = good(0.4);
     CHECK(f.step(e) == TrackingState::kInit);  // no keyframe
     e.is_keyframe = true;
+    e.vision_chi2 = 6.0;
+    CHECK(f.step(e) == TrackingState::kInit);  // the window has not come together yet
+    e.vision_chi2 = 0.8;
     CHECK(f.step(e) == TrackingState::kTracking);
 }
 

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A second opinion on a start in motion: velocity and gravity in closed form from stereo points and inertial samples.
+#pragma once
+
+#include <array>
+#include <boost/container/static_vector.hpp>
+#include <span>
+
+#include "estimator/frontend/frontend_types.h"
+#include "estimator/geometry/stereo_rig.h"
+#include "estimator/imu/dynamic_init.h"
+#include "estimator/imu/imu_buffer.h"
+#include "estimator/imu/stereo_motion.h"
+
+namespace facet {
+
+/// Collects the motions between the first keyframes and solves them for velocity, gravity and biases without a first
+/// guess (dynamic_init.h). The window starts from the mean force as gravity and refines that; where the guess was so wrong
+/// that the window's optimization ended elsewhere, this tells. Usage, while the estimator is in INIT after a moving start:
+///   start.reset(); start.add_keyframe(...) at every keyframe; if (ok(start.check(...))) begin anew from `better`.
+/// About 60 KiB and 150 KiB of stack. Thread-bound. No heap.
+class MotionStart {
+public:
+    void configure(const StereoRig& rig, const ImuNoise& noise, double pixel_sigma_px);
+    void reset();
+
+    /// Takes a keyframe; one whose motion cannot be found starts the collection anew.
+    void add_keyframe(Timestamp stamp, std::span<const FeatureObservation> observations, const ImuBuffer& imu);
+
+    /// Compares the window's state at the newest keyframe with the closed form.
+    /// @param better       at the state's place and yaw
+    /// @param information  of `better`, order [theta p v bg ba]
+    /// @return kOk if there is a solution and the state contradicts it, by more than both may err: `better` is to be used;
+    ///         kNotFound if there is none yet, or it agrees (untouched).
+    Status check(const NavState& state, NavState& better,
+                 Eigen::Matrix<double, kStateDim, kStateDim>& information) const;
+
+private:
+    struct Point {
+        LandmarkId landmark;
+        Eigen::Vector3d p_C0;
+    };
+    using PointList = boost::container::static_vector<Point, kMaxFeatures>;
+
+    StereoRig rig_;
+    ImuNoise noise_;
+    StereoMotionConfig motion_config_;
+    Timestamp stamp_;   ///< of the newest keyframe
+    PointList points_;  ///< seen there in stereo, by increasing id
+    boost::container::static_vector<KeyframeMotion, kMaxInitKeyframes - 1> motions_;
+};
+
+}  // namespace facet
