@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What every source must do, whatever device is behind it: one suite, run on each implementation.
+#pragma once
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "platform/port/camera_source.h"
+#include "platform/port/imu_source.h"
+#include "platform/port/stereo_source.h"
+#include "platform/port/trigger_source.h"
+
+namespace facet::test {
+
+/// A source together with the world behind it. To put a new source under the suite, derive from this and call
+/// check_source_conformance in a test.
+template <class SourceType, class SampleType>
+class SourceHarness {
+public:
+    using Sample = SampleType;
+
+    virtual ~SourceHarness() = default;
+    virtual SourceType& source() = 0;
+    /// The device produces this many more good samples.
+    virtual void offer(int count) = 0;
+    /// The device produces one bad sample. @return false if the device cannot tell bad from good.
+    virtual bool offer_corrupt() { return false; }
+    /// From now on the device fails. @return false if it cannot.
+    virtual bool break_device() { return false; }
+    virtual void repair_device() {}
+    /// No more samples. @return false if this kind of source never ends.
+    virtual bool end() { return false; }
+    /// Lets a retry period pass.
+    virtual void pass_time() {}
+    /// Samples that the source may hold back because it waits for the next ones.
+    virtual int held_back() const { return 0; }
+    /// Gives back what a sample borrowed.
+    virtual void done_with(const Sample&) {}
+};
+
+using ImuHarness = SourceHarness<ImuSource, ImuSample>;
+using TriggerHarness = SourceHarness<TriggerSource, TriggerEdge>;
+using CameraHarness = SourceHarness<CameraSource, CameraFrame>;
+using StereoHarness = SourceHarness<StereoSource, StereoFrame>;
+
+inline bool is_sane(const ImuSample& s) { return s.w_B.allFinite() && s.a_B.allFinite(); }
+inline bool is_sane(const TriggerEdge&) { return true; }
+inline bool is_sane(const CameraFrame& f) { return !f.image.empty() && f.slot >= 0; }
+inline bool is_sane(const StereoFrame&) { return true; }
+
+inline constexpr Timestamp kUntouched{-12345};
+
+/// Everything the source gives without waiting.
+struct Drained {
+    std::vector<Timestamp> stamps;
+    int corrupt = 0;
+    int failures = 0;
+    Status last = Status::kNotReady;
+};
+
+template <class Harness>
+Drained drain(Harness& harness, int limit = 1000) {
+    Drained result;
+    for (int i = 0; i < limit; ++i) {
+        typename Harness::Sample sample;
+        sample.stamp = kUntouched;
+        result.last = harness.source().next(Duration{}, sample);
+        if (result.last == Status::kOk) {
+            CHECK(is_sane(sample));
+            result.stamps.push_back(sample.stamp);
+            harness.done_with(sample);
+            continue;
+        }
+        CHECK(sample.stamp == kUntouched);
+        result.corrupt += result.last == Status::kCorrupt ? 1 : 0;
+        result.failures += result.last == Status::kIo ? 1 : 0;
+        if (result.last != Status::kCorrupt) {
+            break;
+        }
+    }
+    return result;
+}
+
+inline void check_increasing(const std::vector<Timestamp>& stamps, Timestamp& last, bool& any) {
+    for (const Timestamp stamp : stamps) {
+        CHECK((!any || stamp > last));
+        last = stamp;
+        any = true;
+    }
+}
+
+template <class Harness>
+void check_life_cycle(Harness& harness) {
+    CHECK(drain(harness).last == Status::kNotReady);  // not started
+    CHECK(harness.source().counters().delivered == 0);
+    REQUIRE(harness.source().start() == Status::kOk);
+    CHECK(harness.source().start() == Status::kOk);
+    CHECK(harness.source().problem().empty());
+    CHECK(drain(harness).last == Status::kNotReady);  // nothing there yet
+
+    Timestamp last;
+    bool any = false;
+    harness.offer(10);
+    const Drained first = drain(harness);
+    CHECK(static_cast<int>(first.stamps.size()) >= 10 - harness.held_back());
+    CHECK(first.stamps.size() <= 10);
+    check_increasing(first.stamps, last, any);
+    CHECK(harness.source().counters().delivered == first.stamps.size());
+
+    harness.source().stop();
+    harness.source().stop();
+    CHECK(drain(harness).last == Status::kNotReady);
+    REQUIRE(harness.source().start() == Status::kOk);
+    harness.offer(10);
+    const Drained second = drain(harness);
+    CHECK(static_cast<int>(second.stamps.size()) >= 10 - harness.held_back());
+    check_increasing(second.stamps, last, any);
+    CHECK(harness.source().counters().delivered == first.stamps.size() + second.stamps.size());
+    CHECK(harness.source().counters().corrupt == 0);
+    CHECK(harness.source().counters().errors == 0);
+}
+
+template <class Harness>
+void check_corrupt_sample(Harness& harness) {
+    REQUIRE(harness.source().start() == Status::kOk);
+    harness.offer(5);
+    Drained all = drain(harness);
+    if (!harness.offer_corrupt()) {
+        return;
+    }
+    harness.offer(5);
+    const Drained rest = drain(harness);
+    CHECK(rest.corrupt == 1);
+    CHECK(harness.source().counters().corrupt == 1);
+    CHECK(static_cast<int>(all.stamps.size() + rest.stamps.size()) >= 10 - 2 * harness.held_back());
+    all.stamps.insert(all.stamps.end(), rest.stamps.begin(), rest.stamps.end());
+    Timestamp last;
+    bool any = false;
+    check_increasing(all.stamps, last, any);
+}
+
+template <class Harness>
+void check_failure_and_recovery(Harness& harness) {
+    REQUIRE(harness.source().start() == Status::kOk);
+    harness.offer(5);
+    Timestamp last;
+    bool any = false;
+    check_increasing(drain(harness).stamps, last, any);
+    if (!harness.break_device()) {
+        return;
+    }
+    bool failed = false;
+    for (int i = 0; i < 20 && !failed; ++i) {
+        const Drained broken = drain(harness);
+        failed = broken.failures > 0;
+        CHECK(broken.stamps.size() <= 5);
+        harness.pass_time();
+    }
+    REQUIRE(failed);
+    CHECK_FALSE(harness.source().problem().empty());
+    CHECK(harness.source().counters().errors >= 1);
+    CHECK(harness.source().counters().recoveries == 0);
+
+    harness.repair_device();
+    std::size_t delivered = 0;
+    for (int i = 0; i < 20; ++i) {
+        harness.pass_time();
+        harness.offer(5);
+        const Drained after = drain(harness);
+        check_increasing(after.stamps, last, any);
+        delivered += after.stamps.size();
+    }
+    CHECK(delivered >= 50);
+    CHECK(harness.source().counters().recoveries == 1);
+}
+
+template <class Harness>
+void check_end(Harness& harness) {
+    REQUIRE(harness.source().start() == Status::kOk);
+    harness.offer(3);
+    if (!harness.end()) {
+        return;
+    }
+    const Drained all = drain(harness);
+    CHECK(all.last == Status::kEndOfStream);
+    CHECK(drain(harness).last == Status::kEndOfStream);
+}
+
+/// Runs the whole suite. @param make  gives a fresh harness, not started
+template <class Harness>
+void check_source_conformance(const std::function<std::unique_ptr<Harness>()>& make) {
+    check_life_cycle(*make());
+    check_corrupt_sample(*make());
+    check_failure_and_recovery(*make());
+    check_end(*make());
+}
+
+}  // namespace facet::test
