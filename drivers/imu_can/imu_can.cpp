@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/imu_can/imu_can.h"
+
+#include <linux/can/error.h>
+
+#include <cstring>
+#include <utility>
+
+namespace facet {
+
+ImuCan::ImuCan(KernelIo& io, const Clock& clock, CanDecoder& decoder, ImuCanOptions options)
+    : clock_(clock),
+      decoder_(decoder),
+      options_(std::move(options)),
+      socket_(io),
+      assembler_(options_.max_force_gap),
+      retry_(options_.retry_period) {}
+
+Status ImuCan::open() {
+    decoder_.reset();
+    assembler_.clear();
+    const std::vector<CanFilter> filters = decoder_.filters();
+    return socket_.open(options_.socket, filters, problem_);
+}
+
+Status ImuCan::start() {
+    if (started_) {
+        return Status::kOk;
+    }
+    problem_.clear();
+    FACET_TRY(open());
+    started_ = true;
+    failing_ = false;
+    return Status::kOk;
+}
+
+void ImuCan::stop() {
+    socket_.close();
+    started_ = false;
+}
+
+Status ImuCan::fail(std::string problem) {
+    problem_ = std::move(problem);
+    counters_.errors += failing_ ? 0 : 1;
+    failing_ = true;
+    return Status::kIo;
+}
+
+void ImuCan::recovered() {
+    counters_.recoveries += failing_ ? 1 : 0;
+    failing_ = false;
+}
+
+SourceCounters ImuCan::counters() const {
+    SourceCounters result = counters_;
+    const ImuAssemblerCounters& a = assembler_.counters();
+    result.discarded += a.out_of_order + a.unpaired + a.overflowed;
+    return result;
+}
+
+Status ImuCan::pop(ImuSample& sample) {
+    ImuSample ready;
+    while (ok(assembler_.pop(ready))) {
+        if (any_delivered_ && ready.stamp <= last_stamp_) {
+            ++counters_.discarded;  // the wall clock was set back
+            continue;
+        }
+        any_delivered_ = true;
+        last_stamp_ = ready.stamp;
+        ++counters_.delivered;
+        sample = ready;
+        return Status::kOk;
+    }
+    return Status::kNotReady;
+}
+
+Status ImuCan::take_error(const CanFrame& frame) {
+    if ((frame.id & CAN_ERR_BUSOFF) != 0) {
+        ++can_counters_.bus_off;
+        decoder_.reset();
+        return fail(options_.socket.interface + ": bus-off; the kernel restarts the controller if restart-ms is set");
+    }
+    can_counters_.error_frames += (frame.id & CAN_ERR_RESTARTED) != 0 ? 0 : 1;
+    return Status::kNotReady;
+}
+
+Status ImuCan::take(CanFrame& frame) {
+    if (frame.error) {
+        return take_error(frame);
+    }
+    if (frame.stamp.ns == 0) {
+        ++can_counters_.unstamped;
+        frame.stamp = clock_.read_pair().realtime;
+    }
+    CanMeasurement measurement;
+    const Status decoded = decoder_.decode(frame, measurement);
+    if (decoded == Status::kCorrupt) {
+        ++counters_.corrupt;
+    }
+    if (!ok(decoded)) {
+        return decoded == Status::kCorrupt ? decoded : Status::kNotReady;
+    }
+    recovered();
+    counters_.lost += measurement.lost;
+    if (measurement.temperature_c == measurement.temperature_c) {
+        temperature_c_ = measurement.temperature_c;
+    }
+    const Timestamp stamp = frame.stamp - measurement.age - options_.latency;
+    if (measurement.force) {
+        (void)assembler_.add_force(stamp, options_.axes.apply(*measurement.force));
+    }
+    if (measurement.rate) {
+        (void)assembler_.add_rate(stamp, options_.axes.apply(*measurement.rate));
+    }
+    return Status::kNotReady;
+}
+
+Status ImuCan::next(Duration timeout, ImuSample& sample) {
+    if (!started_) {
+        return Status::kNotReady;
+    }
+    const Timestamp deadline = clock_.now() + timeout;
+    if (!socket_.is_open()) {
+        if (!retry_.pass(clock_.now())) {
+            return Status::kNotReady;
+        }
+        std::string before = problem_;
+        if (!ok(open())) {
+            return fail(problem_.empty() ? std::move(before) : problem_);
+        }
+    }
+    for (;;) {
+        if (ok(pop(sample))) {
+            return Status::kOk;
+        }
+        const Duration left = deadline - clock_.now();
+        CanFrame frame;
+        const Status received = socket_.receive(left.ns > 0 ? left : Duration{}, frame);
+        can_counters_.overflows = socket_.overflows();
+        if (received == Status::kIo) {
+            const std::string words = std::strerror(socket_.error());
+            socket_.close();
+            retry_.close(clock_.now());
+            return fail(options_.socket.interface + ": " + words);
+        }
+        if (received == Status::kCorrupt) {
+            ++counters_.corrupt;
+            return received;
+        }
+        if (received == Status::kNotReady) {
+            return received;
+        }
+        if (const Status taken = take(frame); taken != Status::kNotReady) {
+            return taken;
+        }
+    }
+}
+
+}  // namespace facet

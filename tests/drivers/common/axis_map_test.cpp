@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/common/axis_map.h"
+
+#include <catch2/catch.hpp>
+
+#include "drivers/common/retry_gate.h"
+
+namespace facet {
+namespace {
+
+TEST_CASE("an axis map says which sensor axis each body axis is") {
+    AxisMap map;
+    CHECK(map.apply({1, 2, 3}) == Eigen::Vector3d(1, 2, 3));
+    REQUIRE(ok(map.parse("y -x z")));
+    CHECK(map.apply({1, 2, 3}) == Eigen::Vector3d(2, -1, 3));
+    REQUIRE(ok(map.parse("+x,-y,-z")));
+    CHECK(map.apply({1, 2, 3}) == Eigen::Vector3d(1, -2, -3));
+}
+
+TEST_CASE("what is no rotation is refused, and the map stays as it was") {
+    AxisMap map;
+    REQUIRE(ok(map.parse("z x y")));
+    for (const char* bad : {"", "x y", "x y -z", "x x z", "x y z x", "--x y z", "x y - z", "a b c", "x y z-"}) {
+        INFO(bad);
+        CHECK(map.parse(bad) == Status::kInvalidArgument);
+    }
+    CHECK(map.apply({1, 2, 3}) == Eigen::Vector3d(3, 1, 2));
+}
+
+TEST_CASE("a retry gate opens once a period") {
+    RetryGate gate({100});
+    CHECK(gate.pass({0}));
+    CHECK_FALSE(gate.pass({99}));
+    CHECK(gate.pass({100}));
+    gate.close({150});
+    CHECK_FALSE(gate.pass({249}));
+    CHECK(gate.pass({250}));
+}
+
+}  // namespace
+}  // namespace facet

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/imu_can/imu_can.h"
+
+#include <linux/can/error.h>
+#include <linux/net_tstamp.h>
+
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "drivers/imu_can/dbc_decoder.h"
+#include "drivers/imu_can/dronecan.h"
+#include "drivers/imu_can/openimu300.h"
+#include "tests/drivers/imu_can/fake_can_bus.h"
+#include "tests/port_conformance/source_conformance.h"
+
+namespace facet {
+namespace {
+
+constexpr std::int64_t kPeriodNs = 5'000'000;
+constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
+
+/// An OpenIMU300 on a scripted bus: force 1 ms after the rate.
+class OpenImuHarness : public test::ImuHarness {
+public:
+    OpenImuHarness() : OpenImuHarness(ImuCanOptions{}) {}
+    explicit OpenImuHarness(const ImuCanOptions& options) : imu(bus, clock, decoder, options) {
+        DbcFile file;
+        std::string error;
+        REQUIRE(ok(file.parse(openimu300_dbc(), "openimu300", error)));
+        REQUIRE(ok(decoder.configure(file, openimu300_map(), error)));
+    }
+
+    void rate(std::int64_t stamp_ns, int y = 0x00) {
+        bus.push(test::make_frame(0x0CF02A80, true, {0x00, 0x7D, y, 0x7D, 0x00, 0x7D, 0xFF, 0xFF}, stamp_ns));
+    }
+    void force(std::int64_t stamp_ns, int x = 0x00) {
+        bus.push(test::make_frame(0x0CF02D80, true, {x, 0x7D, 0x00, 0x7D, 0xD5, 0x80, 0xFF, 0xFF}, stamp_ns));
+    }
+
+    ImuSource& source() override { return imu; }
+    void offer(int count) override {
+        for (int i = 0; i < count; ++i) {
+            t_ns += kPeriodNs;
+            rate(t_ns);
+            force(t_ns + 1'000'000);
+        }
+    }
+    bool offer_corrupt() override {
+        t_ns += kPeriodNs;
+        bus.push(test::make_frame(0x0CF02A80, true, {0, 0, 0, 0xFF, 0, 0, 0, 0}, t_ns));
+        force(t_ns + 1'000'000);
+        return true;
+    }
+    bool break_device() override {
+        bus.up = false;
+        bus.present = false;
+        return true;
+    }
+    void repair_device() override {
+        bus.up = true;
+        bus.present = true;
+    }
+    void pass_time() override { clock.advance(Duration::from_seconds(0.6)); }
+    int held_back() const override { return 1; }  // the first rate has no force before it
+
+    ManualClock clock{{1'000'000'000}, {kEpochNs}};
+    test::FakeCanBus bus{clock};
+    DbcDecoder decoder;
+    ImuCan imu;
+    std::int64_t t_ns = kEpochNs;
+};
+
+TEST_CASE("the CAN IMU keeps the contract of its port", "[port_conformance]") {
+    test::check_source_conformance<test::ImuHarness>([] { return std::make_unique<OpenImuHarness>(); });
+}
+
+TEST_CASE("rates and forces of different frames are put together by time") {
+    ImuCanOptions options;
+    REQUIRE(ok(options.axes.parse("y -x z")));
+    options.latency = {500'000};
+    OpenImuHarness h(options);
+    REQUIRE(ok(h.imu.start()));
+    h.force(kEpochNs + 0, 0);             // 0 m/s^2
+    h.force(kEpochNs + 10'000'000, 100);  // 1 m/s^2
+    h.rate(kEpochNs + 2'500'000, 0x80);   // y = 1 deg/s
+    h.rate(kEpochNs + 10'000'000);
+    ImuSample sample;
+    REQUIRE(h.imu.next({}, sample) == Status::kOk);
+    CHECK(sample.stamp.ns == kEpochNs + 2'000'000);
+    CHECK((sample.w_B - Eigen::Vector3d(std::numbers::pi / 180.0, 0.0, 0.0)).norm() < 1e-12);
+    CHECK((sample.a_B - Eigen::Vector3d(0.0, -0.25, 9.81)).norm() < 1e-9);
+    REQUIRE(h.imu.next({}, sample) == Status::kOk);
+    CHECK((sample.a_B - Eigen::Vector3d(0.0, -1.0, 9.81)).norm() < 1e-9);
+    CHECK(h.imu.clock() == ClockDomain::kRealtime);
+    CHECK((h.bus.stamping_flags & SOF_TIMESTAMPING_RX_HARDWARE) == 0);
+}
+
+TEST_CASE("DroneCAN samples come out through the same source") {
+    ManualClock clock({0}, {kEpochNs});
+    test::FakeCanBus bus(clock);
+    DroneCanDecoder decoder;
+    ImuCanOptions options;
+    options.socket.fd = true;
+    ImuCan imu(bus, clock, decoder, options);
+    REQUIRE(ok(imu.start()));
+    CHECK(bus.fd_enabled);
+    CanFrame frame;
+    frame.id = (16U << 24) | (1003U << 8) | 9U;
+    frame.extended = true;
+    frame.fd = true;
+    frame.length = 48;
+    frame.bytes[12] = 0x38;  // rate x = 0.5
+    frame.bytes[47] = 0xC0;
+    frame.stamp.ns = kEpochNs;
+    bus.push(frame);
+    ImuSample sample;
+    REQUIRE(imu.next({}, sample) == Status::kOk);
+    CHECK(sample.w_B.x() == 0.5);
+    CHECK(sample.stamp.ns == kEpochNs);
+}
+
+TEST_CASE("only frames of the decoder pass the kernel's filter") {
+    OpenImuHarness h;
+    REQUIRE(ok(h.imu.start()));
+    h.bus.push(test::make_frame(0x123, false, {1, 2, 3}));
+    h.bus.push(test::make_frame(0x0CF02980, true, {1, 2, 3}));
+    CHECK(h.bus.filtered_out == 2);
+    h.offer(2);
+    CHECK(h.bus.filtered_out == 2);
+}
+
+TEST_CASE("bus-off is named, counted and left behind with the first good frame") {
+    OpenImuHarness h;
+    REQUIRE(ok(h.imu.start()));
+    h.offer(3);
+    (void)test::drain(h);
+    CanFrame warning;
+    warning.error = true;
+    warning.id = CAN_ERR_CRTL;
+    warning.length = 8;
+    h.bus.push(warning);
+    ImuSample sample;
+    CHECK(h.imu.next({}, sample) == Status::kNotReady);
+    CHECK(h.imu.can_counters().error_frames == 1);
+    CanFrame off = warning;
+    off.id = CAN_ERR_BUSOFF;
+    h.bus.push(off);
+    CHECK(h.imu.next({}, sample) == Status::kIo);
+    CHECK(h.imu.problem() == "can0: bus-off; the kernel restarts the controller if restart-ms is set");
+    CHECK(h.imu.can_counters().bus_off == 1);
+    off.id = CAN_ERR_RESTARTED;
+    h.bus.push(off);
+    h.offer(3);
+    CHECK(test::drain(h).stamps.size() == 3);
+    CHECK(h.imu.counters().errors == 1);
+    CHECK(h.imu.counters().recoveries == 1);
+    CHECK(h.bus.opened == 1);
+}
+
+TEST_CASE("an interface that goes down is reopened, at most once a period") {
+    OpenImuHarness h;
+    REQUIRE(ok(h.imu.start()));
+    h.bus.up = false;
+    ImuSample sample;
+    CHECK(h.imu.next({}, sample) == Status::kIo);
+    CHECK(h.imu.problem() == "can0: Network is down");
+    CHECK_FALSE(h.bus.is_open);
+    for (int i = 0; i < 10; ++i) {
+        CHECK(h.imu.next({}, sample) == Status::kNotReady);
+    }
+    CHECK(h.bus.opened == 1);
+    h.pass_time();
+    h.bus.up = true;
+    CHECK(h.imu.next({}, sample) == Status::kNotReady);
+    CHECK(h.bus.opened == 2);
+}
+
+TEST_CASE("a missing interface is said in words") {
+    OpenImuHarness h;
+    h.bus.interface = "can1";
+    CHECK(h.imu.start() == Status::kNotFound);
+    CHECK(h.imu.problem() == "can0: no such interface: No such device");
+    ImuCanOptions options;
+    options.socket.interface = "an_interface_name_too_long";
+    OpenImuHarness other(options);
+    CHECK(other.imu.start() == Status::kInvalidArgument);
+}
+
+TEST_CASE("stamps: hardware ones if asked for and there, our own clock if the kernel gives none") {
+    ImuCanOptions options;
+    options.socket.hardware_stamps = true;
+    OpenImuHarness h(options);
+    h.bus.hardware_stamps = true;
+    REQUIRE(ok(h.imu.start()));
+    CHECK(h.imu.clock() == ClockDomain::kHardware);
+    h.offer(2);
+    ImuSample sample;
+    REQUIRE(h.imu.next({}, sample) == Status::kOk);
+    CHECK(sample.stamp.ns / 1'000'000'000 == 42);
+
+    OpenImuHarness bare;
+    bare.bus.stamps = false;
+    REQUIRE(ok(bare.imu.start()));
+    bare.force(0);
+    CHECK(bare.imu.next({}, sample) == Status::kNotReady);
+    bare.clock.advance({kPeriodNs});
+    bare.rate(0);
+    CHECK(bare.imu.next({}, sample) == Status::kNotReady);
+    bare.clock.advance({kPeriodNs});
+    bare.force(0);
+    REQUIRE(bare.imu.next({}, sample) == Status::kOk);
+    CHECK(sample.stamp.ns == kEpochNs + 1'000'000'000 + kPeriodNs);
+    CHECK(bare.imu.can_counters().unstamped == 3);
+}
+
+TEST_CASE("frames of impossible size and full sockets are counted") {
+    OpenImuHarness h;
+    REQUIRE(ok(h.imu.start()));
+    h.bus.odd_size = true;
+    h.bus.overflows = 17;
+    h.offer(3);
+    const test::Drained all = test::drain(h);
+    CHECK(all.corrupt == 1);
+    CHECK(h.imu.can_counters().overflows == 17);
+}
+
+TEST_CASE("waiting lasts as long as asked and no longer") {
+    OpenImuHarness h;
+    REQUIRE(ok(h.imu.start()));
+    const Timestamp before = h.clock.now();
+    ImuSample sample;
+    CHECK(h.imu.next(Duration::from_seconds(0.02), sample) == Status::kNotReady);
+    CHECK(h.clock.now() - before == Duration::from_seconds(0.02));
+}
+
+}  // namespace
+}  // namespace facet
