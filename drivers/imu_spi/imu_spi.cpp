@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/imu_spi/imu_spi.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace facet {
+
+ImuSpi::ImuSpi(SpiImuChip& chip, TriggerSource* data_ready, Clock& clock, ImuSpiOptions options)
+    : chip_(chip),
+      data_ready_(data_ready),
+      clock_(clock),
+      options_(std::move(options)),
+      assembler_(options_.max_force_gap),
+      retry_(options_.retry_period) {}
+
+Status ImuSpi::open() {
+    assembler_.clear();
+    corrupt_in_a_row_ = 0;
+    std::string words;
+    if (const Status status = chip_.configure(words); !ok(status)) {
+        chip_.close();
+        problem_ = options_.name + ": " + words;
+        return status;
+    }
+    if (data_ready_ != nullptr) {
+        if (const Status status = data_ready_->start(); !ok(status)) {
+            chip_.close();
+            problem_ = options_.name + ": data-ready line: " + std::string(data_ready_->problem());
+            return status;
+        }
+        // Edges of the time before the chip was set up mean nothing.
+        TriggerEdge stale;
+        while (ok(data_ready_->next({}, stale))) {
+        }
+    }
+    next_poll_ = clock_.now();
+    open_ = true;
+    return Status::kOk;
+}
+
+Status ImuSpi::start() {
+    if (started_) {
+        return Status::kOk;
+    }
+    problem_.clear();
+    FACET_TRY(open());
+    started_ = true;
+    failing_ = false;
+    return Status::kOk;
+}
+
+void ImuSpi::stop() {
+    if (data_ready_ != nullptr) {
+        data_ready_->stop();
+    }
+    chip_.close();
+    started_ = false;
+    open_ = false;
+}
+
+Status ImuSpi::fail(std::string problem) {
+    problem_ = std::move(problem);
+    counters_.errors += failing_ ? 0 : 1;
+    failing_ = true;
+    if (open_) {
+        chip_.close();
+        open_ = false;
+        retry_.close(clock_.now());
+    }
+    return Status::kIo;
+}
+
+SourceCounters ImuSpi::counters() const {
+    SourceCounters result = counters_;
+    const ImuAssemblerCounters& a = assembler_.counters();
+    result.discarded += a.out_of_order + a.unpaired + a.overflowed;
+    return result;
+}
+
+Status ImuSpi::next_fsync(TriggerEdge& edge) {
+    if (fsync_.empty()) {
+        return Status::kNotReady;
+    }
+    edge = fsync_.front();
+    fsync_.pop_front();
+    return Status::kOk;
+}
+
+Status ImuSpi::pop(ImuSample& sample) {
+    ImuSample ready;
+    while (ok(assembler_.pop(ready))) {
+        if (any_delivered_ && ready.stamp <= last_stamp_) {
+            ++counters_.discarded;
+            continue;
+        }
+        any_delivered_ = true;
+        last_stamp_ = ready.stamp;
+        ++counters_.delivered;
+        sample = ready;
+        return Status::kOk;
+    }
+    return Status::kNotReady;
+}
+
+Status ImuSpi::wait_for_edge(Timestamp deadline, TriggerEdge& edge) {
+    const Duration left{std::max<std::int64_t>((deadline - clock_.now()).ns, 0)};
+    if (data_ready_ == nullptr) {
+        if (next_poll_ > clock_.now() + left) {
+            clock_.sleep(left);
+            return Status::kNotReady;
+        }
+        clock_.sleep_until(next_poll_);
+        edge = {clock_.now(), ++polls_, true};
+        next_poll_ = edge.stamp + options_.poll_period;
+        return Status::kOk;
+    }
+    FACET_TRY(data_ready_->next(left, edge));
+    while (chip_.newest_edge_only() && ok(data_ready_->next({}, edge))) {
+    }
+    return Status::kOk;
+}
+
+void ImuSpi::take(const SpiMeasurement& measurement) {
+    counters_.lost += measurement.lost;
+    if (measurement.temperature_c == measurement.temperature_c) {
+        temperature_c_ = measurement.temperature_c;
+    }
+    if (measurement.fsync_edge) {
+        fsync_.push({*measurement.fsync_edge - options_.latency, ++fsync_count_, true});
+    }
+    const Timestamp stamp = measurement.stamp - options_.latency;
+    if (measurement.force) {
+        (void)assembler_.add_force(stamp, options_.axes.apply(*measurement.force));
+    }
+    if (measurement.rate) {
+        (void)assembler_.add_rate(stamp, options_.axes.apply(*measurement.rate));
+    }
+}
+
+Status ImuSpi::read(const TriggerEdge& edge) {
+    SpiMeasurements measurements;
+    const Status status = chip_.read(edge, measurements);
+    if (status == Status::kIo) {
+        return fail(options_.name + ": " + std::string(chip_.problem()));
+    }
+    for (const SpiMeasurement& measurement : measurements) {
+        take(measurement);
+    }
+    if (status == Status::kCorrupt) {
+        ++counters_.corrupt;
+        if (++corrupt_in_a_row_ >= options_.max_corrupt) {
+            return fail(options_.name + ": " + std::to_string(corrupt_in_a_row_) + " bad readings in a row");
+        }
+        return Status::kCorrupt;
+    }
+    if (!measurements.empty()) {
+        corrupt_in_a_row_ = 0;
+        counters_.recoveries += failing_ ? 1 : 0;
+        failing_ = false;
+    }
+    return Status::kNotReady;
+}
+
+Status ImuSpi::next(Duration timeout, ImuSample& sample) {
+    if (!started_) {
+        return Status::kNotReady;
+    }
+    const Timestamp deadline = clock_.now() + timeout;
+    if (!open_) {
+        if (!retry_.pass(clock_.now())) {
+            return Status::kNotReady;
+        }
+        if (!ok(open())) {
+            return fail(problem_);
+        }
+    }
+    for (;;) {
+        if (ok(pop(sample))) {
+            return Status::kOk;
+        }
+        TriggerEdge edge;
+        const Status waited = wait_for_edge(deadline, edge);
+        if (waited == Status::kIo) {
+            return fail(options_.name + ": data-ready line: " + std::string(data_ready_->problem()));
+        }
+        FACET_TRY(waited);
+        if (const Status taken = read(edge); taken != Status::kNotReady) {
+            return taken;
+        }
+    }
+}
+
+}  // namespace facet

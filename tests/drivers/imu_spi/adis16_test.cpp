@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/imu_spi/adis16.h"
+
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "tests/drivers/imu_spi/spi_harness.h"
+
+namespace facet {
+namespace {
+
+/// A chip of the family: 16-bit registers, burst read, checksum.
+class FakeAdis final : public test::FakeSpiChip {
+public:
+    explicit FakeAdis(Adis16Model model) : variant_(adis16_variant(model)) { reset(); }
+
+    std::array<std::int16_t, 7> data{};  ///< rates, forces, temperature
+    std::uint16_t status = 0;
+    std::uint16_t counter = 0;
+    bool flip_a_bit = false;
+    bool dead = false;
+    bool failing_self_test = false;
+    std::map<std::uint8_t, std::uint16_t> registers;
+
+    void sample(std::int16_t value) {
+        data = {value, static_cast<std::int16_t>(-value), 0, 0, value, 1200, 0};
+        ++counter;
+    }
+
+private:
+    void reset() {
+        registers.clear();
+        registers[variant_.is_16448 ? 0x56 : 0x72] = variant_.product_id;
+        if (variant_.range_code >= 0) {
+            registers[0x5E] = static_cast<std::uint16_t>(variant_.range_code << 2);
+        }
+    }
+    void frame(const std::vector<std::uint8_t>& out, std::vector<std::uint8_t>& in) override {
+        if (dead) {
+            return;
+        }
+        if (out.size() > 2) {
+            burst(in);
+            return;
+        }
+        // The answer to the command of the frame before.
+        in[0] = static_cast<std::uint8_t>(answer_ >> 8);
+        in[1] = static_cast<std::uint8_t>(answer_ & 0xFF);
+        const std::uint8_t address = out[0] & 0x7F;
+        if ((out[0] & 0x80) == 0) {
+            answer_ = registers[address & 0x7E];
+            return;
+        }
+        std::uint16_t& word = registers[address & 0x7E];
+        word =
+            static_cast<std::uint16_t>((address & 1) != 0 ? (word & 0x00FF) | (out[1] << 8) : (word & 0xFF00) | out[1]);
+        if ((address & 1) != 0) {
+            command(address & 0x7E, word);
+        }
+    }
+    void command(std::uint8_t address, std::uint16_t word) {
+        const bool reset_command = address == (variant_.is_16448 ? 0x3E : 0x68) && (word & 0x80) != 0;
+        const bool test_command =
+            variant_.is_16448 ? address == 0x34 && (word & 0x400) != 0 : address == 0x68 && (word & 0x04) != 0;
+        if (reset_command) {
+            reset();
+        }
+        if (test_command) {
+            registers[variant_.is_16448 ? 0x3C : 0x02] = failing_self_test ? 0x0820 : 0;
+            registers[0x34] = 0;
+        }
+    }
+    void burst(std::vector<std::uint8_t>& in) {
+        std::vector<std::uint16_t> words{status};
+        for (std::size_t i = 0; i < 6; ++i) {
+            words.push_back(static_cast<std::uint16_t>(data[i]));
+        }
+        if (variant_.is_16448) {
+            words.insert(words.end(), {1, 2, 3, 4});
+        }
+        words.push_back(static_cast<std::uint16_t>(data[6] & (variant_.is_16448 ? 0xFFF : 0xFFFF)));
+        if (variant_.is_16448) {
+            words.push_back(adis16448_crc(std::span(words).subspan(1)));
+        } else {
+            words.push_back(counter);
+            words.push_back(adis1647x_checksum(words));
+        }
+        if (flip_a_bit) {
+            words[3] ^= 0x10;
+            flip_a_bit = false;
+        }
+        REQUIRE(in.size() == 2 + 2 * words.size());
+        for (std::size_t i = 0; i < words.size(); ++i) {
+            in[2 + 2 * i] = static_cast<std::uint8_t>(words[i] >> 8);
+            in[3 + 2 * i] = static_cast<std::uint8_t>(words[i] & 0xFF);
+        }
+    }
+
+    const Adis16Variant& variant_;
+    std::uint16_t answer_ = 0;
+};
+
+class AdisHarness final : public test::SpiHarness {
+public:
+    explicit AdisHarness(Adis16Model model) : device(model), chip(device, clock, {model, 4, true}) {
+        imu = std::make_unique<ImuSpi>(chip, &edges, clock, ImuSpiOptions{});
+        edges.on_edge = [this](Timestamp) {
+            device.sample(100);
+            device.flip_a_bit = corrupt_next;
+            corrupt_next = false;
+        };
+    }
+    void set_present(bool present) override { device.present = present; }
+
+    FakeAdis device;
+    Adis16 chip;
+};
+
+TEST_CASE("ADIS16448 and ADIS1647x keep the contract of their port", "[port_conformance]") {
+    for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470, Adis16Model::k16475_2}) {
+        INFO(adis16_variant(model).name);
+        test::check_source_conformance<test::ImuHarness>([&] { return std::make_unique<AdisHarness>(model); });
+    }
+}
+
+TEST_CASE("the two checksums") {
+    // Sums by hand: 0x12 + 0x34 + 0xFF + 0xFF = 0x244.
+    const std::array<std::uint16_t, 2> words{0x1234, 0xFFFF};
+    CHECK(adis1647x_checksum(words) == 0x0244);
+    // The CRC against a bit-by-bit division written the other way round: bytes, each from its least significant bit.
+    const std::array<std::uint16_t, 3> more{0x0123, 0xFEDC, 0x8001};
+    std::uint16_t crc = 0xFFFF;
+    for (const std::uint8_t byte : {0x23, 0x01, 0xDC, 0xFE, 0x01, 0x80}) {
+        for (int bit = 0; bit < 8; ++bit) {
+            const int feedback = (crc & 1) ^ ((byte >> bit) & 1);
+            crc = static_cast<std::uint16_t>(crc >> 1);
+            if (feedback != 0) {
+                crc ^= 0x1021;
+            }
+        }
+    }
+    crc = static_cast<std::uint16_t>(~crc);
+    CHECK(adis16448_crc(more) == static_cast<std::uint16_t>((crc << 8) | (crc >> 8)));
+}
+
+TEST_CASE("scales of all members") {
+    struct Expected {
+        Adis16Model model;
+        double deg_per_s;
+        double g;
+        double temperature;
+    };
+    // 4000 LSB; temperature word 100.
+    const Expected table[] = {{Adis16Model::k16448, 160.0, 4000.0 / 1200.0, 38.386},
+                              {Adis16Model::k16470, 400.0, 5.0, 10.0},
+                              {Adis16Model::k16475_1, 25.0, 1.0, 10.0},
+                              {Adis16Model::k16475_2, 100.0, 1.0, 10.0},
+                              {Adis16Model::k16475_3, 400.0, 1.0, 10.0}};
+    for (const Expected& expected : table) {
+        INFO(adis16_variant(expected.model).name);
+        AdisHarness h(expected.model);
+        h.edges.on_edge = [&](Timestamp) {
+            h.device.sample(0);
+            h.device.data = {4000, 0, -4000, 0, -4000, 4000, 100};
+        };
+        REQUIRE(ok(h.imu->start()));
+        h.offer(1);
+        ImuSample sample;
+        REQUIRE(h.imu->next({}, sample) == Status::kOk);
+        CHECK((sample.w_B - Eigen::Vector3d(1, 0, -1) * expected.deg_per_s * kRadPerDeg).norm() < 1e-12);
+        CHECK((sample.a_B - Eigen::Vector3d(0, -1, 1) * expected.g * 9.80665).norm() < 1e-12);
+        CHECK(h.imu->temperature_c() == Approx(expected.temperature).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("the ADIS16448's temperature has 12 bits and a sign") {
+    AdisHarness h(Adis16Model::k16448);
+    h.edges.on_edge = [&](Timestamp) {
+        h.device.sample(1);
+        h.device.data[6] = -500;
+    };
+    REQUIRE(ok(h.imu->start()));
+    h.offer(1);
+    ImuSample sample;
+    REQUIRE(h.imu->next({}, sample) == Status::kOk);
+    CHECK(h.imu->temperature_c() == Approx(31.0 - 36.93));
+}
+
+TEST_CASE("the chip is set up as asked: rate, CRC, data-ready, SPI mode") {
+    AdisHarness old(Adis16Model::k16448);
+    REQUIRE(ok(old.imu->start()));
+    CHECK(old.device.registers[0x34] == 0x0016);
+    CHECK(old.device.registers[0x36] == 0x0401);
+    CHECK(old.chip.rate_hz() == Approx(51.2));
+    CHECK(old.device.settings.mode == 3);
+    CHECK(old.device.settings.speed_hz <= 1'000'000);
+    AdisHarness h(Adis16Model::k16470);
+    REQUIRE(ok(h.imu->start()));
+    CHECK(h.device.registers[0x64] == 4);
+    CHECK(h.device.registers[0x60] == 0x00C1);
+    CHECK(h.chip.rate_hz() == 400.0);
+}
+
+TEST_CASE("another chip, another range, a failed self-test are named") {
+    AdisHarness other(Adis16Model::k16470);
+    FakeAdis wrong(Adis16Model::k16475_2);
+    Adis16 chip(wrong, other.clock, {Adis16Model::k16470, 0, true});
+    std::string problem;
+    CHECK(chip.configure(problem) == Status::kNotFound);
+    CHECK(problem == "ADIS16470: product id is 16475, expected 16470");
+    Adis16 range(wrong, other.clock, {Adis16Model::k16475_3, 0, true});
+    CHECK(range.configure(problem) == Status::kNotFound);
+    CHECK(problem == "ADIS16475-3: the chip has another range (RANG_MDL 4)");
+    for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470}) {
+        AdisHarness h(model);
+        h.device.failing_self_test = true;
+        CHECK(h.imu->start() == Status::kIo);
+        CHECK(h.imu->problem().find("self-test failed (DIAG_STAT 2080)") != std::string_view::npos);
+    }
+    AdisHarness dead(Adis16Model::k16470);
+    dead.device.dead = true;
+    CHECK(dead.imu->start() == Status::kNotFound);
+}
+
+TEST_CASE("lost samples are counted by the counter, or by the edges where there is none") {
+    for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470}) {
+        AdisHarness h(model);
+        REQUIRE(ok(h.imu->start()));
+        h.offer(3);
+        (void)test::drain(h);
+        h.edges.lose(4);
+        h.device.counter = static_cast<std::uint16_t>(h.device.counter + 4);
+        h.offer(3);
+        (void)test::drain(h);
+        CHECK(h.imu->counters().lost == 4);
+        CHECK(h.imu->counters().delivered == 6);
+    }
+    AdisHarness h(Adis16Model::k16470);
+    REQUIRE(ok(h.imu->start()));
+    h.device.counter = 0xFFFE;
+    h.offer(4);
+    (void)test::drain(h);
+    CHECK(h.imu->counters().lost == 0);  // over the wrap
+}
+
+TEST_CASE("a sample read too late gets the stamp of its own edge, and is not given twice") {
+    AdisHarness h(Adis16Model::k16470);
+    h.edges.period_ns = 2'500'000;
+    bool late = false;
+    h.edges.on_edge = [&](Timestamp) {
+        if (!late) {
+            h.device.sample(1);
+        }
+    };
+    REQUIRE(ok(h.imu->start()));
+    h.offer(1);
+    ImuSample first;
+    REQUIRE(h.imu->next({}, first) == Status::kOk);
+    // Between this edge and the reading the next sample came.
+    h.device.sample(1);
+    h.offer(1);
+    ImuSample sample;
+    REQUIRE(h.imu->next({}, sample) == Status::kOk);
+    CHECK((sample.stamp - first.stamp).ns == 5'000'000);
+    late = true;  // the edge of that sample brings nothing new
+    h.offer(1);
+    CHECK(h.imu->next({}, sample) == Status::kNotReady);
+    late = false;
+    h.offer(1);
+    REQUIRE(h.imu->next({}, sample) == Status::kOk);
+    CHECK((sample.stamp - first.stamp).ns == 7'500'000);
+}
+
+TEST_CASE("failure flags and a dead bus drop samples, and many in a row reset the chip") {
+    AdisHarness h(Adis16Model::k16470);
+    REQUIRE(ok(h.imu->start()));
+    h.device.status = 1U << 7;  // clock error
+    h.offer(1);
+    ImuSample sample;
+    CHECK(h.imu->next({}, sample) == Status::kCorrupt);
+    h.device.status = 1U << 4;  // standby: no reason
+    h.offer(1);
+    CHECK(h.imu->next({}, sample) == Status::kOk);
+    h.device.dead = true;
+    Status status = Status::kOk;
+    int reads = 0;
+    while (status != Status::kIo && reads < 100) {
+        h.offer(1);
+        status = h.imu->next({}, sample);
+        ++reads;
+    }
+    CHECK(reads == 20);
+    CHECK(h.imu->problem() == "imu_spi: 20 bad readings in a row");
+    h.device.dead = false;
+    h.pass_time();
+    CHECK(h.imu->next({}, sample) == Status::kNotReady);  // resets the chip, and forgets edges of the time before
+    h.offer(1);
+    CHECK(h.imu->next({}, sample) == Status::kOk);
+    CHECK(h.imu->counters().recoveries == 1);
+}
+
+TEST_CASE("without a data-ready line the chip is polled at the period") {
+    ManualClock clock({1'000'000'000});
+    FakeAdis device(Adis16Model::k16448);
+    Adis16 chip(device, clock, {Adis16Model::k16448, 2, false});
+    ImuSpi imu(chip, nullptr, clock, {});
+    REQUIRE(ok(imu.start()));
+    device.sample(5);
+    ImuSample a;
+    ImuSample b;
+    REQUIRE(imu.next({}, a) == Status::kOk);
+    CHECK(imu.next({}, b) == Status::kNotReady);
+    CHECK(imu.next({2'000'000}, b) == Status::kNotReady);
+    REQUIRE(imu.next({10'000'000}, b) == Status::kOk);
+    CHECK((b.stamp - a.stamp).ns == 5'000'000);
+}
+
+}  // namespace
+}  // namespace facet

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/imu_spi/icm42688.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/drivers/imu_spi/spi_harness.h"
+
+namespace facet {
+namespace {
+
+using Packet = std::array<std::uint8_t, IcmPacket::kSize>;
+
+/// A packet with 20-bit values.
+Packet make_packet(std::int32_t force_x, std::int32_t rate_x, std::uint16_t time, std::uint8_t header = 0x78) {
+    Packet p{};
+    p[0] = header;
+    const auto put = [&](std::size_t at, std::int32_t value) {
+        p[at] = static_cast<std::uint8_t>(value >> 12);
+        p[at + 1] = static_cast<std::uint8_t>(value >> 4);
+    };
+    put(1, force_x);
+    put(7, rate_x);
+    put(5, 32768);   // force z: 1 g
+    put(11, -4096);  // rate z
+    p[13] = 0x05;    // 1325 / 132.48 + 25 = 35.0 deg C
+    p[14] = 0x2D;
+    p[15] = static_cast<std::uint8_t>(time >> 8);
+    p[16] = static_cast<std::uint8_t>(time & 0xFF);
+    p[17] = static_cast<std::uint8_t>(((force_x & 0xF) << 4) | (rate_x & 0xF));
+    return p;
+}
+
+class FakeIcm final : public test::ByteRegisterChip {
+public:
+    FakeIcm() { reset(); }
+
+    std::deque<Packet> fifo;
+    double self_test_rate_dps = 100.0;
+    double self_test_force_mg = 400.0;
+    bool floating = false;  ///< nobody drives the data line
+
+private:
+    void reset() {
+        for (auto& bank : banks) {
+            bank.fill(0);
+        }
+        banks[0][0x75] = 0x47;
+        fifo.clear();
+    }
+    void on_write(std::uint8_t address, std::uint8_t value) override {
+        if (address == 0x76) {
+            banks[0][0x76] = value;
+            select_bank(value);
+        } else if (address == 0x11 && (value & 1) != 0) {
+            reset();
+        } else if (address == 0x4B && (value & 2) != 0) {
+            fifo.clear();
+        } else if (address == 0x70) {
+            const auto rate = static_cast<std::int16_t>(value != 0 ? self_test_rate_dps * 32768.0 / 2000.0 : 0.0);
+            const auto force = static_cast<std::int16_t>(value != 0 ? self_test_force_mg * 32.768 / 16.0 : 0.0);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                put(0x1F + 2 * axis, force);
+                put(0x25 + 2 * axis, rate);
+            }
+        }
+    }
+    void put(std::size_t at, std::int16_t value) {
+        banks[0][at] = static_cast<std::uint8_t>(value >> 8);
+        banks[0][at + 1] = static_cast<std::uint8_t>(value & 0xFF);
+    }
+    std::uint8_t on_read(std::uint8_t address, std::size_t index) override {
+        if (floating) {
+            return 0xFF;
+        }
+        if (address == 0x2E) {
+            return static_cast<std::uint8_t>(index == 0 ? fifo.size() >> 8 : fifo.size() & 0xFF);
+        }
+        if (address == 0x30) {
+            if (fifo.empty()) {
+                return index % IcmPacket::kSize == 0 ? 0x80 : 0;
+            }
+            const std::uint8_t byte = fifo.front()[index % IcmPacket::kSize];
+            if (index % IcmPacket::kSize == IcmPacket::kSize - 1) {
+                fifo.pop_front();
+            }
+            return byte;
+        }
+        return test::ByteRegisterChip::on_read(address, index);
+    }
+};
+
+class IcmHarness final : public test::SpiHarness {
+public:
+    explicit IcmHarness(const Icm42688Options& options = {}) : chip(device, clock, options) {
+        imu = std::make_unique<ImuSpi>(chip, &edges, clock, ImuSpiOptions{});
+        edges.one_by_one = false;
+        edges.period_ns = 1'000'000;
+        edges.on_edge = [this](Timestamp) {
+            time_us = static_cast<std::uint16_t>(time_us + 1000);
+            device.fifo.push_back(make_packet(0, 0, time_us, corrupt_next ? 0x18 : 0x78));
+            corrupt_next = false;
+        };
+    }
+    void set_present(bool present) override { device.present = present; }
+
+    FakeIcm device;
+    Icm42688 chip;
+    std::uint16_t time_us = 60'000;
+};
+
+TEST_CASE("the ICM-42688-P keeps the contract of its port", "[port_conformance]") {
+    test::check_source_conformance<test::ImuHarness>([] { return std::make_unique<IcmHarness>(); });
+}
+
+TEST_CASE("a high-resolution packet, bit by bit") {
+    Result<IcmPacket> packet = parse_icm_packet(make_packet(0x12345, -0x12345, 0xABCD));
+    REQUIRE(packet.ok());
+    CHECK(packet.value().force.x() == Approx(0x12345 * 16.0 * 9.80665 / 524288.0).epsilon(1e-14));
+    CHECK(packet.value().rate.x() == Approx(-0x12345 * 2000.0 * kRadPerDeg / 524288.0).epsilon(1e-14));
+    CHECK(packet.value().force.z() == Approx(9.80665).epsilon(1e-14));
+    CHECK(packet.value().rate.z() == Approx(-15.625 * kRadPerDeg).epsilon(1e-14));
+    CHECK(packet.value().temperature_c == Approx(35.0).margin(0.01));
+    CHECK(packet.value().time == 0xABCD);
+    CHECK_FALSE(packet.value().fsync);
+    CHECK(parse_icm_packet(make_packet(0, 0, 7, 0x7C)).value().fsync);
+    CHECK(parse_icm_packet(make_packet(0, 0, 7, 0x80)).value().empty);
+    // No extension, no time, an unplugged bus, the chip's mark for "invalid".
+    for (const int header : {0x68, 0x70, 0x58, 0x00, 0xFF}) {
+        CHECK(parse_icm_packet(make_packet(0, 0, 7, static_cast<std::uint8_t>(header))).status() == Status::kCorrupt);
+    }
+    CHECK(parse_icm_packet(make_packet(-524288, 0, 7)).status() == Status::kCorrupt);
+}
+
+TEST_CASE("packets of one watermark are placed by the chip's clock around the edge, across its wrap") {
+    IcmHarness h({1000, 4, false, false});
+    h.edges.period_ns = 4'000'000;
+    h.edges.on_edge = [&](Timestamp) {
+        for (int i = 0; i < 4; ++i) {
+            h.time_us = static_cast<std::uint16_t>(h.time_us + 1000);
+            h.device.fifo.push_back(make_packet(0, 0, h.time_us));
+        }
+    };
+    REQUIRE(ok(h.imu->start()));
+    h.offer(20);  // 80 ms from 60 ms on: wraps at 65.536 ms
+    const test::Drained all = test::drain(h);
+    REQUIRE(all.stamps.size() == 80);
+    for (std::size_t i = 1; i < all.stamps.size(); ++i) {
+        REQUIRE((all.stamps[i] - all.stamps[i - 1]).ns == 1'000'000);
+    }
+    CHECK(h.imu->counters().lost == 0);
+    CHECK(all.stamps.back() == h.clock.now());
+}
+
+TEST_CASE("the ratio of the clocks is learnt") {
+    IcmHarness h({1000, 10, false, false});
+    // The chip is 2 % fast: its 1000 us last 980 us.
+    h.edges.period_ns = 9'800'000;
+    h.edges.on_edge = [&](Timestamp) {
+        for (int i = 0; i < 10; ++i) {
+            h.time_us = static_cast<std::uint16_t>(h.time_us + 1000);
+            h.device.fifo.push_back(make_packet(0, 0, h.time_us));
+        }
+    };
+    REQUIRE(ok(h.imu->start()));
+    for (int i = 0; i < 400; ++i) {
+        h.offer(1);
+        (void)test::drain(h);
+    }
+    CHECK(h.chip.clock_ratio() == Approx(0.98).epsilon(1e-3));
+    h.offer(1);
+    const test::Drained last = test::drain(h);
+    REQUIRE(last.stamps.size() == 10);
+    CHECK(std::abs((last.stamps[9] - last.stamps[0]).ns - 8'820'000) < 2'000);
+    CHECK(h.imu->counters().lost == 0);
+}
+
+TEST_CASE("an FSYNC packet gives the strobe's instant") {
+    IcmHarness h({1000, 1, true, false});
+    bool strobe = false;
+    h.edges.on_edge = [&](Timestamp) {
+        h.time_us = static_cast<std::uint16_t>(h.time_us + 1000);
+        h.device.fifo.push_back(strobe ? make_packet(0, 0, 300, 0x7C) : make_packet(0, 0, h.time_us));
+    };
+    REQUIRE(ok(h.imu->start()));
+    CHECK(h.device.banks[1][0x7B] == 0x02);
+    CHECK(h.device.banks[0][0x54] == 0x23);
+    h.offer(3);
+    (void)test::drain(h);
+    TriggerEdge edge;
+    CHECK(h.imu->next_fsync(edge) == Status::kNotReady);
+    strobe = true;
+    h.offer(1);
+    ImuSample sample;
+    REQUIRE(h.imu->next({}, sample) == Status::kOk);
+    strobe = false;
+    REQUIRE(h.imu->next_fsync(edge) == Status::kOk);
+    CHECK((sample.stamp - edge.stamp).ns == 300'000);
+    CHECK(edge.sequence == 1);
+    h.offer(3);
+    CHECK(test::drain(h).stamps.size() == 3);
+    CHECK(h.imu->counters().lost == 0);
+}
+
+TEST_CASE("packets lost to a full FIFO show as a gap") {
+    IcmHarness h;
+    REQUIRE(ok(h.imu->start()));
+    h.offer(5);
+    (void)test::drain(h);
+    h.time_us = static_cast<std::uint16_t>(h.time_us + 7000);
+    h.offer(1);
+    (void)test::drain(h);
+    CHECK(h.imu->counters().lost == 7);
+}
+
+TEST_CASE("identity, self-test and bad settings are named") {
+    std::string problem;
+    IcmHarness wrong;
+    wrong.device.floating = true;
+    CHECK(wrong.chip.configure(problem) == Status::kNotFound);
+    CHECK(problem == "ICM-42688-P: WHO_AM_I is 255, expected 71");
+    IcmHarness gyro;
+    gyro.device.self_test_rate_dps = 50.0;
+    CHECK(gyro.chip.configure(problem) == Status::kIo);
+    CHECK(problem == "ICM-42688-P: self-test of the gyroscope failed");
+    IcmHarness accel;
+    accel.device.self_test_force_mg = 1300.0;
+    CHECK(accel.chip.configure(problem) == Status::kIo);
+    CHECK(problem == "ICM-42688-P: self-test of the accelerometer failed");
+    IcmHarness rate({123, 1, false, false});
+    CHECK(rate.chip.configure(problem) == Status::kInvalidArgument);
+}
+
+TEST_CASE("a bus that comes loose gives corrupt readings, not samples") {
+    IcmHarness h;
+    REQUIRE(ok(h.imu->start()));
+    h.device.floating = true;
+    h.offer(1);
+    ImuSample sample;
+    CHECK(h.imu->next({}, sample) == Status::kCorrupt);
+}
+
+}  // namespace
+}  // namespace facet
