@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/camera_v4l2/camera_v4l2.h"
+
+#include <optional>
+#include <utility>
+
+#include "platform/base/assert.h"
+
+namespace facet {
+
+CameraV4l2::CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options)
+    : clock_(clock), options_(std::move(options)), capture_(io), retry_(options_.retry_period) {
+    if (options_.capture.width > 0 && options_.capture.height > 0) {
+        image_bytes_ =
+            static_cast<std::size_t>(options_.capture.width) * static_cast<std::size_t>(options_.capture.height);
+        pixels_ = std::make_unique<std::uint8_t[]>(image_bytes_ * kSlots);
+    }
+}
+
+Status CameraV4l2::open() {
+    any_sequence_ = false;  // drivers count from zero again
+    FACET_TRY(capture_.open(options_.capture, problem_));
+    for (const CameraControl& control : options_.controls) {
+        if (const Status status = capture_.set_control(control.name, control.value, problem_); !ok(status)) {
+            capture_.close();
+            return status == Status::kNotFound ? Status::kInvalidArgument : status;
+        }
+    }
+    return Status::kOk;
+}
+
+Status CameraV4l2::start() {
+    if (started_) {
+        return Status::kOk;
+    }
+    problem_.clear();
+    if (image_bytes_ == 0) {
+        problem_ = options_.capture.device + ": width and height must be given";
+        return Status::kInvalidArgument;
+    }
+    FACET_TRY(open());
+    started_ = true;
+    failing_ = false;
+    return Status::kOk;
+}
+
+void CameraV4l2::stop() {
+    capture_.close();
+    started_ = false;
+}
+
+void CameraV4l2::release(int slot) {
+    FACET_ASSERT(slot >= 0 && slot < kSlots);
+    // Releases what the consumer read, so that the next image is not written over it too early.
+    taken_[static_cast<std::size_t>(slot)].store(false, std::memory_order_release);
+}
+
+int CameraV4l2::free_slot() const {
+    for (int i = 0; i < kSlots; ++i) {
+        if (!taken_[static_cast<std::size_t>(i)].load(std::memory_order_acquire)) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+Status CameraV4l2::fail(std::string problem) {
+    problem_ = std::move(problem);
+    counters_.errors += failing_ ? 0 : 1;
+    failing_ = true;
+    if (capture_.is_open()) {
+        capture_.close();
+        retry_.close(clock_.now());
+    }
+    return Status::kIo;
+}
+
+void CameraV4l2::follow_sequence(std::uint32_t sequence) {
+    // Some drivers leave the sequence at zero; a step backwards is a driver's restart, no gap.
+    const auto step = static_cast<std::int32_t>(sequence - sequence_);
+    if (any_sequence_ && step > 1) {
+        counters_.lost += static_cast<std::uint64_t>(step - 1);
+    }
+    any_sequence_ = true;
+    sequence_ = sequence;
+}
+
+bool CameraV4l2::is_good(const V4l2Buffer& buffer) {
+    const std::size_t needed = capture_.stride() * static_cast<std::size_t>(options_.capture.height - 1) +
+                               row_bytes(options_.capture.format, options_.capture.width);
+    camera_counters_.error_buffers += buffer.error ? 1 : 0;
+    camera_counters_.short_buffers += !buffer.error && buffer.bytes.size() < needed ? 1 : 0;
+    return !buffer.error && buffer.bytes.size() >= needed;
+}
+
+Status CameraV4l2::take_all(Duration timeout, V4l2Buffer& newest) {
+    std::optional<V4l2Buffer> kept;
+    bool bad = false;
+    // No more rounds than there are buffers: a fast camera must not hold the caller here.
+    for (std::uint32_t round = 0; round < V4l2Capture::kMaxBuffers; ++round) {
+        V4l2Buffer buffer;
+        std::string words;
+        const Status status = capture_.dequeue(round == 0 ? timeout : Duration{}, buffer, words);
+        if (status == Status::kNotReady) {
+            break;
+        }
+        if (!ok(status)) {
+            return fail(std::move(words));
+        }
+        follow_sequence(buffer.sequence);
+        const bool good = is_good(buffer);
+        const std::optional<V4l2Buffer> back = good ? kept : std::optional<V4l2Buffer>(buffer);
+        if (good) {
+            counters_.discarded += kept ? 1 : 0;
+            camera_counters_.superseded += kept ? 1 : 0;
+            kept = buffer;
+        } else {
+            ++counters_.corrupt;
+            bad = true;
+        }
+        if (back && !ok(capture_.queue(back->index, words))) {
+            return fail(std::move(words));
+        }
+    }
+    if (!kept) {
+        return bad ? Status::kCorrupt : Status::kNotReady;
+    }
+    newest = *kept;
+    return Status::kOk;
+}
+
+Timestamp CameraV4l2::midpoint(const V4l2Buffer& buffer) const {
+    const Duration half{options_.exposure.ns / 2};
+    StampSource source = options_.stamp_source;
+    if (source == StampSource::kAsFlagged) {
+        source = buffer.start_of_exposure ? StampSource::kStartOfExposure : StampSource::kEndOfFrame;
+    }
+    switch (source) {
+        case StampSource::kStartOfExposure: return buffer.stamp + half;
+        case StampSource::kEndOfFrame: return buffer.stamp - options_.readout - half;
+        default: return buffer.stamp;
+    }
+}
+
+Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
+    camera_counters_.not_monotonic += buffer.monotonic ? 0 : 1;
+    const Timestamp stamp = midpoint(buffer);
+    if (any_delivered_ && stamp <= last_stamp_) {
+        ++counters_.discarded;
+        return Status::kNotReady;
+    }
+    const int slot = free_slot();
+    if (slot < 0) {
+        ++counters_.discarded;
+        ++camera_counters_.no_slot;
+        return Status::kNotReady;
+    }
+    std::uint8_t* const out = pixels_.get() + static_cast<std::size_t>(slot) * image_bytes_;
+    const RawImage image{buffer.bytes,      options_.capture.format,  options_.capture.width, options_.capture.height,
+                         capture_.stride(), options_.significant_bits};
+    FACET_TRY(unpack(image, {out, image_bytes_}));
+    taken_[static_cast<std::size_t>(slot)].store(true, std::memory_order_relaxed);
+    counters_.recoveries += failing_ ? 1 : 0;
+    failing_ = false;
+    ++counters_.delivered;
+    last_stamp_ = stamp;
+    any_delivered_ = true;
+    frame.stamp = stamp;
+    frame.sequence = buffer.sequence;
+    frame.image = {out, options_.capture.width, options_.capture.height, options_.capture.width};
+    frame.slot = slot;
+    frame.exposure = options_.exposure;
+    return Status::kOk;
+}
+
+Status CameraV4l2::next(Duration timeout, CameraFrame& frame) {
+    if (!started_) {
+        return Status::kNotReady;
+    }
+    if (!capture_.is_open()) {
+        if (!retry_.pass(clock_.now())) {
+            return Status::kNotReady;
+        }
+        if (!ok(open())) {
+            return fail(problem_);
+        }
+    }
+    V4l2Buffer newest;
+    FACET_TRY(take_all(timeout, newest));
+    const Status delivered = deliver(newest, frame);
+    std::string words;
+    if (!ok(capture_.queue(newest.index, words)) && !ok(delivered)) {
+        return fail(std::move(words));
+    }
+    // A queue that fails after a good frame fails again at the next call, which then says so.
+    return delivered == Status::kInvalidArgument ? fail(options_.capture.device + ": impossible image size")
+                                                 : delivered;
+}
+
+}  // namespace facet

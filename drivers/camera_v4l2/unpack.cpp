@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/camera_v4l2/unpack.h"
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <array>
+
+namespace facet {
+namespace {
+
+struct Named {
+    PixelFormat format;
+    std::uint32_t fourcc;
+    std::string_view name;
+};
+
+constexpr std::array<Named, 6> kFormats{{{PixelFormat::kGrey, V4L2_PIX_FMT_GREY, "GREY"},
+                                         {PixelFormat::kY10, V4L2_PIX_FMT_Y10, "Y10"},
+                                         {PixelFormat::kY10p, V4L2_PIX_FMT_Y10P, "Y10P"},
+                                         {PixelFormat::kY12, V4L2_PIX_FMT_Y12, "Y12"},
+                                         {PixelFormat::kY16, V4L2_PIX_FMT_Y16, "Y16"},
+                                         {PixelFormat::kYuyv, V4L2_PIX_FMT_YUYV, "YUYV"}}};
+
+void unpack_words(const std::uint8_t* in, std::uint8_t* out, int width, int bits) {
+    const int shift = bits - 8;
+    for (int u = 0; u < width; ++u) {
+        const unsigned word = static_cast<unsigned>(in[2 * u]) | (static_cast<unsigned>(in[2 * u + 1]) << 8);
+        out[u] = static_cast<std::uint8_t>(std::min(word >> shift, 255U));
+    }
+}
+
+void unpack_row(const RawImage& image, const std::uint8_t* in, std::uint8_t* out) {
+    switch (image.format) {
+        case PixelFormat::kGrey: std::copy_n(in, image.width, out); break;
+        case PixelFormat::kY10: unpack_words(in, out, image.width, 10); break;
+        case PixelFormat::kY12: unpack_words(in, out, image.width, 12); break;
+        case PixelFormat::kY16:
+            unpack_words(in, out, image.width, image.significant_bits == 0 ? 16 : image.significant_bits);
+            break;
+        case PixelFormat::kY10p:
+            for (int u = 0; u < image.width; u += 4) {
+                std::copy_n(in + u / 4 * 5, 4, out + u);
+            }
+            break;
+        case PixelFormat::kYuyv:
+            for (int u = 0; u < image.width; ++u) {
+                out[u] = in[2 * u];
+            }
+            break;
+    }
+}
+
+}  // namespace
+
+std::uint32_t fourcc(PixelFormat format) { return kFormats[static_cast<std::size_t>(format)].fourcc; }
+
+std::optional<PixelFormat> pixel_format(std::uint32_t fourcc) {
+    for (const Named& known : kFormats) {
+        if (known.fourcc == fourcc) {
+            return known.format;
+        }
+    }
+    return std::nullopt;
+}
+
+std::optional<PixelFormat> pixel_format(std::string_view name) {
+    while (name.ends_with(' ')) {
+        name.remove_suffix(1);
+    }
+    for (const Named& known : kFormats) {
+        if (known.name == name) {
+            return known.format;
+        }
+    }
+    return std::nullopt;
+}
+
+std::size_t row_bytes(PixelFormat format, int width) {
+    const auto pixels = static_cast<std::size_t>(width);
+    switch (format) {
+        case PixelFormat::kGrey: return pixels;
+        case PixelFormat::kY10p: return pixels / 4 * 5;
+        default: return 2 * pixels;
+    }
+}
+
+Status unpack(const RawImage& image, std::span<std::uint8_t> out) {
+    const bool shape_good =
+        image.width > 0 && image.height > 0 && image.stride >= row_bytes(image.format, image.width) &&
+        (image.format != PixelFormat::kY10p || image.width % 4 == 0) &&
+        (image.significant_bits == 0 || (image.significant_bits >= 8 && image.significant_bits <= 16));
+    const std::size_t pixels =
+        shape_good ? static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) : 0;
+    if (!shape_good || out.size() < pixels) {
+        return Status::kInvalidArgument;
+    }
+    // The last row need not be padded.
+    if (image.bytes.size() <
+        image.stride * static_cast<std::size_t>(image.height - 1) + row_bytes(image.format, image.width)) {
+        return Status::kCorrupt;
+    }
+    for (int v = 0; v < image.height; ++v) {
+        unpack_row(image, image.bytes.data() + static_cast<std::size_t>(v) * image.stride,
+                   out.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width));
+    }
+    return Status::kOk;
+}
+
+}  // namespace facet

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Pixel formats of cameras to 8-bit grey.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// Grey formats, as in the kernel's documentation "Luma-Only Formats" and "Packed YUV formats".
+enum class PixelFormat : std::uint8_t {
+    kGrey,  ///< 8 bits
+    kY10,   ///< 10 bits in the low bits of 16, little-endian
+    kY10p,  ///< MIPI RAW10: four pixels' upper 8 bits, then a byte with their lower 2
+    kY12,   ///< 12 bits in the low bits of 16, little-endian
+    kY16,   ///< 16 bits, little-endian
+    kYuyv,  ///< luma in every even byte
+};
+
+/// The kernel's four-character code.
+std::uint32_t fourcc(PixelFormat format);
+/// By code, or by name as in "GREY", "Y10 ", "Y10", "Y10P".
+std::optional<PixelFormat> pixel_format(std::uint32_t fourcc);
+std::optional<PixelFormat> pixel_format(std::string_view name);
+
+/// Bytes that a row of this many pixels fills. Y10P rows need widths that are multiples of 4.
+std::size_t row_bytes(PixelFormat format, int width);
+
+/// An image as a camera wrote it.
+struct RawImage {
+    std::span<const std::uint8_t> bytes;
+    PixelFormat format = PixelFormat::kGrey;
+    int width = 0;             ///< (px)
+    int height = 0;            ///< (px)
+    std::size_t stride = 0;    ///< bytes from one row to the next
+    int significant_bits = 0;  ///< of a Y16 that holds fewer in its low bits; 0 for all
+};
+
+/// Keeps the upper 8 of the significant bits of every pixel (cut, not rounded: no pixel overflows, and neighbouring
+/// formats of one sensor agree); bits above the significant ones saturate.
+/// @param out  width * height bytes, rows without padding
+/// @return kInvalidArgument if sizes do not fit each other or `out`; kCorrupt if bytes are missing. Reentrant. No heap.
+Status unpack(const RawImage& image, std::span<std::uint8_t> out);
+
+}  // namespace facet

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A V4L2 capture node: negotiation, memory-mapped buffers, streaming.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "drivers/camera_v4l2/unpack.h"
+#include "platform/port/kernel_io.h"
+
+namespace facet {
+
+struct V4l2CaptureOptions {
+    std::string device = "/dev/video0";
+    int width = 0;
+    int height = 0;
+    PixelFormat format = PixelFormat::kGrey;
+    int buffers = 4;  ///< 2 to 8; the driver may give more or fewer
+};
+
+/// One filled buffer.
+struct V4l2Buffer {
+    std::uint32_t index = 0;
+    std::uint32_t sequence = 0;
+    Timestamp stamp;
+    bool error = false;              ///< the driver marked it: content not to be used
+    bool start_of_exposure = false;  ///< what the stamp is of; else end of frame
+    bool monotonic = true;           ///< the stamp's clock; else it is unknown or copied
+    std::span<const std::uint8_t> bytes;
+};
+
+/// The V4L2 streaming protocol (kernel documentation "Streaming I/O (Memory Mapping)"), with the single-planar or the
+/// multi-planar API, whichever the node has. Buffers may be exported as DMABUF descriptors. Thread-bound. Heap on failure.
+class V4l2Capture {
+public:
+    static constexpr std::uint32_t kMaxBuffers = 8;
+
+    explicit V4l2Capture(KernelIo& io) : io_(io) {}
+    ~V4l2Capture() { close(); }
+    V4l2Capture(const V4l2Capture&) = delete;
+    V4l2Capture& operator=(const V4l2Capture&) = delete;
+
+    /// Opens, negotiates exactly the size and format asked for, maps and queues the buffers, starts streaming.
+    /// @return kNotFound if there is no such node, kInvalidArgument if it cannot do what is asked, kIo otherwise; closed then.
+    Status open(const V4l2CaptureOptions& options, std::string& problem);
+    void close();
+    bool is_open() const { return fd_ >= 0; }
+
+    /// @param timeout  zero: do not wait
+    /// @return kNotReady after the timeout; kIo if the node fails or is gone: close it.
+    Status dequeue(Duration timeout, V4l2Buffer& buffer, std::string& problem);
+    Status queue(std::uint32_t index, std::string& problem);
+
+    /// Sets a control by its name as v4l2-ctl lists it: lower case, blanks and dashes as underscores ("exposure",
+    /// "analogue_gain"). Node must be open.
+    /// @return kNotFound if there is none, kInvalidArgument if the value is out of range (the words give the range).
+    Status set_control(std::string_view name, std::int64_t value, std::string& problem);
+
+    /// A DMABUF descriptor of a buffer, owned by the caller; -errno if the driver cannot.
+    int export_buffer(std::uint32_t index);
+
+    std::size_t stride() const { return stride_; }
+    bool multiplanar() const { return multiplanar_; }
+
+private:
+    Status fail(std::string_view what, int result, std::string& problem);
+    Status negotiate(const V4l2CaptureOptions& options, std::string& problem);
+    Status map_buffers(const V4l2CaptureOptions& options, std::string& problem);
+    std::uint32_t type() const;
+
+    KernelIo& io_;
+    std::string device_;
+    int fd_ = -1;
+    bool multiplanar_ = false;
+    bool streaming_ = false;
+    std::size_t stride_ = 0;
+    std::uint32_t buffer_count_ = 0;
+    std::array<std::span<std::uint8_t>, kMaxBuffers> mapped_{};
+};
+
+}  // namespace facet

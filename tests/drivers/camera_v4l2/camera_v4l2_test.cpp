@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include <catch2/catch.hpp>
+
+#include "drivers/camera_v4l2/camera_v4l2.h"
+#include "tests/drivers/camera_v4l2/fake_camera.h"
+#include "tests/port_conformance/source_conformance.h"
+
+namespace facet {
+namespace {
+
+CameraV4l2Options small_options() {
+    CameraV4l2Options options;
+    options.capture.width = 8;
+    options.capture.height = 4;
+    return options;
+}
+
+class CameraV4l2Harness final : public test::CameraHarness {
+public:
+    explicit CameraV4l2Harness(bool multiplanar = false, const CameraV4l2Options& options = small_options())
+        : camera(kernel, clock, options) {
+        kernel.multiplanar = multiplanar;
+        kernel.plane_offset = multiplanar ? 64 : 0;
+    }
+    CameraSource& source() override { return camera; }
+    // More frames than buffers: the suite asks for ten at once, so that they are taken as they come.
+    void offer(int count) override { waiting += count; }
+    bool offer_corrupt() override {
+        expose_waiting();
+        stamp_ns += 50'000'000;
+        kernel.expose(1, stamp_ns, V4L2_BUF_FLAG_ERROR);
+        return true;
+    }
+    bool break_device() override {
+        kernel.present = false;
+        return true;
+    }
+    void repair_device() override { kernel.present = true; }
+    void pass_time() override { clock.advance(Duration::from_seconds(0.6)); }
+    void done_with(const CameraFrame& frame) override {
+        camera.release(frame.slot);
+        expose_one();
+    }
+    void expose_one() {
+        if (waiting > 0) {
+            --waiting;
+            stamp_ns += 50'000'000;
+            kernel.expose(static_cast<std::uint8_t>(stamp_ns / 50'000'000), stamp_ns);
+        }
+    }
+    void expose_waiting() {
+        while (waiting > 0) {
+            expose_one();
+        }
+    }
+
+    ManualClock clock{{1'000'000'000}};
+    test::FakeCamera kernel{clock};
+    CameraV4l2 camera;
+    int waiting = 0;
+    std::int64_t stamp_ns = 2'000'000'000;
+};
+
+/// Exposes what was offered, a few at a time, whenever the camera is asked.
+class PumpedHarness final : public test::CameraHarness {
+public:
+    explicit PumpedHarness(bool multiplanar) : inner_(multiplanar), pump_(inner_) {}
+    CameraSource& source() override { return pump_; }
+    void offer(int count) override { inner_.offer(count); }
+    bool offer_corrupt() override {
+        pump_.corrupt_at = inner_.waiting;
+        return true;
+    }
+    bool break_device() override { return inner_.break_device(); }
+    void repair_device() override { inner_.repair_device(); }
+    void pass_time() override { inner_.pass_time(); }
+    void done_with(const CameraFrame& frame) override { inner_.camera.release(frame.slot); }
+
+private:
+    /// Lets one frame through before each question.
+    class Pump final : public CameraSource {
+    public:
+        explicit Pump(CameraV4l2Harness& h) : h_(h) {}
+        int corrupt_at = -1;
+        Status start() override { return h_.camera.start(); }
+        void stop() override { h_.camera.stop(); }
+        ClockDomain clock() const override { return h_.camera.clock(); }
+        SourceCounters counters() const override { return h_.camera.counters(); }
+        std::string_view problem() const override { return h_.camera.problem(); }
+        void release(int slot) override { h_.camera.release(slot); }
+        Status next(Duration timeout, CameraFrame& frame) override {
+            if (corrupt_at >= 0) {
+                corrupt_at = -1;
+                h_.stamp_ns += 50'000'000;
+                h_.kernel.expose(0, h_.stamp_ns, V4L2_BUF_FLAG_ERROR);
+            } else if (h_.kernel.streaming) {
+                h_.expose_one();
+            }
+            return h_.camera.next(timeout, frame);
+        }
+
+    private:
+        CameraV4l2Harness& h_;
+    };
+    CameraV4l2Harness inner_;
+    Pump pump_;
+};
+
+TEST_CASE("the V4L2 camera keeps the contract of its port, single- and multi-planar", "[port_conformance]") {
+    for (const bool multiplanar : {false, true}) {
+        test::check_source_conformance<test::CameraHarness>(
+            [=] { return std::make_unique<PumpedHarness>(multiplanar); });
+    }
+}
+
+TEST_CASE("pixels come through, also from behind a plane's data offset") {
+    for (const bool multiplanar : {false, true}) {
+        CameraV4l2Harness h(multiplanar);
+        REQUIRE(ok(h.camera.start()));
+        h.kernel.expose(123, 2'000'000'000);
+        CameraFrame frame;
+        REQUIRE(h.camera.next({}, frame) == Status::kOk);
+        CHECK(frame.image.width == 8);
+        CHECK(frame.image.height == 4);
+        CHECK(frame.image.at(7, 3) == 123);
+        CHECK(h.kernel.mapped == 4);
+        h.camera.stop();
+        CHECK(h.kernel.mapped == 0);
+    }
+}
+
+TEST_CASE("the newest frame is given, older ones are counted, and the driver never starves") {
+    CameraV4l2Harness h;
+    h.kernel.one_by_one = false;
+    REQUIRE(ok(h.camera.start()));
+    for (int round = 0; round < 50; ++round) {
+        for (std::uint8_t i = 0; i < 3; ++i) {
+            h.stamp_ns += 1'000'000;
+            h.kernel.expose(i, h.stamp_ns);
+        }
+        CameraFrame frame;
+        REQUIRE(h.camera.next({}, frame) == Status::kOk);
+        CHECK(frame.image.at(0, 0) == 2);
+        CHECK(frame.stamp.ns == h.stamp_ns);
+        h.camera.release(frame.slot);
+    }
+    CHECK(h.kernel.starved == 0);
+    CHECK(h.camera.camera_counters().superseded == 100);
+    CHECK(h.camera.counters().discarded == 100);
+    CHECK(h.camera.counters().lost == 0);
+}
+
+TEST_CASE("a consumer that holds every slot loses frames, not the camera") {
+    CameraV4l2Harness h;
+    REQUIRE(ok(h.camera.start()));
+    std::vector<CameraFrame> held;
+    for (int i = 0; i < 10; ++i) {
+        h.stamp_ns += 1'000'000;
+        h.kernel.expose(static_cast<std::uint8_t>(i), h.stamp_ns);
+        CameraFrame frame;
+        if (ok(h.camera.next({}, frame))) {
+            held.push_back(frame);
+        }
+        (void)h.camera.next({}, frame);
+    }
+    REQUIRE(held.size() == CameraV4l2::kSlots);
+    for (std::size_t i = 0; i < held.size(); ++i) {
+        CHECK(held[i].image.at(3, 2) == i);  // nothing was written over
+    }
+    CHECK(h.camera.camera_counters().no_slot == 10 - CameraV4l2::kSlots);
+    CHECK(h.kernel.starved == 0);
+    h.camera.release(held[1].slot);
+    h.kernel.expose(99, h.stamp_ns + 1'000'000);
+    CameraFrame frame;
+    REQUIRE(h.camera.next({}, frame) == Status::kOk);
+    CHECK(frame.slot == held[1].slot);
+}
+
+TEST_CASE("stamps become exposure midpoints") {
+    CameraV4l2Options options = small_options();
+    options.exposure = {4'000'000};
+    options.readout = {10'000'000};
+    const auto stamp = [&](StampSource source, std::uint32_t flags) {
+        options.stamp_source = source;
+        CameraV4l2Harness h(false, options);
+        REQUIRE(ok(h.camera.start()));
+        h.kernel.expose(1, 2'000'000'000, flags);
+        CameraFrame frame;
+        REQUIRE(h.camera.next({}, frame) == Status::kOk);
+        CHECK(frame.exposure.ns == 4'000'000);
+        return frame.stamp.ns - 2'000'000'000;
+    };
+    CHECK(stamp(StampSource::kAsFlagged, 0) == -12'000'000);
+    CHECK(stamp(StampSource::kAsFlagged, V4L2_BUF_FLAG_TSTAMP_SRC_SOE) == 2'000'000);
+    CHECK(stamp(StampSource::kStartOfExposure, 0) == 2'000'000);
+    CHECK(stamp(StampSource::kEndOfFrame, V4L2_BUF_FLAG_TSTAMP_SRC_SOE) == -12'000'000);
+    CHECK(stamp(StampSource::kMidExposure, 0) == 0);
+}
+
+TEST_CASE("sequence gaps, error flags and short buffers are counted") {
+    CameraV4l2Harness h;
+    REQUIRE(ok(h.camera.start()));
+    CameraFrame frame;
+    const auto next = [&] {
+        const Status status = h.camera.next({}, frame);
+        if (ok(status)) {
+            h.camera.release(frame.slot);
+        }
+        CameraFrame none;
+        (void)h.camera.next({}, none);
+        return status;
+    };
+    h.kernel.expose(1, 2'000'000'000);
+    CHECK(next() == Status::kOk);
+    h.kernel.next_sequence += 3;
+    h.kernel.expose(1, 2'100'000'000);
+    CHECK(next() == Status::kOk);
+    CHECK(h.camera.counters().lost == 3);
+    h.kernel.expose(1, 2'200'000'000, V4L2_BUF_FLAG_ERROR);
+    CHECK(next() == Status::kCorrupt);
+    h.kernel.expose(1, 2'300'000'000, 0, 1);
+    CHECK(next() == Status::kCorrupt);
+    CHECK(h.camera.camera_counters().error_buffers == 1);
+    CHECK(h.camera.camera_counters().short_buffers == 1);
+    CHECK(h.camera.counters().corrupt == 2);
+    h.kernel.flags = 0;
+    h.kernel.expose(1, 2'400'000'000);
+    CHECK(next() == Status::kOk);
+    CHECK(h.camera.camera_counters().not_monotonic == 1);
+    h.kernel.expose(1, 2'400'000'000);  // the same stamp again
+    CHECK(next() == Status::kNotReady);
+    CHECK(h.camera.counters().lost == 3);
+}
+
+TEST_CASE("controls are set by name, also after the node came back") {
+    CameraV4l2Options options = small_options();
+    options.controls = {{"exposure_time_absolute", 55}, {"analogue_gain", 2}};
+    CameraV4l2Harness h(false, options);
+    REQUIRE(ok(h.camera.start()));
+    CHECK(h.kernel.exposure == 55);
+    h.kernel.exposure = 100;
+    h.kernel.present = false;
+    CameraFrame frame;
+    CHECK(h.camera.next({}, frame) == Status::kIo);
+    CHECK(h.camera.problem() == "/dev/video0: gives no frames: No such device");
+    CHECK(h.camera.next({}, frame) == Status::kNotReady);
+    h.kernel.present = true;
+    h.pass_time();
+    CHECK(h.camera.next({}, frame) == Status::kNotReady);
+    CHECK(h.kernel.exposure == 55);
+    CHECK(h.kernel.streaming);
+
+    options.controls = {{"exposure_time_absolute", 5000}};
+    CameraV4l2Harness beyond(false, options);
+    CHECK(beyond.camera.start() == Status::kInvalidArgument);
+    CHECK(beyond.camera.problem() == "/dev/video0: control exposure_time_absolute must be 1 to 1000, not 5000");
+    options.controls = {{"shutter", 1}};
+    CameraV4l2Harness unknown(false, options);
+    CHECK(unknown.camera.start() == Status::kInvalidArgument);
+    CHECK(unknown.camera.problem() == "/dev/video0: has no control shutter");
+}
+
+TEST_CASE("a node that cannot do what is asked says what it can") {
+    CameraV4l2Harness h;
+    h.kernel.format = V4L2_PIX_FMT_YUYV;
+    CHECK(h.camera.start() == Status::kInvalidArgument);
+    CHECK(h.camera.problem() == "/dev/video0: gives 8x4 YUYV instead of what is asked for");
+    CHECK_FALSE(h.kernel.streaming);
+    CameraV4l2Harness missing;
+    missing.kernel.present = false;
+    CHECK(missing.camera.start() == Status::kNotFound);
+    CHECK(missing.camera.problem() == "/dev/video0: cannot be opened: No such file or directory");
+    CameraV4l2Options options;
+    CameraV4l2Harness unsized(false, options);
+    CHECK(unsized.camera.start() == Status::kInvalidArgument);
+    CameraV4l2Harness few;
+    few.kernel.max_buffers = 1;
+    CHECK(few.camera.start() == Status::kIo);
+}
+
+TEST_CASE("buffers can be exported, and waiting lasts as long as asked") {
+    ManualClock clock;
+    test::FakeCamera kernel(clock);
+    V4l2Capture capture(kernel);
+    std::string problem;
+    REQUIRE(ok(capture.open({"/dev/video0", 8, 4, PixelFormat::kGrey, 4}, problem)));
+    CHECK(capture.export_buffer(0) == 77);
+    V4l2Buffer buffer;
+    CHECK(capture.dequeue({3'000'000}, buffer, problem) == Status::kNotReady);
+    CHECK(clock.now().ns == 3'000'000);
+}
+
+}  // namespace
+}  // namespace facet

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A kernel with one V4L2 capture node that behaves as the streaming protocol says, and can be unplugged.
+#pragma once
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include <cstring>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "platform/sim/scripted_source.h"
+#include "tests/support/fake_kernel.h"
+
+namespace facet::test {
+
+class FakeCamera final : public FakeKernel {
+public:
+    static constexpr int kFd = 9;
+
+    explicit FakeCamera(ManualClock& clock) : clock_(clock) {}
+
+    bool multiplanar = false;
+    bool present = true;
+    bool one_by_one = true;  ///< "none ready" after each frame taken
+    std::uint32_t width = 8;
+    std::uint32_t height = 4;
+    std::uint32_t stride = 8;
+    std::uint32_t format = V4L2_PIX_FMT_GREY;
+    std::uint32_t max_buffers = 8;
+    std::uint32_t plane_offset = 0;
+    std::uint32_t flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+    std::int64_t exposure = 100;
+    int opened = 0;
+    int mapped = 0;
+    bool streaming = false;
+    int starved = 0;  ///< frames the camera could not store because no buffer was queued
+
+    /// A frame whose every pixel is `value`, or marked as an error, or cut.
+    void expose(std::uint8_t value, std::int64_t stamp_ns, std::uint32_t extra_flags = 0, std::uint32_t cut = 0) {
+        const std::uint32_t sequence = next_sequence++;
+        if (!streaming || queued_.empty()) {
+            ++starved;
+            return;
+        }
+        const std::uint32_t index = queued_.front();
+        queued_.pop_front();
+        std::fill(memory_[index].begin(), memory_[index].end(), value);
+        filled_.push_back({index, sequence, stamp_ns, flags | extra_flags, plane_offset + stride * height - cut});
+    }
+    std::uint32_t next_sequence = 0;
+
+    int open(const char* path, int) override {
+        ++opened;
+        return present && std::string(path) == "/dev/video0" ? kFd : -ENOENT;
+    }
+    int close(int) override {
+        streaming = false;
+        queued_.clear();
+        filled_.clear();
+        next_sequence = 0;
+        return 0;
+    }
+    int wait_readable(int, Duration timeout) override {
+        if (!present) {
+            return 1;
+        }
+        if (filled_.empty() || (one_by_one && pause_)) {
+            pause_ = false;
+            clock_.advance(timeout);
+            return 0;
+        }
+        return 1;
+    }
+    int map(int, std::size_t length, std::int64_t offset, void*& address) override {
+        REQUIRE(length == memory_[static_cast<std::size_t>(offset)].size());
+        address = memory_[static_cast<std::size_t>(offset)].data();
+        ++mapped;
+        return 0;
+    }
+    int unmap(void*, std::size_t) override {
+        --mapped;
+        return 0;
+    }
+    int ioctl(int, unsigned long request, void* argument) override {
+        if (!present) {
+            return -ENODEV;
+        }
+        switch (request) {
+            case VIDIOC_QUERYCAP: return query(*static_cast<v4l2_capability*>(argument));
+            case VIDIOC_S_FMT: return set_format(*static_cast<v4l2_format*>(argument));
+            case VIDIOC_REQBUFS: return request_buffers(*static_cast<v4l2_requestbuffers*>(argument));
+            case VIDIOC_QUERYBUF: return describe(*static_cast<v4l2_buffer*>(argument));
+            case VIDIOC_QBUF: return enqueue(*static_cast<v4l2_buffer*>(argument));
+            case VIDIOC_DQBUF: return dequeue(*static_cast<v4l2_buffer*>(argument));
+            case VIDIOC_STREAMON: streaming = true; return 0;
+            case VIDIOC_STREAMOFF: streaming = false; return 0;
+            case VIDIOC_QUERY_EXT_CTRL: return query_control(*static_cast<v4l2_query_ext_ctrl*>(argument));
+            case VIDIOC_S_EXT_CTRLS: return set_control(*static_cast<v4l2_ext_controls*>(argument));
+            case VIDIOC_EXPBUF: static_cast<v4l2_exportbuffer*>(argument)->fd = 77; return 0;
+            default: return -ENOTTY;
+        }
+    }
+
+private:
+    struct Filled {
+        std::uint32_t index;
+        std::uint32_t sequence;
+        std::int64_t stamp_ns;
+        std::uint32_t flags;
+        std::uint32_t bytes;
+    };
+
+    int query(v4l2_capability& capability) const {
+        capability.capabilities = V4L2_CAP_DEVICE_CAPS;
+        capability.device_caps =
+            V4L2_CAP_STREAMING | (multiplanar ? V4L2_CAP_VIDEO_CAPTURE_MPLANE : V4L2_CAP_VIDEO_CAPTURE);
+        return 0;
+    }
+    int set_format(v4l2_format& wanted) const {
+        REQUIRE(wanted.type == type());
+        if (multiplanar) {
+            wanted.fmt.pix_mp.width = width;
+            wanted.fmt.pix_mp.height = height;
+            wanted.fmt.pix_mp.pixelformat = format;
+            wanted.fmt.pix_mp.num_planes = 1;
+            wanted.fmt.pix_mp.plane_fmt[0].bytesperline = stride;
+        } else {
+            wanted.fmt.pix.width = width;
+            wanted.fmt.pix.height = height;
+            wanted.fmt.pix.pixelformat = format;
+            wanted.fmt.pix.bytesperline = stride;
+        }
+        return 0;
+    }
+    int request_buffers(v4l2_requestbuffers& wanted) {
+        wanted.count = std::min(wanted.count, max_buffers);
+        memory_.assign(wanted.count, std::vector<std::uint8_t>(plane_offset + stride * height));
+        return 0;
+    }
+    int describe(v4l2_buffer& buffer) const {
+        const auto length = static_cast<std::uint32_t>(memory_[buffer.index].size());
+        if (multiplanar) {
+            buffer.m.planes[0].length = length;
+            buffer.m.planes[0].m.mem_offset = buffer.index;
+        } else {
+            buffer.length = length;
+            buffer.m.offset = buffer.index;
+        }
+        return 0;
+    }
+    int enqueue(const v4l2_buffer& buffer) {
+        REQUIRE(std::find(queued_.begin(), queued_.end(), buffer.index) == queued_.end());
+        queued_.push_back(buffer.index);
+        return 0;
+    }
+    int dequeue(v4l2_buffer& buffer) {
+        if (filled_.empty()) {
+            return -EAGAIN;
+        }
+        const Filled frame = filled_.front();
+        filled_.pop_front();
+        pause_ = true;
+        buffer.index = frame.index;
+        buffer.sequence = frame.sequence;
+        buffer.flags = frame.flags;
+        buffer.timestamp.tv_sec = frame.stamp_ns / 1'000'000'000;
+        buffer.timestamp.tv_usec = frame.stamp_ns % 1'000'000'000 / 1000;
+        if (multiplanar) {
+            buffer.m.planes[0].bytesused = frame.bytes;
+            buffer.m.planes[0].data_offset = plane_offset;
+        } else {
+            buffer.bytesused = frame.bytes;
+        }
+        return 0;
+    }
+    static int query_control(v4l2_query_ext_ctrl& query) {
+        const std::uint32_t after = query.id & ~static_cast<std::uint32_t>(V4L2_CTRL_FLAG_NEXT_CTRL);
+        if (after >= 2) {
+            return -EINVAL;
+        }
+        query.id = after + 1;
+        query.type = V4L2_CTRL_TYPE_INTEGER;
+        query.minimum = 1;
+        query.maximum = 1000;
+        std::strcpy(query.name, after == 0 ? "Analogue Gain" : "Exposure Time, Absolute");
+        return 0;
+    }
+    int set_control(const v4l2_ext_controls& controls) {
+        if (controls.controls[0].id == 2) {
+            exposure = controls.controls[0].value;
+        }
+        return 0;
+    }
+    std::uint32_t type() const {
+        return multiplanar ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    }
+
+    ManualClock& clock_;
+    bool pause_ = false;
+    std::vector<std::vector<std::uint8_t>> memory_;
+    std::deque<std::uint32_t> queued_;
+    std::deque<Filled> filled_;
+};
+
+}  // namespace facet::test
