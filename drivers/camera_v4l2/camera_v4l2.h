@@ -53,8 +53,9 @@ struct CameraV4l2Counters {
 /// start() and for problem texts.
 class CameraV4l2 final : public CameraSource {
 public:
-    /// Images the consumer may hold: one in work, one paired and waiting, one arriving, and one spare.
-    static constexpr int kSlots = 4;
+    /// Images under way: four that wait in a synchroniser, one in work, one arriving. More than a synchroniser holds, so that
+    /// it drops its oldest before the camera has to drop its newest.
+    static constexpr int kSlots = 6;
 
     /// Borrowed: io and clock (monotonic), which must outlive the camera.
     CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options);

@@ -7,14 +7,17 @@
 namespace facet {
 namespace {
 
+/// Events are interpolated where their mean distance is off the nominal period by less than this share.
+constexpr double kUneven = 0.2;
+
 /// a - b on the circle of 32-bit counts.
 std::int32_t count_difference(std::uint32_t a, std::uint32_t b) { return static_cast<std::int32_t>(a - b); }
 
 }  // namespace
 
 void CountMatcher::add_event(const SyncEvent& event) {
-    if (!events_.empty() && (event.stamp <= events_.back().stamp ||
-                             count_difference(event.sequence, events_.back().sequence) <= 0)) {
+    if (!events_.empty() &&
+        (event.stamp <= events_.back().stamp || count_difference(event.sequence, events_.back().sequence) <= 0)) {
         return;
     }
     events_.push(event);
@@ -49,8 +52,13 @@ CountMatcher::Search CountMatcher::by_count(std::uint32_t sequence, Match& resul
         result = {at_or_before, false};
         if (beyond > 0) {
             const SyncEvent& after = events_[i + 1];
-            const double part = static_cast<double>(beyond) / count_difference(after.sequence, at_or_before.sequence);
+            const auto steps = static_cast<double>(count_difference(after.sequence, at_or_before.sequence));
             const double span_ns = static_cast<double>((after.stamp - at_or_before.stamp).ns);
+            // Another event is missing there, one that was not counted.
+            if (std::abs(span_ns / steps / static_cast<double>(options_.period.ns) - 1.0) > kUneven) {
+                return Search::kNone;
+            }
+            const double part = static_cast<double>(beyond) / steps;
             result = {{sequence, at_or_before.stamp + Duration{std::llround(part * span_ns)}}, true};
         }
         return Search::kFound;

@@ -18,9 +18,9 @@ struct SyncEvent {
 
 struct CountMatcherOptions {
     Duration period = Duration::from_seconds(0.05);  ///< nominal, between events
-    Duration delay;            ///< nominal, from an event's stamp to its frame's
-    bool use_sequence = true;  ///< false: the frames' count is no good, pair by time alone
-    int votes = 5;             ///< frames in a row that must agree before an assignment is believed
+    Duration delay;                                  ///< nominal, from an event's stamp to its frame's
+    bool use_sequence = true;                        ///< false: the frames' count is no good, pair by time alone
+    int votes = 5;  ///< frames in a row that must agree before an assignment is believed
 };
 
 /// A frame k belongs to event k + n with a constant n, as long as both count what they lose. n is found by time: votes

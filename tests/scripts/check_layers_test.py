@@ -22,6 +22,7 @@ class CheckLayers(unittest.TestCase):
         for path in (
             "platform/base/status.h",
             "platform/port/clock.h",
+            "drivers/common/axis_map.h",
             "drivers/imu_spi/imu_spi.h",
             "estimator/api/capacity.h",
             "estimator/api/config.h",
@@ -95,6 +96,10 @@ class CheckLayers(unittest.TestCase):
 
     def test_drivers_do_not_see_each_other(self):
         self.expect_bad("drivers/replay_asl/a.cpp", '"drivers/imu_spi/imu_spi.h"', "must not include")
+
+    def test_what_drivers_share_sees_no_driver(self):
+        self.expect_good("drivers/imu_spi/a.cpp", '"drivers/common/axis_map.h"')
+        self.expect_bad("drivers/common/a.cpp", '"drivers/imu_spi/imu_spi.h"', "must not include")
 
     def test_drivers_do_not_see_the_estimator(self):
         self.expect_bad("drivers/imu_spi/a.cpp", '"estimator/geometry/se3.h"', "must not include")

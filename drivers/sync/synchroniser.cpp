@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/sync/synchroniser.h"
+
+#include <cmath>
+#include <cstdlib>
+
+namespace facet {
+namespace {
+
+bool is_far(Timestamp a, Timestamp b, Duration limit) { return a - b > limit || b - a > limit; }
+
+/// Whether event a comes after event b, on the circle of counts.
+bool is_after(std::uint32_t a, std::uint32_t b) { return static_cast<std::int32_t>(a - b) > 0; }
+
+}  // namespace
+
+const char* to_string(SyncFault fault) {
+    switch (fault) {
+        case SyncFault::kEpochMismatch: return "clocks have different epochs";
+        case SyncFault::kDuplicate: return "duplicate";
+        case SyncFault::kOutOfOrder: return "out of order";
+        case SyncFault::kGap: return "gap";
+        case SyncFault::kMissingLeft: return "left image missing";
+        case SyncFault::kMissingRight: return "right image missing";
+        case SyncFault::kEdgeInterpolated: return "edge lost, interpolated";
+        case SyncFault::kDoubtful: return "count and time disagree";
+        case SyncFault::kPairingCorrected: return "pairing corrected";
+        case SyncFault::kTriggerSilent: return "no trigger edges";
+        case SyncFault::kUncovered: return "no inertial samples";
+        case SyncFault::kCount: break;
+    }
+    return "unknown";
+}
+
+Synchroniser::Synchroniser(const SynchroniserOptions& options) : options_(options) {
+    // The right camera of a rig without trigger is matched to the left one's frames.
+    const Duration right_reference = options.has_trigger ? Duration{} : options.left_delay;
+    stream(SyncCamera::kLeft).matcher =
+        CountMatcher({options.period, options.left_delay, options.use_sequence, options.votes});
+    stream(SyncCamera::kRight).matcher =
+        CountMatcher({options.period, options.right_delay - right_reference, options.use_sequence, options.votes});
+}
+
+void Synchroniser::report(SyncFault fault, SyncCamera camera, Timestamp stamp, std::int64_t value) {
+    ++counts_[static_cast<std::size_t>(fault)];
+    bool& standing = standing_[static_cast<std::size_t>(fault)][static_cast<std::size_t>(camera)];
+    if (!standing) {
+        reports_.push({fault, camera, stamp, value});
+    }
+    standing = true;
+}
+
+void Synchroniser::clear(SyncFault fault, SyncCamera camera) {
+    standing_[static_cast<std::size_t>(fault)][static_cast<std::size_t>(camera)] = false;
+}
+
+void Synchroniser::drop(SyncCamera camera, const CameraFrame& frame) {
+    if (frame.slot >= 0) {
+        dropped_.push({camera, frame.slot});
+    }
+}
+
+void Synchroniser::drop_front(SyncCamera camera) {
+    Stream& s = stream(camera);
+    drop(camera, s.pending.front().frame);
+    s.pending.pop_front();
+}
+
+void Synchroniser::add_imu(Timestamp stamp) {
+    if (!any_imu_ || stamp > newest_imu_) {
+        newest_imu_ = stamp;
+        any_imu_ = true;
+    }
+}
+
+Status Synchroniser::add_edge(const TriggerEdge& edge) {
+    if (any_imu_ && is_far(edge.stamp, newest_imu_, options_.epoch_limit)) {
+        report(SyncFault::kEpochMismatch, SyncCamera::kNone, edge.stamp, (edge.stamp - newest_imu_).ns);
+        return Status::kInvalidArgument;
+    }
+    clear(SyncFault::kEpochMismatch, SyncCamera::kNone);
+    if (any_edge_ && edge.stamp <= last_edge_.stamp) {
+        report(edge.stamp == last_edge_.stamp ? SyncFault::kDuplicate : SyncFault::kOutOfOrder, SyncCamera::kNone,
+               edge.stamp);
+        return Status::kOutOfOrder;
+    }
+    clear(SyncFault::kDuplicate, SyncCamera::kNone);
+    clear(SyncFault::kOutOfOrder, SyncCamera::kNone);
+    if (any_edge_ && edge.sequence - last_edge_.sequence > 1) {
+        report(SyncFault::kGap, SyncCamera::kNone, edge.stamp,
+               static_cast<std::int64_t>(edge.sequence - last_edge_.sequence) - 1);
+    } else {
+        clear(SyncFault::kGap, SyncCamera::kNone);
+    }
+    clear(SyncFault::kTriggerSilent, SyncCamera::kNone);
+    any_edge_ = true;
+    last_edge_ = edge;
+    for (const SyncCamera camera : {SyncCamera::kLeft, SyncCamera::kRight}) {
+        stream(camera).matcher.add_event({edge.sequence, edge.stamp + options_.trigger_delay});
+    }
+    return Status::kOk;
+}
+
+Status Synchroniser::check(SyncCamera camera, const CameraFrame& frame) {
+    Stream& s = stream(camera);
+    if (any_imu_ && is_far(frame.stamp, newest_imu_, options_.epoch_limit)) {
+        report(SyncFault::kEpochMismatch, camera, frame.stamp, (frame.stamp - newest_imu_).ns);
+        return Status::kInvalidArgument;
+    }
+    clear(SyncFault::kEpochMismatch, camera);
+    if (s.any && frame.stamp <= s.last.stamp) {
+        report(frame.stamp == s.last.stamp ? SyncFault::kDuplicate : SyncFault::kOutOfOrder, camera, frame.stamp);
+        return Status::kOutOfOrder;
+    }
+    if (s.any && options_.use_sequence && frame.sequence == s.last.sequence) {
+        report(SyncFault::kDuplicate, camera, frame.stamp);
+        return Status::kOutOfOrder;
+    }
+    clear(SyncFault::kDuplicate, camera);
+    clear(SyncFault::kOutOfOrder, camera);
+    const double periods = s.any ? (frame.stamp - s.last.stamp).seconds() / options_.period.seconds() : 1.0;
+    const std::int64_t missing = options_.use_sequence && s.any
+                                     ? static_cast<std::int32_t>(frame.sequence - s.last.sequence) - 1
+                                     : std::llround(periods) - 1;
+    if (missing > 0) {
+        report(SyncFault::kGap, camera, frame.stamp, missing);
+    } else {
+        clear(SyncFault::kGap, camera);
+    }
+    return Status::kOk;
+}
+
+Status Synchroniser::add(SyncCamera camera, const CameraFrame& frame) {
+    if (const Status status = check(camera, frame); !ok(status)) {
+        drop(camera, frame);
+        return status;
+    }
+    Stream& s = stream(camera);
+    s.any = true;
+    s.last = frame;
+    if (s.pending.full()) {
+        // Waiting for an edge, or assigned and waiting for inertial samples: the reasons differ.
+        const Pending& oldest = s.pending.front();
+        if (oldest.assigned || !options_.has_trigger) {
+            report(SyncFault::kUncovered, camera, oldest.frame.stamp);
+        }
+        drop_front(camera);
+    }
+    s.pending.push({frame, {}, false});
+    if (!options_.has_trigger && camera == SyncCamera::kLeft) {
+        Pending& own = s.pending[s.pending.size() - 1];
+        own.event = {frame.sequence, frame.stamp - options_.left_delay};
+        own.assigned = true;
+        stream(SyncCamera::kRight).matcher.add_event({frame.sequence, frame.stamp});
+    }
+    if (!any_frame_) {
+        any_frame_ = true;
+        first_frame_ = frame.stamp;
+    }
+    const Timestamp since = any_edge_ ? last_edge_.stamp : first_frame_;
+    const bool silent = options_.has_trigger && frame.stamp - since > options_.trigger_silence;
+    if (silent) {
+        report(SyncFault::kTriggerSilent, SyncCamera::kNone, frame.stamp, (frame.stamp - since).ns);
+    }
+    return Status::kOk;
+}
+
+void Synchroniser::assign(SyncCamera camera) {
+    Stream& s = stream(camera);
+    for (std::size_t i = 0; i < s.pending.size();) {
+        Pending& p = s.pending[i];
+        if (p.assigned) {
+            ++i;
+            continue;
+        }
+        CountMatcher::Match match;
+        // The exposure is part of what lies between the start of exposure, which events are, and the midpoint.
+        const Duration half = options_.has_trigger ? Duration{p.frame.exposure.ns / 2} : Duration{};
+        const CountMatcher::Outcome outcome = s.matcher.match({p.frame.sequence, p.frame.stamp - half}, match);
+        if (outcome == CountMatcher::Outcome::kWait) {
+            return;  // frames are asked for in order
+        }
+        if (s.matcher.corrections() != s.corrections) {
+            report(SyncFault::kPairingCorrected, camera, p.frame.stamp, s.matcher.corrections() - s.corrections);
+            clear(SyncFault::kPairingCorrected, camera);
+            s.corrections = s.matcher.corrections();
+        }
+        if (outcome == CountMatcher::Outcome::kDoubtful) {
+            // Assigned ones before it stay; this one goes. It is the first unassigned one.
+            report(SyncFault::kDoubtful, camera, p.frame.stamp);
+            drop(camera, p.frame);
+            for (std::size_t k = i; k > 0; --k) {
+                s.pending[k] = s.pending[k - 1];
+            }
+            s.pending.pop_front();
+            continue;
+        }
+        clear(SyncFault::kDoubtful, camera);
+        if (match.interpolated) {
+            report(SyncFault::kEdgeInterpolated, camera, match.event.stamp);
+        } else {
+            clear(SyncFault::kEdgeInterpolated, camera);
+        }
+        p.event = {match.event.sequence, match.event.stamp + half};
+        p.assigned = true;
+        ++i;
+    }
+}
+
+bool Synchroniser::pair_is_due(const Pending& left, const Pending*& right) {
+    Stream& r = stream(SyncCamera::kRight);
+    right = nullptr;
+    while (!r.pending.empty() && r.pending.front().assigned) {
+        const Pending& front = r.pending.front();
+        if (front.event.sequence == left.event.sequence) {
+            right = &front;
+            clear(SyncFault::kMissingRight, SyncCamera::kRight);
+            return true;
+        }
+        if (is_after(front.event.sequence, left.event.sequence)) {
+            return true;  // the right stream has gone on without it
+        }
+        report(SyncFault::kMissingLeft, SyncCamera::kLeft, front.frame.stamp);
+        drop_front(SyncCamera::kRight);
+    }
+    // Time goes by inertial samples, which come whatever the cameras do.
+    return newest_imu_ - left.event.stamp > options_.pair_wait;
+}
+
+Status Synchroniser::pop(SyncedFrame& frame) {
+    assign(SyncCamera::kLeft);
+    assign(SyncCamera::kRight);
+    Stream& l = stream(SyncCamera::kLeft);
+    while (!l.pending.empty() && l.pending.front().assigned) {
+        const Pending left = l.pending.front();
+        const Pending* right = nullptr;
+        if (!any_imu_ || newest_imu_ < left.event.stamp || !pair_is_due(left, right)) {
+            return Status::kNotReady;
+        }
+        clear(SyncFault::kUncovered, SyncCamera::kLeft);
+        if (any_given_ && left.event.stamp <= last_given_) {
+            report(SyncFault::kOutOfOrder, SyncCamera::kLeft, left.event.stamp);
+            drop_front(SyncCamera::kLeft);
+            continue;
+        }
+        frame.stamp = left.event.stamp;
+        frame.event = left.event.sequence;
+        frame.left = left.frame;
+        frame.right = {};
+        if (right != nullptr) {
+            frame.right = right->frame;
+            stream(SyncCamera::kRight).pending.pop_front();
+            clear(SyncFault::kMissingLeft, SyncCamera::kLeft);
+        } else {
+            report(SyncFault::kMissingRight, SyncCamera::kRight, left.event.stamp);
+        }
+        l.pending.pop_front();
+        any_given_ = true;
+        last_given_ = frame.stamp;
+        return Status::kOk;
+    }
+    return Status::kNotReady;
+}
+
+Status Synchroniser::pop_dropped(DroppedSlot& slot) {
+    if (dropped_.empty()) {
+        return Status::kNotReady;
+    }
+    slot = dropped_.front();
+    dropped_.pop_front();
+    return Status::kOk;
+}
+
+Status Synchroniser::pop_report(SyncReport& report) {
+    if (reports_.empty()) {
+        return Status::kNotReady;
+    }
+    report = reports_.front();
+    reports_.pop_front();
+    return Status::kOk;
+}
+
+}  // namespace facet

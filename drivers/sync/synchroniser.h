@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Puts left images, right images and trigger edges together, and lets them pass when inertial samples cover them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "drivers/sync/count_matcher.h"
+#include "platform/base/ring_buffer.h"
+#include "platform/base/status.h"
+#include "platform/port/camera_source.h"
+#include "platform/port/trigger_source.h"
+
+namespace facet {
+
+enum class SyncCamera : std::uint8_t { kLeft, kRight, kNone };
+
+/// What a synchroniser finds wrong, by name.
+enum class SyncFault : std::uint8_t {
+    kEpochMismatch,     ///< stamps so far from the inertial ones that the clocks have different epochs: refused
+    kDuplicate,         ///< a stamp or count twice: refused
+    kOutOfOrder,        ///< a stamp before the one before: refused
+    kGap,               ///< frames or edges missing; value: how many
+    kMissingLeft,       ///< a right image without a left one: dropped
+    kMissingRight,      ///< a left image without a right one: goes on alone
+    kEdgeInterpolated,  ///< the edge was lost; its instant is taken from its neighbours
+    kDoubtful,          ///< count and time disagree, or are not believed yet: dropped
+    kPairingCorrected,  ///< frames were assigned to the wrong edges and no longer are; value: new corrections
+    kTriggerSilent,     ///< frames but no edges
+    kUncovered,         ///< dropped because inertial samples did not come
+    kCount
+};
+const char* to_string(SyncFault fault);
+
+/// One finding. Repeated findings of one kind are reported once until the kind has been absent.
+struct SyncReport {
+    SyncFault fault = SyncFault::kCount;
+    SyncCamera camera = SyncCamera::kNone;
+    Timestamp stamp;
+    std::int64_t value = 0;
+};
+
+struct SynchroniserOptions {
+    Duration period = Duration::from_seconds(0.05);  ///< of the cameras
+    bool has_trigger = true;                         ///< else the left camera is the reference
+    bool use_sequence = true;                        ///< the cameras count frames
+    Duration left_delay;                             ///< nominal, from the exposure midpoint to the left frame's stamp
+    Duration right_delay;                            ///< the same for the right one
+    Duration trigger_delay;                          ///< from the edge to the start of exposure
+    Duration pair_wait = Duration::from_seconds(0.1);    ///< longest wait for a right image, in inertial time
+    Duration epoch_limit = Duration::from_seconds(5.0);  ///< larger differences are other epochs
+    Duration trigger_silence = Duration::from_seconds(0.5);
+    int votes = 5;  ///< see CountMatcher
+};
+
+/// A pair, ready for the estimator. Both slots are the receiver's to release.
+struct SyncedFrame {
+    Timestamp stamp;  ///< exposure midpoint: edge + trigger delay + exposure / 2, or the left frame's own
+    CameraFrame left;
+    CameraFrame right;  ///< slot -1 if it is missing
+    std::uint32_t event = 0;
+};
+
+/// A slot that nobody will use: to be released.
+struct DroppedSlot {
+    SyncCamera camera = SyncCamera::kNone;
+    int slot = -1;
+};
+
+/// All stamps are on one clock (ClockMap). Each camera is assigned to events (edges, or the left camera's frames) by a
+/// CountMatcher; images of one event are a pair. Give it things as they come, in any interleaving of the streams, then:
+///   while (ok(sync.pop(pair))) { ... }
+///   while (ok(sync.pop_dropped(slot))) camera(slot.camera).release(slot.slot);
+///   while (ok(sync.pop_report(report))) { ... }
+/// A pair comes out when an inertial stamp at or after its own was given, never before; stamps strictly increase.
+/// When kPending images of a camera wait, the oldest is dropped. Thread-bound. No heap.
+class Synchroniser {
+public:
+    static constexpr std::size_t kPending = 4;   ///< images that wait, of each camera
+    static constexpr std::size_t kReports = 32;  ///< older ones are lost
+
+    explicit Synchroniser(const SynchroniserOptions& options = {});
+
+    /// @return kOutOfOrder or kInvalidArgument (epoch): refused, its slot is among the dropped ones.
+    Status add_left(const CameraFrame& frame) { return add(SyncCamera::kLeft, frame); }
+    Status add_right(const CameraFrame& frame) { return add(SyncCamera::kRight, frame); }
+    /// @return kOutOfOrder or kInvalidArgument: ignored.
+    Status add_edge(const TriggerEdge& edge);
+    /// Stamp of the newest inertial sample that the estimator has.
+    void add_imu(Timestamp stamp);
+
+    /// @return kNotReady if no pair is ready.
+    Status pop(SyncedFrame& frame);
+    Status pop_dropped(DroppedSlot& slot);
+    Status pop_report(SyncReport& report);
+
+    /// Findings of a kind since construction, reported or not.
+    std::uint64_t count(SyncFault fault) const { return counts_[static_cast<std::size_t>(fault)]; }
+    bool locked(SyncCamera camera) const { return stream(camera).matcher.locked(); }
+
+private:
+    struct Pending {
+        CameraFrame frame;
+        SyncEvent event;  ///< once assigned
+        bool assigned = false;
+    };
+    struct Stream {
+        CountMatcher matcher;
+        RingBuffer<Pending, kPending> pending;
+        CameraFrame last;
+        bool any = false;
+        std::uint32_t corrections = 0;
+    };
+
+    Stream& stream(SyncCamera camera) { return streams_[static_cast<std::size_t>(camera)]; }
+    const Stream& stream(SyncCamera camera) const { return streams_[static_cast<std::size_t>(camera)]; }
+    Status add(SyncCamera camera, const CameraFrame& frame);
+    Status check(SyncCamera camera, const CameraFrame& frame);
+    void assign(SyncCamera camera);
+    void drop_front(SyncCamera camera);
+    void drop(SyncCamera camera, const CameraFrame& frame);
+    bool pair_is_due(const Pending& left, const Pending*& right);
+    void report(SyncFault fault, SyncCamera camera, Timestamp stamp, std::int64_t value = 0);
+    void clear(SyncFault fault, SyncCamera camera);
+
+    SynchroniserOptions options_;
+    std::array<Stream, 2> streams_;
+    bool any_imu_ = false;
+    Timestamp newest_imu_;
+    bool any_frame_ = false;
+    Timestamp first_frame_;
+    bool any_edge_ = false;
+    TriggerEdge last_edge_;
+    bool any_given_ = false;
+    Timestamp last_given_;
+    /// Room for every slot that can be under way: waiting ones and those refused in one round.
+    RingBuffer<DroppedSlot, 32> dropped_;
+    RingBuffer<SyncReport, kReports> reports_;
+    std::array<std::uint64_t, static_cast<std::size_t>(SyncFault::kCount)> counts_{};
+    std::array<std::array<bool, 3>, static_cast<std::size_t>(SyncFault::kCount)> standing_{};
+};
+
+}  // namespace facet
