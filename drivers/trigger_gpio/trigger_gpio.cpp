@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/trigger_gpio/trigger_gpio.h"
+
+#include <linux/gpio.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace facet {
+
+TriggerGpio::TriggerGpio(KernelIo& io, const Clock& clock, TriggerGpioOptions options)
+    : io_(io), clock_(clock), options_(std::move(options)), line_(io), retry_(options_.retry_period) {}
+
+Status TriggerGpio::open() {
+    waiting_.clear();
+    kernel_sequence_ = 0;
+    base_ = last_sequence_;
+    return line_.open_input(options_.line, options_.input, problem_);
+}
+
+Status TriggerGpio::start() {
+    if (started_) {
+        return Status::kOk;
+    }
+    problem_.clear();
+    FACET_TRY(open());
+    started_ = true;
+    failing_ = false;
+    return Status::kOk;
+}
+
+void TriggerGpio::stop() {
+    line_.close();
+    started_ = false;
+}
+
+Status TriggerGpio::fail(std::string problem) {
+    problem_ = std::move(problem);
+    counters_.errors += failing_ ? 0 : 1;
+    failing_ = true;
+    if (line_.is_open()) {
+        line_.close();
+        retry_.close(clock_.now());
+    }
+    return Status::kIo;
+}
+
+Status TriggerGpio::read(Duration timeout) {
+    const int ready = io_.wait_readable(line_.fd(), timeout);
+    if (ready == 0) {
+        return Status::kNotReady;
+    }
+    std::array<gpio_v2_line_event, kEventsARead> events{};
+    const std::int64_t size = ready < 0 ? ready : io_.read(line_.fd(), events.data(), sizeof events);
+    if (size == -EAGAIN) {
+        return Status::kNotReady;
+    }
+    if (size <= 0) {
+        return fail(options_.line.chip + ": " + (size < 0 ? std::strerror(static_cast<int>(-size)) : "closed"));
+    }
+    for (std::size_t i = 0; i < static_cast<std::size_t>(size) / sizeof(gpio_v2_line_event); ++i) {
+        const gpio_v2_line_event& event = events[i];
+        // Counted from 1 since the request.
+        counters_.lost += event.line_seqno - kernel_sequence_ - 1U;
+        kernel_sequence_ = event.line_seqno;
+        waiting_.push({{static_cast<std::int64_t>(event.timestamp_ns)},
+                       base_ + event.line_seqno,
+                       event.id == GPIO_V2_LINE_EVENT_RISING_EDGE});
+    }
+    return Status::kOk;
+}
+
+bool TriggerGpio::take(TriggerEdge& edge) {
+    while (!waiting_.empty()) {
+        const TriggerEdge next = waiting_.front();
+        waiting_.pop_front();
+        if (any_delivered_ && next.stamp <= last_stamp_) {
+            ++counters_.discarded;  // two edges within the clock's resolution, or a clock that was set back
+            continue;
+        }
+        counters_.recoveries += failing_ ? 1 : 0;
+        failing_ = false;
+        any_delivered_ = true;
+        last_stamp_ = next.stamp;
+        last_sequence_ = next.sequence;
+        ++counters_.delivered;
+        edge = next;
+        return true;
+    }
+    return false;
+}
+
+Status TriggerGpio::next(Duration timeout, TriggerEdge& edge) {
+    if (!started_) {
+        return Status::kNotReady;
+    }
+    if (!line_.is_open()) {
+        if (!retry_.pass(clock_.now())) {
+            return Status::kNotReady;
+        }
+        if (!ok(open())) {
+            return fail(problem_);
+        }
+    }
+    if (take(edge)) {
+        return Status::kOk;
+    }
+    FACET_TRY(read(timeout));
+    return take(edge) ? Status::kOk : Status::kNotReady;
+}
+
+}  // namespace facet
