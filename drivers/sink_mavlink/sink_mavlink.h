@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Estimates to a flight controller by MAVLink over UDP.
+#pragma once
+
+#include <string>
+
+#include "drivers/sink_mavlink/mavlink_frame.h"
+#include "platform/port/clock.h"
+#include "platform/port/kernel_io.h"
+
+namespace facet {
+
+struct SinkMavlinkOptions {
+    MavlinkAddress address;
+    std::string udp_host = "127.0.0.1";  ///< IPv4 in digits
+    std::uint16_t udp_port = 14540;
+    Duration heartbeat_period = Duration::from_seconds(1.0);
+};
+
+/// Sends ODOMETRY at every estimate and HEARTBEAT once a second, over UDP, never blocking. Thread-bound. Heap on failure of
+/// open only.
+class SinkMavlink final : public OdometrySink {
+public:
+    SinkMavlink(KernelIo& io, const Clock& clock, SinkMavlinkOptions options);
+    ~SinkMavlink() override { close(); }
+    SinkMavlink(const SinkMavlink&) = delete;
+    SinkMavlink& operator=(const SinkMavlink&) = delete;
+
+    /// @return kInvalidArgument if the address is none, kIo if the system refuses; `problem` has the words.
+    Status open(std::string& problem);
+    void close();
+    Status send(const Odometry& odometry) override;
+
+    std::uint64_t sent() const { return sent_; }
+    std::uint64_t dropped() const { return dropped_; }
+
+private:
+    Status write();
+
+    KernelIo& io_;
+    const Clock& clock_;
+    SinkMavlinkOptions options_;
+    int fd_ = -1;
+    MavlinkFrame frame_;
+    std::uint8_t sequence_ = 0;
+    Timestamp next_heartbeat_;
+    std::uint64_t sent_ = 0;
+    std::uint64_t dropped_ = 0;
+};
+
+}  // namespace facet
