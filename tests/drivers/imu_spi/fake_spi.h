@@ -2,6 +2,7 @@
 // Chips made of a register file, and data-ready edges that make them sample.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <deque>

@@ -2,7 +2,7 @@
 // An inertial source on a fake chip, for the conformance suite.
 #pragma once
 
-#include <utility>
+#include <memory>
 
 #include "drivers/imu_spi/imu_spi.h"
 #include "tests/drivers/imu_spi/fake_spi.h"
