@@ -24,7 +24,7 @@ struct Adis16Variant {
     int range_code;           ///< content of RANG_MDL[3:2] that it must have; -1 if there is no such register
 };
 
-enum class Adis16Model : std::uint8_t { k16448, k16470, k16475_1, k16475_2, k16475_3 };
+enum class Adis16Model : std::uint8_t { k16448, k16470, k16475Dash1, k16475Dash2, k16475Dash3 };
 const Adis16Variant& adis16_variant(Adis16Model model);
 
 struct Adis16Options {

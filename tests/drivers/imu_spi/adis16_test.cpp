@@ -117,7 +117,7 @@ public:
 };
 
 TEST_CASE("ADIS16448 and ADIS1647x keep the contract of their port", "[port_conformance]") {
-    for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470, Adis16Model::k16475_2}) {
+    for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470, Adis16Model::k16475Dash2}) {
         INFO(adis16_variant(model).name);
         test::check_source_conformance<test::ImuHarness>([&] { return std::make_unique<AdisHarness>(model); });
     }
@@ -153,9 +153,9 @@ TEST_CASE("scales of all members") {
     // 4000 LSB; temperature word 100.
     const Expected table[] = {{Adis16Model::k16448, 160.0, 4000.0 / 1200.0, 38.386},
                               {Adis16Model::k16470, 400.0, 5.0, 10.0},
-                              {Adis16Model::k16475_1, 25.0, 1.0, 10.0},
-                              {Adis16Model::k16475_2, 100.0, 1.0, 10.0},
-                              {Adis16Model::k16475_3, 400.0, 1.0, 10.0}};
+                              {Adis16Model::k16475Dash1, 25.0, 1.0, 10.0},
+                              {Adis16Model::k16475Dash2, 100.0, 1.0, 10.0},
+                              {Adis16Model::k16475Dash3, 400.0, 1.0, 10.0}};
     for (const Expected& expected : table) {
         INFO(adis16_variant(expected.model).name);
         AdisHarness h(expected.model);
@@ -203,12 +203,12 @@ TEST_CASE("the chip is set up as asked: rate, CRC, data-ready, SPI mode") {
 
 TEST_CASE("another chip, another range, a failed self-test are named") {
     AdisHarness other(Adis16Model::k16470);
-    FakeAdis wrong(Adis16Model::k16475_2);
+    FakeAdis wrong(Adis16Model::k16475Dash2);
     Adis16 chip(wrong, other.clock, {Adis16Model::k16470, 0, true});
     std::string problem;
     CHECK(chip.configure(problem) == Status::kNotFound);
     CHECK(problem == "ADIS16470: product id is 16475, expected 16470");
-    Adis16 range(wrong, other.clock, {Adis16Model::k16475_3, 0, true});
+    Adis16 range(wrong, other.clock, {Adis16Model::k16475Dash3, 0, true});
     CHECK(range.configure(problem) == Status::kNotFound);
     CHECK(problem == "ADIS16475-3: the chip has another range (RANG_MDL 4)");
     for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470}) {
