@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Delaunay triangulation of up to 512 points in the plane, with exact predicates.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "mesh/capacity.h"
+#include "platform/base/fixed_vector.h"
+#include "platform/base/status.h"
+
+namespace facet {
+
+/// One triangle: indices of its points, counterclockwise in the (x right, y up) sense of the coordinates, the smallest
+/// index first; and of its neighbours, neighbour i across the edge from point i to point i+1, or -1 at the hull.
+struct Triangle {
+    std::array<std::uint16_t, 3> point{};
+    std::array<std::int16_t, 3> neighbour{-1, -1, -1};
+};
+
+/// Divide and conquer [Guibas85] with exact predicates [Shewchuk97]: no triangle's circumcircle holds a point, the
+/// triangles cover the convex hull, and no input makes it fail: equal points count once (the first one is used), points
+/// on one line give no triangle, and where more than three points lie on a circle the choice depends on the coordinates
+/// only, not on the order of the points. O(n log n). Thread-bound (it has a workspace). No heap.
+class Delaunay {
+public:
+    /// @param points  at most kMaxMeshPoints, |coordinate| <= 1e9
+    /// @return kFull if there are more points, kInvalidArgument if a coordinate is not finite or too large: then there are
+    ///         no triangles.
+    Status triangulate(std::span<const Eigen::Vector2d> points);
+
+    std::span<const Triangle> triangles() const { return {triangles_.data(), triangles_.size()}; }
+
+    /// Points that were equal to an earlier one in the last triangulation.
+    int duplicates() const { return duplicates_; }
+
+private:
+    // Directed edges in pairs: edge e and its reverse e ^ 1. Edges that leave a point form a ring, counterclockwise.
+    using Edge = std::uint16_t;
+    static constexpr int kMaxEdges = 6 * kMaxMeshPoints;  // directed; a planar graph has at most 3n - 6 pairs
+    struct Hull {
+        Edge left;   ///< counterclockwise out of the leftmost point
+        Edge right;  ///< clockwise out of the rightmost point
+    };
+
+    static Edge reverse(Edge e) { return static_cast<Edge>(e ^ 1U); }
+    std::uint16_t destination(Edge e) const { return origin_[reverse(e)]; }
+    Edge left_next(Edge e) const { return previous_[reverse(e)]; }
+    Edge right_previous(Edge e) const { return next_[reverse(e)]; }
+    const Eigen::Vector2d& at(std::uint16_t rank) const { return sorted_[rank]; }
+    bool left_of(std::uint16_t p, Edge e) const;
+    bool right_of(std::uint16_t p, Edge e) const;
+
+    void sort(std::span<const Eigen::Vector2d> points);
+    Edge make_edge(std::uint16_t from, std::uint16_t to);
+    void splice(Edge a, Edge b);
+    Edge connect(Edge a, Edge b);
+    void remove(Edge e);
+    Hull build(int first, int count);
+    Hull build_three(std::uint16_t first);
+    Hull merge(Hull left, Hull right);
+    Edge drop_left_candidates(Edge base);
+    Edge drop_right_candidates(Edge base);
+    void collect();
+
+    int duplicates_ = 0;
+    int count_ = 0;  ///< distinct points
+    int edges_ = 0;  ///< directed edges ever made
+    FixedVector<Edge, kMaxEdges> free_;
+    std::array<std::uint16_t, kMaxEdges> origin_{};  ///< rank of the point it leaves
+    std::array<Edge, kMaxEdges> next_{};             ///< counterclockwise around the origin
+    std::array<Edge, kMaxEdges> previous_{};         ///< clockwise
+    std::array<bool, kMaxEdges> alive_{};
+    std::array<std::int16_t, kMaxEdges> left_face_{};
+    std::array<Eigen::Vector2d, kMaxMeshPoints> sorted_;     ///< distinct points by x, then y
+    std::array<std::uint16_t, kMaxMeshPoints> index_{};      ///< of each of them in the input
+    FixedVector<Triangle, kMaxTriangles> triangles_;
+};
+
+}  // namespace facet
