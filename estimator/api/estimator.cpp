@@ -72,6 +72,7 @@ struct Estimator::Impl {
     double time_offset_sigma_s = 0.0;
     std::uint32_t reset_counter = 0;
     WindowSummary summary;
+    KeyframeView view;  ///< landmarks at the newest keyframe
 
     void reset();
     /// Stamp of an image in the IMU's clock.
@@ -105,6 +106,8 @@ void Estimator::Impl::reset() {
     time_offset_sigma_s = 0.0;
     reset_counter = 0;
     summary = {};
+    view.number = 0;
+    view.landmarks.clear();
 }
 
 KeyframeInput Estimator::Impl::keyframe_input() const {
@@ -195,6 +198,10 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     update_covariance();
     newest = now;
     rests = true;
+    {
+        const StageScope scope(observer, Stage::kLandmarks);
+        fill_keyframe_view(window, tracks, view);
+    }
     if (is_starting) {
         motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
         second_opinion();
@@ -359,6 +366,8 @@ void Estimator::set_stage_observer(StageObserver* observer) {
 }
 
 void Estimator::request_reset() { impl_->wants_reset = !impl_->window.empty(); }
+
+const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 
 Status Estimator::add_imu(const ImuSample& sample) { return impl_->imu.push(sample); }
 

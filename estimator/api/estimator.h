@@ -6,6 +6,7 @@
 
 #include "estimator/api/config.h"
 #include "estimator/api/estimate.h"
+#include "estimator/api/landmarks.h"
 #include "estimator/api/stage.h"
 #include "platform/base/samples.h"
 
@@ -49,6 +50,9 @@ public:
     ///         kOutOfOrder if the stamp does not increase; kInvalidArgument if the left image has a wrong size (then the
     ///         estimate is still valid: predicted from inertial data, health degraded, unless there is none yet).
     Status add_frame(const StereoFrame& frame, Estimate& estimate);
+
+    /// Landmarks and camera at the newest keyframe; empty before the second one. Valid until the next add_frame.
+    const KeyframeView& keyframe_view() const;
 
 private:
     struct Impl;

@@ -13,6 +13,8 @@ enum class Stage : std::uint8_t {
     kLinearization,    ///< factors, landmark elimination
     kSolve,            ///< reduced system
     kMarginalization,  ///< oldest keyframe into the prior
+    kLandmarks,        ///< snapshot of the landmarks for the mesh
+    kMesh,             ///< mesher, outside the estimator, at keyframes
     kCount
 };
 
@@ -24,6 +26,8 @@ constexpr const char* to_string(Stage s) {
         case Stage::kLinearization: return "linearization";
         case Stage::kSolve: return "solve";
         case Stage::kMarginalization: return "marginalization";
+        case Stage::kLandmarks: return "landmarks";
+        case Stage::kMesh: return "mesh";
         case Stage::kCount: break;
     }
     return "?";

@@ -73,6 +73,8 @@ public:
     bool empty() const { return state_.keyframes.empty(); }
     const Keyframe& newest() const { return state_.keyframes.back(); }
     const WindowState& state() const { return state_; }
+    /// Cameras of the keyframes, and how residuals are whitened.
+    const WindowProblem& problem() const { return problem_; }
 
     /// Keyframe k's inertial factor integrated anew, at another bias. @return kDegenerate if refused (untouched).
     Status replace_imu_factor(int keyframe, const Preintegration& preintegration);

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/api/landmarks.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "estimator/geometry/triangulation.h"
+#include "estimator/window/window.h"
+
+namespace facet {
+namespace {
+
+constexpr double kMinRho = 0.01;        // 1/m: farther than 100 m no baseline of the window gives a position
+constexpr double kRhoPriorSigma = 3.0;  // 1/m, as in the window
+
+/// Information about a point and its residual in one camera: residual scale (q.xy / q.z - xy), q = R (p - c).
+struct PointFit {
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    double squared_error = 0.0;
+    int rows = -3;
+
+    bool add(const CameraPose& camera, const Eigen::Vector3d& p_W, const Eigen::Vector2d& xy, double scale) {
+        const Eigen::Vector3d q = camera.R_C_W * (p_W - camera.p_W_C);
+        if (!(q.z() > 1e-3)) {
+            return false;
+        }
+        const double w = scale / q.z();
+        const Eigen::RowVector3d u = w * (camera.R_C_W.row(0) - (q.x() / q.z()) * camera.R_C_W.row(2));
+        const Eigen::RowVector3d v = w * (camera.R_C_W.row(1) - (q.y() / q.z()) * camera.R_C_W.row(2));
+        information += u.transpose() * u + v.transpose() * v;
+        squared_error += scale * scale * (q.head<2>() / q.z() - xy).squaredNorm();
+        rows += 2;
+        return true;
+    }
+};
+
+/// The landmark's point in the chart of its first keyframe: the window's own, or from one stereo match.
+bool find_point(const Landmark& landmark, const WindowProblem& problem, InverseDepthPoint& point) {
+    if (landmark.is_active && landmark.has_point) {
+        point = landmark.point;
+        return true;
+    }
+    const LandmarkObservation& o = landmark.observations.front();
+    if (landmark.observations.size() != 1 || !o.measurement.has_right) {
+        return false;
+    }
+    const std::array<Sighting, 2> pair{
+        Sighting{&problem.left_camera(o.keyframe), o.measurement.left_xy, problem.geometry().scale_left},
+        Sighting{&problem.right_camera(o.keyframe), o.measurement.right_xy, problem.geometry().scale_right}};
+    TriangulationOptions options;
+    options.rho_prior_sigma = kRhoPriorSigma;
+    return ok(triangulate_linear(pair, point)) && ok(triangulate(pair, options, point));
+}
+
+/// Everything of a snapshot but its pixel. @return false if the landmark has no usable position.
+bool describe(const Landmark& landmark, const WindowState& state, const WindowProblem& problem, LandmarkSnapshot& out) {
+    InverseDepthPoint point;
+    if (landmark.observations.empty() || !find_point(landmark, problem, point) || point.rho < kMinRho) {
+        return false;
+    }
+    const StereoGeometry& geometry = problem.geometry();
+    out.id = landmark.id;
+    out.p_W = ScaledWorldPoint(problem.left_camera(landmark.observations.front().keyframe), point).p_W();
+    PointFit fit;
+    for (const LandmarkObservation& o : landmark.observations) {
+        if (!fit.add(problem.left_camera(o.keyframe), out.p_W, o.measurement.left_xy, geometry.scale_left)) {
+            return false;
+        }
+        if (o.measurement.has_right &&
+            fit.add(problem.right_camera(o.keyframe), out.p_W, o.measurement.right_xy, geometry.scale_right)) {
+            ++out.stereo;
+        }
+    }
+    Eigen::Matrix3d covariance;
+    bool invertible = false;
+    fit.information.computeInverseWithCheck(covariance, invertible, 0.0);
+    if (!invertible || !covariance.allFinite() || !out.p_W.allFinite()) {
+        return false;
+    }
+    out.covariance_W = covariance.cast<float>();
+    out.chi2 = static_cast<float>(fit.squared_error / std::max(1, fit.rows));
+    out.keyframes = static_cast<int>(landmark.observations.size());
+    const int newest = static_cast<int>(state.keyframes.size()) - 1;
+    out.first_stamp = state.keyframes[static_cast<std::size_t>(landmark.observations.front().keyframe)].stamp;
+    const CameraPose& now = problem.left_camera(newest);
+    const Eigen::Vector3d ray = out.p_W - now.p_W_C;
+    out.depth_m = static_cast<float>(now.R_C_W.row(2).dot(ray));
+    out.depth_sigma_m = static_cast<float>(std::sqrt(std::max(0.0, ray.dot(covariance * ray))) / (ray.norm() + 1e-9));
+    const LandmarkObservation& last = landmark.observations.back();
+    out.unseen_keyframes = newest - last.keyframe;
+    out.is_tracked = out.unseen_keyframes == 0;
+    out.left_xy = last.measurement.left_xy;
+    return true;
+}
+
+}  // namespace
+
+void fill_keyframe_view(const Window& window, const FrontendOutput& tracks, KeyframeView& view) {
+    const WindowState& state = window.state();
+    const int newest = static_cast<int>(state.keyframes.size()) - 1;
+    const CameraPose& camera = window.problem().left_camera(newest);
+    ++view.number;
+    view.stamp = state.keyframes.back().stamp;
+    view.oldest_stamp = state.keyframes.front().stamp;
+    view.T_W_C0 = {Eigen::Quaterniond(camera.R_C_W.transpose()), camera.p_W_C};
+    view.landmarks.clear();
+    for (int i = 0; i < state.landmarks.size(); ++i) {
+        LandmarkSnapshot snapshot;
+        if (describe(state.landmarks[i], state, window.problem(), snapshot)) {
+            view.landmarks.push_back(snapshot);
+        }
+    }
+    for (const FeatureObservation& o : tracks.observations) {
+        const auto at = std::lower_bound(view.landmarks.begin(), view.landmarks.end(), o.landmark,
+                                         [](const LandmarkSnapshot& s, LandmarkId id) { return s.id < id; });
+        if (at != view.landmarks.end() && at->id == o.landmark && at->is_tracked) {
+            at->left_px = o.left_px;
+        }
+    }
+}
+
+}  // namespace facet
