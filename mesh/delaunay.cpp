@@ -186,7 +186,8 @@ void Delaunay::collect() {
             continue;
         }
         const std::array<Edge, 3> side{e, left_next(e), left_next(left_next(e))};
-        if (left_next(side[2]) != e || orientation(at(origin_[side[0]]), at(origin_[side[1]]), at(origin_[side[2]])) <= 0.0) {
+        if (left_next(side[2]) != e ||
+            orientation(at(origin_[side[0]]), at(origin_[side[1]]), at(origin_[side[2]])) <= 0.0) {
             continue;
         }
         for (const Edge s : side) {

@@ -74,8 +74,8 @@ private:
     std::array<Edge, kMaxEdges> previous_{};         ///< clockwise
     std::array<bool, kMaxEdges> alive_{};
     std::array<std::int16_t, kMaxEdges> left_face_{};
-    std::array<Eigen::Vector2d, kMaxMeshPoints> sorted_;     ///< distinct points by x, then y
-    std::array<std::uint16_t, kMaxMeshPoints> index_{};      ///< of each of them in the input
+    std::array<Eigen::Vector2d, kMaxMeshPoints> sorted_;  ///< distinct points by x, then y
+    std::array<std::uint16_t, kMaxMeshPoints> index_{};   ///< of each of them in the input
     FixedVector<Triangle, kMaxTriangles> triangles_;
 };
 

@@ -69,9 +69,7 @@ Expansion<N + M> operator+(const Expansion<N>& a, const Expansion<M>& b) {
     Expansion<N + M> sum;
     int i = 0;
     int j = 0;
-    const auto next = [&] {
-        return j == b.size || (i < a.size && std::abs(a[i]) < std::abs(b[j])) ? a[i++] : b[j++];
-    };
+    const auto next = [&] { return j == b.size || (i < a.size && std::abs(a[i]) < std::abs(b[j])) ? a[i++] : b[j++]; };
     const int count = a.size + b.size;
     if (count == 0) {
         return sum;

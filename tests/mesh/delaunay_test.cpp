@@ -45,7 +45,8 @@ bool inside_circle(const Vector2d& a, const Vector2d& b, const Vector2d& c, cons
         y[i] = integer(p[i]->y()) - integer(d.y());
         l[i] = x[i] * x[i] + y[i] * y[i];
     }
-    return l[0] * (x[1] * y[2] - x[2] * y[1]) + l[1] * (x[2] * y[0] - x[0] * y[2]) + l[2] * (x[0] * y[1] - x[1] * y[0]) >
+    return l[0] * (x[1] * y[2] - x[2] * y[1]) + l[1] * (x[2] * y[0] - x[0] * y[2]) +
+               l[2] * (x[0] * y[1] - x[1] * y[0]) >
            0;
 }
 
@@ -248,8 +249,8 @@ TEST_CASE("300 points take well below a millisecond and no heap") {
     for (int i = 0; i < 20; ++i) {
         const auto begin = std::chrono::steady_clock::now();
         static_cast<void>(delaunay->triangulate(points));
-        best_ms = std::min(
-            best_ms, std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+        best_ms = std::min(best_ms,
+                           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
     }
     const std::uint64_t allocations = guard.allocations();
     CHECK(allocations == 0);

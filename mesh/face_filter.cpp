@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "mesh/face_filter.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace facet {
+namespace {
+
+constexpr double kMarginPx = 2.0;  // ends of a side: corners are where gradients are strong
+
+/// Whether the image changes strongly somewhere between two pixels, in steps of two pixels.
+bool crosses_gradient(const ImageView& image, const Eigen::Vector2f& a, const Eigen::Vector2f& b, double strong) {
+    const Eigen::Vector2f d = b - a;
+    const float length = d.norm();
+    if (image.empty() || !(length > 2.0F * static_cast<float>(kMarginPx) + 2.0F)) {
+        return false;
+    }
+    const auto grey = [&](float s) {
+        const Eigen::Vector2f p = a + (s / length) * d;
+        const int u = std::clamp(static_cast<int>(p.x() + 0.5F), 0, image.width - 1);
+        const int v = std::clamp(static_cast<int>(p.y() + 0.5F), 0, image.height - 1);
+        return static_cast<int>(image.at(u, v));
+    };
+    int last = grey(static_cast<float>(kMarginPx));
+    for (float s = static_cast<float>(kMarginPx) + 2.0F; s <= length - static_cast<float>(kMarginPx); s += 2.0F) {
+        const int now = grey(s);
+        if (std::abs(now - last) > strong) {
+            return true;
+        }
+        last = now;
+    }
+    return false;
+}
+
+struct Corners {
+    std::array<const MeshPoint*, 3> p;
+    const Eigen::Vector3d& at(std::size_t k) const { return p[k % 3]->p_C; }
+    Eigen::Vector3d normal() const { return (at(1) - at(0)).cross(at(2) - at(0)).normalized(); }
+};
+
+Corners corners_of(const Triangle& t, std::span<const MeshPoint> points) {
+    return {{&points[t.point[0]], &points[t.point[1]], &points[t.point[2]]}};
+}
+
+FaceVerdict judge_shape(const MeshConfig& config, const Corners& c) {
+    double shortest = 1e300;
+    double longest = 0.0;
+    const Eigen::Vector3d centroid = (c.at(0) + c.at(1) + c.at(2)) / 3.0;
+    const Eigen::Vector3d ray = centroid.normalized();
+    double along_low = 1e300;
+    double along_high = -1e300;
+    double across = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Eigen::Vector3d side = c.at(k + 1) - c.at(k);
+        const double length = side.norm();
+        shortest = std::min(shortest, length);
+        longest = std::max(longest, length);
+        const double along = ray.dot(c.at(k));
+        along_low = std::min(along_low, along);
+        along_high = std::max(along_high, along);
+        across = std::max(across, (side - ray.dot(side) * ray).norm());
+    }
+    if (longest > config.max_side_m) {
+        return FaceVerdict::kSideLength;
+    }
+    if (shortest < config.min_side_ratio * longest) {
+        return FaceVerdict::kSideRatio;
+    }
+    if (across < config.min_elongation * (along_high - along_low)) {
+        return FaceVerdict::kElongation;
+    }
+    const double cosine = std::abs(c.normal().dot(ray));
+    return cosine < std::cos(config.max_grazing_deg * std::numbers::pi / 180.0) ? FaceVerdict::kGrazing
+                                                                                : FaceVerdict::kAccepted;
+}
+
+FaceVerdict judge_steps(const MeshConfig& config, const Corners& c, const ImageView& image) {
+    FaceVerdict verdict = FaceVerdict::kAccepted;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const MeshPoint& a = *c.p[k];
+        const MeshPoint& b = *c.p[(k + 1) % 3];
+        const double gap = std::abs(a.p_C.z() - b.p_C.z());
+        if (gap <= config.step_sigmas * std::hypot(a.depth_sigma_m, b.depth_sigma_m)) {
+            continue;
+        }
+        const double lateral =
+            std::min(a.p_C.z(), b.p_C.z()) * (a.p_C.head<2>() / a.p_C.z() - b.p_C.head<2>() / b.p_C.z()).norm();
+        if (gap > config.max_step_slope * lateral) {
+            return FaceVerdict::kDepthStep;
+        }
+        if (gap > config.gradient_step_slope * lateral &&
+            crosses_gradient(image, a.pixel, b.pixel, config.strong_gradient)) {
+            verdict = FaceVerdict::kGradient;
+        }
+    }
+    return verdict;
+}
+
+/// Neighbours whose far corner lies in the triangle's plane.
+int coplanar_neighbours(const MeshConfig& config, std::span<const Triangle> triangles,
+                        std::span<const MeshPoint> points, std::span<const FaceVerdict> shapes, std::size_t index) {
+    const Triangle& t = triangles[index];
+    const Corners c = corners_of(t, points);
+    const Eigen::Vector3d normal = c.normal();
+    int coplanar = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (t.neighbour[k] < 0 || shapes[static_cast<std::size_t>(t.neighbour[k])] == FaceVerdict::kLandmark) {
+            continue;
+        }
+        const Triangle& other = triangles[static_cast<std::size_t>(t.neighbour[k])];
+        for (const std::uint16_t p : other.point) {
+            if (p != t.point[0] && p != t.point[1] && p != t.point[2]) {
+                coplanar += std::abs(normal.dot(points[p].p_C - c.at(0))) < config.coplanar_m ? 1 : 0;
+            }
+        }
+    }
+    return coplanar;
+}
+
+}  // namespace
+
+void filter_faces(const MeshConfig& config, std::span<const Triangle> triangles, std::span<const MeshPoint> points,
+                  const ImageView& image, std::span<FaceVerdict> verdicts) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const Corners c = corners_of(triangles[i], points);
+        verdicts[i] = FaceVerdict::kLandmark;
+        if (c.p[0]->is_usable && c.p[1]->is_usable && c.p[2]->is_usable) {
+            verdicts[i] = judge_shape(config, c);
+        }
+    }
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        if (verdicts[i] != FaceVerdict::kAccepted) {
+            continue;
+        }
+        const Corners c = corners_of(triangles[i], points);
+        const FaceVerdict steps = judge_steps(config, c, image);
+        const double longest =
+            std::max({(c.at(1) - c.at(0)).norm(), (c.at(2) - c.at(1)).norm(), (c.at(0) - c.at(2)).norm()});
+        const bool is_large = longest > config.lonely_side_m;
+        if (steps == FaceVerdict::kAccepted && !is_large) {
+            continue;
+        }
+        const int support = coplanar_neighbours(config, triangles, points, verdicts, i);
+        if (steps != FaceVerdict::kAccepted && support < 2) {
+            verdicts[i] = steps;
+        } else if (is_large && support < config.lonely_neighbours) {
+            verdicts[i] = FaceVerdict::kLonely;
+        }
+    }
+    for (std::size_t i = 0; i < triangles.size() && config.lonely_neighbours > 0; ++i) {
+        const auto is_face = [&](std::int16_t n) {
+            return n >= 0 && (verdicts[static_cast<std::size_t>(n)] == FaceVerdict::kAccepted ||
+                              verdicts[static_cast<std::size_t>(n)] == FaceVerdict::kLonely);
+        };
+        const auto& around = triangles[i].neighbour;
+        if (verdicts[i] == FaceVerdict::kAccepted && std::none_of(around.begin(), around.end(), is_face)) {
+            verdicts[i] = FaceVerdict::kLonely;
+        }
+    }
+}
+
+}  // namespace facet

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Closes the holes that leaving landmarks tear into surfaces.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+
+#include "mesh/horizon_mesh.h"
+#include "mesh/mesh_config.h"
+
+namespace facet {
+
+/// Remembers the rings of neighbours around vertices that are about to leave, then triangulates those that still bound a
+/// hole: a ring is filled if all its vertices are still there, none of its sides has got a second face, and the ring lies
+/// in a plane (its own least-squares-like plane by Newell's normal) within hole_planarity_m, or twice that if all faces
+/// that left were of one plane. Ears are cut in order of their smallest angle, largest first. At most kMaxHoles rings an
+/// update; the rest is left open. Thread-bound. No heap.
+class HoleFiller {
+public:
+    void clear() { holes_.clear(); }
+
+    /// Remembers the ring of a vertex whose faces are about to go; nothing if they do not form one closed fan.
+    void remember(const HorizonMesh& mesh, VertexSlot leaving);
+
+    struct Filled {
+        int holes = 0;
+        int faces = 0;
+    };
+    /// Fills what still is a hole, then forgets all rings.
+    /// @param update  number of the current update, for the new faces
+    Filled fill(const MeshConfig& config, std::uint32_t update, HorizonMesh& mesh);
+
+private:
+    static constexpr std::size_t kMaxRing = 24;
+    static constexpr std::size_t kMaxHoles = 64;
+    struct Hole {
+        FixedVector<VertexSlot, kMaxRing> ring;     ///< counterclockwise around the normal
+        std::array<LandmarkId, kMaxRing> landmark;  ///< of the ring: slots may be used again
+        std::uint16_t observations = 0;             ///< least of the faces that left
+        PlaneId plane;                              ///< of all of them, or invalid
+    };
+    static bool is_open(const HorizonMesh& mesh, const Hole& hole);
+    static bool flatten(const MeshConfig& config, const HorizonMesh& mesh, const Hole& hole,
+                        std::array<Eigen::Vector2d, kMaxRing>& flat);
+    static int triangulate(const MeshConfig& config, std::uint32_t update, const Hole& hole,
+                           const std::array<Eigen::Vector2d, kMaxRing>& flat, HorizonMesh& mesh);
+
+    FixedVector<Hole, kMaxHoles> holes_;
+};
+
+}  // namespace facet

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "mesh/mesher.h"
+
+#include <algorithm>
+
+#include "estimator/geometry/inverse_depth.h"
+
+namespace facet {
+namespace {
+
+constexpr double kHysteresis = 1.5;  // a landmark in use may be this much worse than a new one
+
+}  // namespace
+
+Status Mesher::configure(const MeshConfig& config, const CameraModel& left) {
+    FACET_TRY(config.validate());
+    camera_ = left;
+    config_ = config;
+    reset();
+    return Status::kOk;
+}
+
+void Mesher::reset() {
+    counters_ = {};
+    update_ = 0;
+    mesh_.clear();
+    holes_.clear();
+    departed_.clear();
+}
+
+bool Mesher::is_usable(const LandmarkSnapshot& s, double slack) const {
+    return s.depth_sigma_m <= slack * config_.max_depth_sigma_m && s.chi2 <= slack * config_.max_chi2 &&
+           (config_.use_stereo_points || s.keyframes >= 2);
+}
+
+void Mesher::update(const KeyframeView& view, const ImageView& left) {
+    ++update_;
+    ++counters_.updates;
+    departed_.clear();
+    const CameraPose camera = CameraPose::from(view.T_W_C0);
+    R_C_W_ = camera.R_C_W;
+    p_W_C_ = camera.p_W_C;
+    move_vertices(view);
+    remove_leaving(view);
+    refresh_faces();
+    collect_tracked(view);
+    triangulate();
+    collect_recent(view);
+    triangulate();
+    counters_.duplicate_points += static_cast<std::uint64_t>(delaunay_.duplicates());
+    const std::span<const Triangle> triangles = delaunay_.triangles();
+    filter_faces(config_, triangles, {points_.data(), points_.size()}, left, {verdicts_.data(), triangles.size()});
+    merge();
+    weigh_evidence();
+    const HoleFiller::Filled filled = holes_.fill(config_, update_, mesh_);
+    counters_.holes_filled += static_cast<std::uint64_t>(filled.holes);
+    counters_.fill_faces += static_cast<std::uint64_t>(filled.faces);
+    prune_vertices();
+}
+
+void Mesher::move_vertices(const KeyframeView& view) {
+    for (const LandmarkSnapshot& s : view.landmarks) {
+        const auto slot = mesh_.find_vertex(s.id);
+        if (slot.ok() && is_usable(s, kHysteresis)) {
+            MeshVertex& vertex = mesh_.vertex(slot.value());
+            vertex.p_W = s.p_W;
+            vertex.covariance_W = s.covariance_W;
+            vertex.last_updated = update_;
+            vertex.first_stamp = s.first_stamp;
+        }
+    }
+}
+
+/// A landmark that is gone has left the horizon if the oldest keyframe that saw it has; else it was judged bad.
+void Mesher::remove_leaving(const KeyframeView& view) {
+    for (int i = 0; i < mesh_.vertex_end(); ++i) {
+        const auto slot = static_cast<VertexSlot>(i);
+        if (mesh_.is_vertex(i) && mesh_.vertex(slot).last_updated != update_) {
+            leave(slot, mesh_.vertex(slot).first_stamp < view.oldest_stamp);
+        }
+    }
+}
+
+void Mesher::leave(VertexSlot slot, bool is_good) {
+    if (is_good) {
+        holes_.remember(mesh_, slot);
+    }
+    mesh_.for_faces_of(slot, [&](FaceIndex f) {
+        const MeshFace& face = mesh_.face(f);
+        if (!is_good) {
+            ++counters_.judged_bad;
+        } else {
+            ++counters_.departed;
+            if (!face.is_fill && !departed_.full()) {
+                departed_.push_back(describe(face));
+            }
+        }
+        mesh_.remove_face(f);
+    });
+    mesh_.remove_vertex(slot);
+}
+
+DepartedFace Mesher::describe(const MeshFace& face) const {
+    DepartedFace d;
+    for (std::size_t k = 0; k < 3; ++k) {
+        d.landmark[k] = mesh_.landmark(face.vertex[k]);
+        d.p_W[k] = mesh_.vertex(face.vertex[k]).p_W.cast<float>();
+    }
+    d.plane = face.plane;
+    d.observations = face.observations;
+    d.contradictions = face.contradictions;
+    d.sigma_m = face.sigma_m;
+    return d;
+}
+
+/// Geometry of all faces where their vertices are now; those that broke a limit go.
+void Mesher::refresh_faces() {
+    const double limit = config_.max_side_m * config_.max_side_m;
+    for (int i = 0; i < mesh_.face_end(); ++i) {
+        if (!mesh_.is_face(i)) {
+            continue;
+        }
+        const auto f = static_cast<FaceIndex>(i);
+        const MeshFace& face = mesh_.face(f);
+        double longest = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            longest = std::max(longest, (mesh_.corner(face, (k + 1) % 3) - mesh_.corner(face, k)).squaredNorm());
+        }
+        if (longest > limit || !ok(mesh_.refresh(f))) {
+            ++counters_.misshapen;
+            mesh_.remove_face(f);
+        }
+    }
+}
+
+void Mesher::triangulate() {
+    // Refused are only coordinates that are no image points: then this keyframe adds nothing.
+    static_cast<void>(delaunay_.triangulate({image_points_.data(), image_points_.size()}));
+    locator_.build(delaunay_.triangles(), {image_points_.data(), image_points_.size()});
+}
+
+void Mesher::add_point(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C, const Eigen::Vector2d& xy,
+                       const Eigen::Vector2f& pixel) {
+    const auto slot = mesh_.find_vertex(s.id);
+    MeshPoint point;
+    point.p_C = p_C;
+    point.depth_sigma_m = s.depth_sigma_m;
+    point.pixel = pixel;
+    point.is_usable = is_usable(s, slot.ok() ? kHysteresis : 1.0) && p_C.z() > 0.0 && p_C.z() <= config_.max_depth_m;
+    landmarks_.push_back({&s, slot.value_or(0), slot.ok()});
+    image_points_.push_back(xy);
+    points_.push_back(point);
+}
+
+/// All tracked landmarks take part in the triangulation, also those no face may use: a far point between near ones shows
+/// that there is no surface between them.
+void Mesher::collect_tracked(const KeyframeView& view) {
+    landmarks_.clear();
+    image_points_.clear();
+    points_.clear();
+    for (const LandmarkSnapshot& s : view.landmarks) {
+        if (s.is_tracked && !landmarks_.full()) {
+            add_point(s, R_C_W_ * (s.p_W - p_W_C_), s.left_xy, s.left_px);
+        }
+    }
+}
+
+/// Landmarks that tracking lost a few keyframes ago, into the triangulation of the tracked ones.
+void Mesher::collect_recent(const KeyframeView& view) {
+    for (const LandmarkSnapshot& s : view.landmarks) {
+        if (s.is_tracked || s.unseen_keyframes > config_.recent_keyframes || s.keyframes < 2 || landmarks_.full()) {
+            continue;
+        }
+        const Eigen::Vector3d p_C = R_C_W_ * (s.p_W - p_W_C_);
+        Eigen::Vector2d uv;
+        if (!is_usable(s, 1.0) || p_C.z() > config_.max_depth_m || !ok(camera_.project(p_C, uv)) ||
+            !camera_.in_image(uv, 0.0)) {
+            continue;
+        }
+        const Eigen::Vector2d xy = p_C.head<2>() / p_C.z();
+        if (!is_hidden(s, p_C) && !is_crowded(xy)) {
+            add_point(s, p_C, xy, uv.cast<float>());
+        }
+    }
+}
+
+/// Whether the tracked landmarks around a point show a surface in front of it, or one behind it, which would be seen
+/// through the point: it is taken only if its depth is within the range of theirs.
+bool Mesher::is_hidden(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C) const {
+    const int at = locator_.locate(p_C.head<2>() / p_C.z());
+    if (at < 0) {
+        return true;  // no tracked landmark vouches for what is outside their hull
+    }
+    double low = 1e300;
+    double high = 0.0;
+    for (const std::uint16_t p : delaunay_.triangles()[static_cast<std::size_t>(at)].point) {
+        low = std::min(low, points_[p].p_C.z());
+        high = std::max(high, points_[p].p_C.z());
+    }
+    const double margin = 3.0 * s.depth_sigma_m + config_.conflict_margin_m;
+    return p_C.z() < low - margin || p_C.z() > high + margin;
+}
+
+bool Mesher::is_crowded(const Eigen::Vector2d& xy) const {
+    const double least = config_.recent_distance_px / camera_.focal_px();
+    return std::any_of(image_points_.begin(), image_points_.end(),
+                       [&](const Eigen::Vector2d& other) { return (other - xy).squaredNorm() < least * least; });
+}
+
+/// Makes sure that the corners of a triangle are vertices; false if there is no room.
+bool Mesher::add_corners(const Triangle& t) {
+    for (const std::uint16_t p : t.point) {
+        ImagePoint& point = landmarks_[p];
+        if (point.has_vertex) {
+            continue;
+        }
+        const auto slot = mesh_.add_vertex(point.landmark->id);
+        if (!slot.ok()) {
+            return false;
+        }
+        MeshVertex& vertex = mesh_.vertex(slot.value());
+        vertex.p_W = point.landmark->p_W;
+        vertex.covariance_W = point.landmark->covariance_W;
+        vertex.last_updated = update_;
+        vertex.first_stamp = point.landmark->first_stamp;
+        point.vertex = slot.value();
+        point.has_vertex = true;
+    }
+    return true;
+}
+
+void Mesher::merge() {
+    const std::span<const Triangle> triangles = delaunay_.triangles();
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        ++counters_.verdicts[static_cast<std::size_t>(verdicts_[i])];
+    }
+    make_room(triangles.size());
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        face_of_triangle_[i] = HorizonMesh::kNoFace;
+        const auto& p = triangles[i].point;
+        const bool is_accepted = verdicts_[i] == FaceVerdict::kAccepted;
+        if (is_accepted
+                ? !add_corners(triangles[i])
+                : !(landmarks_[p[0]].has_vertex && landmarks_[p[1]].has_vertex && landmarks_[p[2]].has_vertex)) {
+            continue;
+        }
+        // Counterclockwise in (x right, y down) is clockwise to the eye: the other way round faces the camera.
+        const std::array<VertexSlot, 3> vertex{landmarks_[p[0]].vertex, landmarks_[p[2]].vertex,
+                                               landmarks_[p[1]].vertex};
+        const FaceIndex found = mesh_.find_face(vertex);
+        if (found != HorizonMesh::kNoFace) {
+            MeshFace& face = mesh_.face(found);
+            const bool from_front = face.normal_W.cast<double>().dot(p_W_C_ - mesh_.centroid(face)) > 0.0;
+            std::uint16_t& count = is_accepted && from_front ? face.observations : face.contradictions;
+            count = static_cast<std::uint16_t>(std::min(count + 1, 0xffff));
+            face.last_observed = update_;
+            if (is_accepted && from_front) {
+                face_of_triangle_[i] = found;
+                ++counters_.confirmed;
+            }
+        } else if (is_accepted) {
+            if (const auto added = mesh_.add_face(vertex); added.ok()) {
+                MeshFace& face = mesh_.face(added.value());
+                face.born = face.last_observed = update_;
+                face.observations = 1;
+                face_of_triangle_[i] = added.value();
+                ++counters_.added;
+            }
+        }
+    }
+}
+
+/// Drops the least supported faces until `wanted` new ones fit.
+void Mesher::make_room(std::size_t wanted) {
+    const int excess = mesh_.face_count() + static_cast<int>(wanted) - kMaxMeshFaces;
+    if (excess <= 0) {
+        return;
+    }
+    std::size_t count = 0;
+    for (int i = 0; i < mesh_.face_end(); ++i) {
+        if (mesh_.is_face(i)) {
+            order_[count++] = static_cast<FaceIndex>(i);
+        }
+    }
+    const auto support = [this](FaceIndex f) {
+        const MeshFace& face = mesh_.face(f);
+        return face.observations - 2 * face.contradictions;
+    };
+    const auto nth = order_.begin() + std::min<std::ptrdiff_t>(excess, static_cast<std::ptrdiff_t>(count));
+    std::nth_element(order_.begin(), nth, order_.begin() + static_cast<std::ptrdiff_t>(count),
+                     [&](FaceIndex a, FaceIndex b) {
+                         if (support(a) != support(b)) {
+                             return support(a) < support(b);
+                         }
+                         const std::uint32_t seen_a = mesh_.face(a).last_observed;
+                         const std::uint32_t seen_b = mesh_.face(b).last_observed;
+                         return seen_a != seen_b ? seen_a < seen_b : a < b;
+                     });
+    for (auto f = order_.begin(); f != nth; ++f) {
+        if (!mesh_.face(*f).is_fill && !departed_.full()) {
+            departed_.push_back(describe(mesh_.face(*f)));
+        }
+        mesh_.remove_face(*f);
+        ++counters_.dropped;
+    }
+}
+
+void Mesher::prune_vertices() {
+    for (int i = 0; i < mesh_.vertex_end(); ++i) {
+        if (mesh_.is_vertex(i) && mesh_.faces_at(static_cast<VertexSlot>(i)) == 0) {
+            mesh_.remove_vertex(static_cast<VertexSlot>(i));
+        }
+    }
+}
+
+}  // namespace facet

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Builds the mesh over the receding horizon from the landmarks of each keyframe.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "estimator/api/landmarks.h"
+#include "estimator/geometry/camera_model.h"
+#include "mesh/delaunay.h"
+#include "mesh/face_filter.h"
+#include "mesh/hole_filler.h"
+#include "mesh/horizon_mesh.h"
+#include "mesh/mesh_config.h"
+#include "mesh/triangle_locator.h"
+#include "platform/base/image_view.h"
+
+namespace facet {
+
+/// What the mesher has done since reset(). One number a way for a triangle or face to come and go.
+struct MeshCounters {
+    std::uint64_t updates = 0;
+    std::array<std::uint64_t, static_cast<std::size_t>(FaceVerdict::kCount)>
+        verdicts{};                      ///< of triangles, by FaceVerdict
+    std::uint64_t duplicate_points = 0;  ///< tracked points in the very place of another one
+    std::uint64_t added = 0;             ///< faces new in the mesh
+    std::uint64_t confirmed = 0;         ///< triangles that were faces already
+    std::uint64_t superseded = 0;        ///< faces replaced by newer ones of the same surface
+    std::uint64_t contradicted = 0;      ///< faces removed because things were seen behind them
+    std::uint64_t misshapen = 0;         ///< faces that broke the limit of length or lost their area as landmarks moved
+    std::uint64_t judged_bad = 0;        ///< faces of landmarks that the smoother rejected or that became too uncertain
+    std::uint64_t departed = 0;          ///< faces of landmarks that left the horizon
+    std::uint64_t dropped = 0;           ///< faces dropped because the mesh was full
+    std::uint64_t holes_filled = 0;
+    std::uint64_t fill_faces = 0;  ///< faces made for that
+};
+
+/// A face as it stood when it left the horizon.
+struct DepartedFace {
+    std::array<LandmarkId, 3> landmark;
+    std::array<Eigen::Vector3f, 3> p_W;
+    PlaneId plane;
+    std::uint16_t observations = 0;
+    std::uint16_t contradictions = 0;
+    float sigma_m = 0.0F;
+};
+
+/// Incremental mesher [Rosinol19], called at each keyframe:
+///   1 vertices move with their landmarks; landmarks that left the horizon, or were judged bad, take their faces along;
+///   2 the tracked landmarks are triangulated in the image (normalised, undistorted plane) and lifted; beyond the paper,
+///     landmarks lost from tracking a few keyframes ago join where the tracked ones show nothing in front of them;
+///   3 triangles that pass the filters are merged into the mesh: a face that exists is confirmed, not doubled;
+///   4 older faces that are seen again as other triangles of the same surface are superseded by them; a face with tracked
+///     points behind it is contradicted, and leaves when contradicted often enough;
+///   5 holes that leaving landmarks tore into surfaces are closed from their rings.
+/// When the mesh is full, the least supported faces are dropped (fewest observations less contradictions, then longest
+/// unseen). Time is bounded by the capacities. About 4 MB: allocate it once. Thread-bound. Deterministic. No heap.
+class Mesher {
+public:
+    /// @return kInvalidArgument if a field is out of range (nothing changed). Forgets the mesh.
+    Status configure(const MeshConfig& config, const CameraModel& left);
+    void reset();
+
+    /// Takes in a keyframe.
+    /// @param left  its left image, or empty: then no gradient test
+    void update(const KeyframeView& view, const ImageView& left);
+
+    const HorizonMesh& mesh() const { return mesh_; }
+    /// Faces that left the horizon in the last update (not those judged bad, superseded or made to fill holes).
+    std::span<const DepartedFace> departed() const { return {departed_.data(), departed_.size()}; }
+    const MeshCounters& counters() const { return counters_; }
+    /// The same description of a face that is still there.
+    DepartedFace describe(const MeshFace& face) const;
+
+private:
+    /// A landmark that is a point of the current triangulation.
+    struct ImagePoint {
+        const LandmarkSnapshot* landmark = nullptr;
+        VertexSlot vertex = 0;
+        bool has_vertex = false;
+    };
+
+    bool is_usable(const LandmarkSnapshot& s, double slack) const;
+    void move_vertices(const KeyframeView& view);
+    void remove_leaving(const KeyframeView& view);
+    void leave(VertexSlot slot, bool is_good);
+    void refresh_faces();
+    void collect_tracked(const KeyframeView& view);
+    void collect_recent(const KeyframeView& view);
+    bool is_hidden(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C) const;
+    bool is_crowded(const Eigen::Vector2d& xy) const;
+    void add_point(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C, const Eigen::Vector2d& xy,
+                   const Eigen::Vector2f& pixel);
+    void triangulate();
+    void merge();
+    bool add_corners(const Triangle& t);
+    void make_room(std::size_t wanted);
+    void weigh_evidence();
+    bool is_contradicted(const MeshFace& face, int triangle) const;
+    bool is_superseded(const MeshFace& face, int triangle) const;
+    bool is_covered_at(const MeshFace& face, const Eigen::Vector3d& p_C, int triangle) const;
+    int triangle_at(const Eigen::Vector3d& p_C) const;
+    void prune_vertices();
+
+    MeshConfig config_;
+    CameraModel camera_;
+    MeshCounters counters_;
+    std::uint32_t update_ = 0;
+    HorizonMesh mesh_;
+    Delaunay delaunay_;
+    TriangleLocator locator_;
+    HoleFiller holes_;
+    Eigen::Matrix3d R_C_W_ = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d p_W_C_ = Eigen::Vector3d::Zero();
+    FixedVector<ImagePoint, kMaxMeshPoints> landmarks_;
+    FixedVector<Eigen::Vector2d, kMaxMeshPoints> image_points_;
+    FixedVector<MeshPoint, kMaxMeshPoints> points_;
+    std::array<FaceVerdict, kMaxTriangles> verdicts_{};
+    std::array<FaceIndex, kMaxTriangles> face_of_triangle_{};
+    std::array<Eigen::Vector3d, kMaxMeshVertices> vertex_C_;  ///< vertices in the camera
+    std::array<FaceIndex, kMaxMeshFaces> order_{};            ///< scratch of make_room
+    FixedVector<DepartedFace, kMaxMeshFaces> departed_;
+};
+
+}  // namespace facet

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The mesher on made-up keyframes: landmarks on walls seen by a camera that looks along W's x axis.
+#include "mesh/mesher.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <functional>
+#include <memory>
+#include <random>
+#include <set>
+
+#include "tests/support/allocation_guard.h"
+
+namespace facet {
+namespace {
+
+using Eigen::Vector3d;
+
+CameraModel camera() {
+    CameraIntrinsics k;
+    k.width = 752;
+    k.height = 480;
+    k.fx = k.fy = 450.0;
+    k.cx = 376.0;
+    k.cy = 240.0;
+    return CameraModel(k);
+}
+
+/// Camera at p looking along x, z up: its axes are (-y, -z, x) of W.
+Se3 looking_along_x(const Vector3d& p) {
+    Eigen::Matrix3d R;
+    R << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+    return {Eigen::Quaterniond(R), p};
+}
+
+struct World {
+    std::vector<std::pair<std::uint32_t, Vector3d>> points;
+    std::uint32_t next = 0;
+
+    /// A jittered grid of landmarks on a surface x = depth(y, z).
+    void wall(double half_y, double half_z, double step, const std::function<double(double, double)>& depth) {
+        std::mt19937 random(3);
+        std::uniform_real_distribution<double> jitter(-0.2 * step, 0.2 * step);
+        for (double y = -half_y; y <= half_y; y += step) {
+            for (double z = -half_z; z <= half_z; z += step) {
+                const double yy = y + jitter(random);
+                const double zz = z + jitter(random);
+                points.push_back({next++, {depth(yy, zz), yy, zz}});
+            }
+        }
+    }
+};
+
+/// What the estimator would tell: all landmarks within the image are tracked.
+std::unique_ptr<KeyframeView> view_of(
+    const World& world, const Se3& T_W_C0, int second,
+    const std::function<bool(std::uint32_t)>& is_there = [](std::uint32_t) { return true; }) {
+    auto view = std::make_unique<KeyframeView>();
+    view->number = static_cast<std::uint32_t>(second);
+    view->stamp = {1'000'000'000LL * second};
+    view->oldest_stamp = {1'000'000'000LL * (second - 5)};
+    view->T_W_C0 = T_W_C0;
+    for (const auto& [id, p] : world.points) {
+        const Vector3d p_C = T_W_C0.inverse() * p;
+        Eigen::Vector2d uv;
+        if (!is_there(id) || !ok(camera().project(p_C, uv)) || !camera().in_image(uv, 1.0)) {
+            continue;
+        }
+        LandmarkSnapshot s;
+        s.id = {id};
+        s.p_W = p;
+        s.covariance_W = 1e-6F * Eigen::Matrix3f::Identity();
+        s.chi2 = 1.0F;
+        s.depth_m = static_cast<float>(p_C.z());
+        s.depth_sigma_m = 1e-3F;
+        s.keyframes = 3;
+        s.stereo = 3;
+        s.first_stamp = {1'000'000'000LL * (second - 2)};
+        s.is_tracked = true;
+        s.left_xy = p_C.head<2>() / p_C.z();
+        s.left_px = uv.cast<float>();
+        view->landmarks.push_back(s);
+    }
+    return view;
+}
+
+std::unique_ptr<Mesher> make_mesher(const MeshConfig& config = {}) {
+    auto mesher = std::make_unique<Mesher>();
+    REQUIRE(ok(mesher->configure(config, camera())));
+    return mesher;
+}
+
+double area_of(const HorizonMesh& mesh) {
+    double area = 0.0;
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        area += mesh.is_face(i) ? static_cast<double>(mesh.face(static_cast<FaceIndex>(i)).area_m2) : 0.0;
+    }
+    return area;
+}
+
+void require_no_duplicates(const HorizonMesh& mesh) {
+    std::set<std::set<VertexSlot>> seen;
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        if (mesh.is_face(i)) {
+            const auto& v = mesh.face(static_cast<FaceIndex>(i)).vertex;
+            REQUIRE(seen.insert({v[0], v[1], v[2]}).second);
+        }
+    }
+}
+
+TEST_CASE("a flat wall becomes one layer of faces that look at the camera, and is confirmed, not doubled") {
+    World world;
+    world.wall(1.5, 1.0, 0.25, [](double, double) { return 3.0; });
+    const auto mesher = make_mesher();
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    const HorizonMesh& mesh = mesher->mesh();
+    const int faces = mesh.face_count();
+    CHECK(faces > 150);
+    CHECK(area_of(mesh) == Approx(6.0).epsilon(0.15));
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        REQUIRE(mesh.face(static_cast<FaceIndex>(i)).normal_W.x() == Approx(-1.0F));
+    }
+    for (int k = 1; k <= 6; ++k) {
+        mesher->update(*view_of(world, looking_along_x({0.05 * k, 0.08 * k, 0.0}), 10 + k), {});
+    }
+    CHECK(area_of(mesh) == Approx(6.0).epsilon(0.15));
+    CHECK(mesh.face_count() < 1.1 * faces);
+    require_no_duplicates(mesh);
+    CHECK(mesher->counters().confirmed > 5U * static_cast<unsigned>(faces));
+    CHECK(mesher->counters().contradicted == 0);
+    CHECK(std::any_of(&mesh.face(0), &mesh.face(0) + mesh.face_end(),
+                      [](const MeshFace& f) { return f.observations == 7; }));
+}
+
+TEST_CASE("vertices move with their landmarks") {
+    World world;
+    world.wall(1.0, 0.8, 0.3, [](double, double) { return 3.0; });
+    const auto mesher = make_mesher();
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    for (auto& [id, p] : world.points) {
+        p.x() += 0.02;
+    }
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 11), {});
+    for (int i = 0; i < mesher->mesh().face_end(); ++i) {
+        REQUIRE(mesher->mesh().centroid(mesher->mesh().face(static_cast<FaceIndex>(i))).x() == Approx(3.02));
+    }
+}
+
+TEST_CASE("there is no surface between a box in front of a wall and the wall") {
+    World world;
+    const auto depth = [](double y, double z) { return std::abs(y) < 0.55 && std::abs(z) < 0.55 ? 2.0 : 4.0; };
+    world.wall(1.6, 1.2, 0.2, depth);
+    const auto mesher = make_mesher();
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    const HorizonMesh& mesh = mesher->mesh();
+    CHECK(mesh.face_count() > 100);
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        REQUIRE(std::abs(mesh.face(static_cast<FaceIndex>(i)).normal_W.x()) > 0.99F);
+    }
+    const auto& verdicts = mesher->counters().verdicts;
+    CHECK(verdicts[static_cast<std::size_t>(FaceVerdict::kDepthStep)] +
+              verdicts[static_cast<std::size_t>(FaceVerdict::kElongation)] +
+              verdicts[static_cast<std::size_t>(FaceVerdict::kGrazing)] +
+              verdicts[static_cast<std::size_t>(FaceVerdict::kSideLength)] >
+          20);
+}
+
+TEST_CASE("a slanted floor is kept although it is steep in depth") {
+    World world;
+    world.wall(1.0, 0.5, 0.2, [](double, double z) { return 3.0 + 2.5 * z; });
+    const auto mesher = make_mesher();
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    CHECK(area_of(mesher->mesh()) > 0.75 * 2.0 * 1.0 * std::hypot(1.0, 2.5));
+}
+
+TEST_CASE("a strong edge in the image between two depths forbids a face, a plain image does not") {
+    World world;
+    world.wall(1.0, 0.6, 0.25, [](double y, double) { return y > 0.0 ? 3.0 : 3.3; });
+    std::vector<std::uint8_t> pixels(752 * 480, 100);
+    const ImageView image{pixels.data(), 752, 480, 752};
+    MeshConfig config;
+    config.coplanar_m = 0.0;
+    const auto plain = make_mesher(config);
+    plain->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), image);
+    for (int v = 0; v < 480; ++v) {
+        std::fill_n(pixels.begin() + v * 752 + 376, 376, std::uint8_t{200});  // right half, y < 0: the farther part
+    }
+    const auto edged = make_mesher(config);
+    edged->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), image);
+    const auto gradient = static_cast<std::size_t>(FaceVerdict::kGradient);
+    CHECK(plain->counters().verdicts[gradient] == 0);
+    CHECK(edged->counters().verdicts[gradient] > 3);
+    CHECK(edged->mesh().face_count() < plain->mesh().face_count());
+}
+
+TEST_CASE("a landmark that leaves the horizon takes its faces, and the hole it leaves in a wall is closed") {
+    World world;
+    world.wall(1.2, 0.8, 0.25, [](double, double) { return 3.0; });
+    const auto mesher = make_mesher();
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    const double area = area_of(mesher->mesh());
+    std::uint32_t middle = 0;  // the landmark nearest to the middle of the wall
+    for (const auto& [id, p] : world.points) {
+        if ((p - Vector3d(3.0, 0.0, 0.0)).norm() < (world.points[middle].second - Vector3d(3.0, 0.0, 0.0)).norm()) {
+            middle = id;
+        }
+    }
+    const int degree = mesher->mesh().faces_at(mesher->mesh().find_vertex({middle}).value());
+    // The camera looks away when it leaves: nothing else could close the hole. The others are still known.
+    auto view = view_of(world, looking_along_x({0.0, 0.0, 0.0}), 18, [=](std::uint32_t id) { return id != middle; });
+    for (LandmarkSnapshot& s : view->landmarks) {
+        s.is_tracked = false;
+        s.unseen_keyframes = 10;
+    }
+    view->T_W_C0 = looking_along_x({50.0, 0.0, 0.0});
+    mesher->update(*view, {});
+    CHECK(static_cast<int>(mesher->departed().size()) == degree);
+    CHECK_FALSE(mesher->mesh().find_vertex({middle}).ok());
+    CHECK(mesher->counters().departed == static_cast<std::uint64_t>(degree));
+    CHECK(mesher->counters().holes_filled == 1);
+    CHECK(mesher->counters().fill_faces == static_cast<std::uint64_t>(degree - 2));
+    CHECK(area_of(mesher->mesh()) == Approx(area).epsilon(1e-6));
+    int fill = 0;
+    for (int i = 0; i < mesher->mesh().face_end(); ++i) {
+        const MeshFace& f = mesher->mesh().face(static_cast<FaceIndex>(i));
+        fill += mesher->mesh().is_face(i) && f.is_fill ? 1 : 0;
+        REQUIRE((!mesher->mesh().is_face(i) || f.normal_W.x() < -0.99F));
+    }
+    CHECK(fill == degree - 2);
+}
+
+TEST_CASE("a landmark that the smoother rejects takes its faces, which do not count as departed") {
+    World world;
+    world.wall(1.0, 0.8, 0.3, [](double, double) { return 3.0; });
+    const auto mesher = make_mesher();
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    // Its first keyframe is still in the window.
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 11, [](std::uint32_t id) { return id != 20; }),
+                   {});
+    CHECK(mesher->departed().empty());
+    CHECK(mesher->counters().judged_bad > 0);
+    CHECK_FALSE(mesher->mesh().find_vertex({20}).ok());
+}
+
+TEST_CASE("a face with things seen behind it leaves after enough contradictions") {
+    World world;
+    for (const Vector3d& p :
+         {Vector3d(2.0, -0.3, -0.3), Vector3d(2.0, 0.3, -0.3), Vector3d(2.0, 0.0, 0.3), Vector3d(2.0, 0.6, 0.3)}) {
+        world.points.push_back({world.next++, p});
+    }
+    const auto mesher = make_mesher();
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    REQUIRE(mesher->mesh().face_count() == 2);
+    world.wall(1.5, 1.0, 0.2, [](double, double) { return 4.0; });
+    int updates = 0;
+    while (mesher->counters().contradicted == 0 && updates < 10) {
+        ++updates;
+        mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10 + updates), {});
+    }
+    CHECK(mesher->counters().contradicted >= 1);
+    CHECK(updates >= MeshConfig{}.min_contradictions);
+}
+
+TEST_CASE("a recent landmark refines the mesh unless the tracked ones show that it is hidden") {
+    World world;
+    world.wall(1.2, 0.9, 0.4, [](double, double) { return 3.0; });
+    const std::uint32_t on_wall = world.next++;
+    const std::uint32_t behind = world.next++;
+    const std::uint32_t in_front = world.next++;
+    world.points.push_back({on_wall, {3.0, 0.19, 0.21}});
+    world.points.push_back({behind, {4.0, -0.25, -0.25}});
+    world.points.push_back({in_front, {2.0, 0.13, -0.12}});
+    auto view = view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10);
+    for (LandmarkSnapshot& s : view->landmarks) {
+        if (s.id.value >= on_wall) {
+            s.is_tracked = false;
+            s.unseen_keyframes = 1;
+        }
+    }
+    const auto mesher = make_mesher();
+    mesher->update(*view, {});
+    CHECK(mesher->mesh().find_vertex({on_wall}).ok());
+    CHECK_FALSE(mesher->mesh().find_vertex({behind}).ok());
+    CHECK_FALSE(mesher->mesh().find_vertex({in_front}).ok());
+}
+
+TEST_CASE("a full mesh drops the least supported faces, keeps its capacity and needs no heap") {
+    // GIVEN a rough cloud of 2000 landmarks and filters that let everything pass: every keyframe tracks another 450 of
+    // them, so that its faces are new ones and lie on no face there is
+    MeshConfig config;
+    config.min_side_ratio = config.min_elongation = 0.0;
+    config.max_grazing_deg = 90.0;
+    config.max_step_slope = config.gradient_step_slope = 100.0;
+    config.lonely_neighbours = 0;
+    config.conflict_margin_m = 10.0;
+    config.recent_keyframes = 0;
+    const auto mesher = make_mesher(config);
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    World world;
+    for (int i = 0; i < 2000; ++i) {
+        const double y = 1.8 * uniform(random);
+        const double z = 1.0 * uniform(random);
+        world.points.push_back({world.next++, {2.5 + 0.4 * uniform(random), y, z}});
+    }
+    std::vector<std::unique_ptr<KeyframeView>> views;
+    for (int k = 0; k < 25; ++k) {
+        views.push_back(view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10 + k));
+        for (LandmarkSnapshot& s : views.back()->landmarks) {
+            s.is_tracked = random() % 2000 < 450;
+            s.unseen_keyframes = s.is_tracked ? 0 : 1;
+        }
+    }
+    // WHEN all are taken in
+    const test::AllocationGuard guard;
+    int most = 0;
+    for (const auto& view : views) {
+        mesher->update(*view, {});
+        most = std::max(most, mesher->mesh().face_count());
+    }
+    const std::uint64_t allocations = guard.allocations();
+    // THEN the newest keyframe's faces are there, and the mesh is as full as it may be
+    CHECK(allocations == 0);
+    CHECK(most <= kMaxMeshFaces);
+    CHECK(most > kMaxMeshFaces - 1000);
+    CHECK(mesher->counters().dropped > 1000);
+    require_no_duplicates(mesher->mesh());
+    int newest = 0;
+    for (int i = 0; i < mesher->mesh().face_end(); ++i) {
+        newest +=
+            mesher->mesh().is_face(i) && mesher->mesh().face(static_cast<FaceIndex>(i)).last_observed == 25 ? 1 : 0;
+    }
+    CHECK(newest > 500);
+}
+
+TEST_CASE("a large face needs a neighbour in its plane") {
+    World world;
+    const std::array<Vector3d, 4> corner{Vector3d(3.0, -0.6, -0.5), Vector3d(3.0, 0.6, -0.5), Vector3d(3.0, 0.0, 0.6),
+                                         Vector3d(3.0, 1.2, 0.6)};
+    for (std::size_t i = 0; i < 3; ++i) {
+        world.points.push_back({world.next++, corner[i]});
+    }
+    const auto alone = make_mesher();
+    alone->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    CHECK(alone->mesh().face_count() == 0);
+    CHECK(alone->counters().verdicts[static_cast<std::size_t>(FaceVerdict::kLonely)] == 1);
+    world.points.push_back({world.next++, corner[3]});
+    const auto pair = make_mesher();
+    pair->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    CHECK(pair->mesh().face_count() == 2);
+}
+
+TEST_CASE("no landmark at all, and a configuration out of range") {
+    MeshConfig config;
+    config.max_side_m = -1.0;
+    CHECK(std::make_unique<Mesher>()->configure(config, camera()) == Status::kInvalidArgument);
+    const auto empty = make_mesher();
+    empty->update(*view_of({}, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    CHECK(empty->mesh().face_count() == 0);
+}
+
+}  // namespace
+}  // namespace facet
