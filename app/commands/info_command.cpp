@@ -45,7 +45,7 @@ void add_info_command(CLI::App& app, int& exit_code) {
                 print_build();
                 fmt::print("\n");
             }
-            fmt::print("# Parameters with their defaults: unit, range, meaning.\n{}", print_config(EstimatorConfig{}));
+            fmt::print("# Parameters with their defaults: unit, range, meaning.\n{}", print_config(ProgramConfig{}));
             return kExitDone;
         });
     });

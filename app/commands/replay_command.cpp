@@ -61,7 +61,7 @@ Calibration load_calibration(const ReplayArguments& args) {
     return calibration;
 }
 
-void require_in_range(const EstimatorConfig& config) {
+void require_in_range(const ProgramConfig& config) {
     if (const ConfigEntry* entry = find_out_of_range(config)) {
         throw InputError(fmt::format("{} is {} {}, must be within [{}, {}] (from the calibration)", entry->key,
                                      config_value(*entry, config), entry->unit, entry->min, entry->max));

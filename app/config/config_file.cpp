@@ -53,7 +53,7 @@ T read_value(const YamlNode& node, const ConfigEntry& entry) {
     }
 }
 
-void read_entry(const YamlNode& node, const ConfigEntry& entry, EstimatorConfig& config) {
+void read_entry(const YamlNode& node, const ConfigEntry& entry, ProgramConfig& config) {
     std::visit(
         [&](auto* field) {
             using T = std::remove_reference_t<decltype(field(config))>;
@@ -62,7 +62,7 @@ void read_entry(const YamlNode& node, const ConfigEntry& entry, EstimatorConfig&
         entry.field);
 }
 
-void read_section(const YamlNode& section, EstimatorConfig& config, std::set<std::string>& seen) {
+void read_section(const YamlNode& section, ProgramConfig& config, std::set<std::string>& seen) {
     for (const auto& item : section.raw()) {
         const int line = item.first.Mark().line + 1;
         const std::string name = item.first.IsScalar() ? item.first.Scalar() : "?";
@@ -83,21 +83,21 @@ void read_section(const YamlNode& section, EstimatorConfig& config, std::set<std
     }
 }
 
-std::string value_text(const ConfigEntry& entry, const EstimatorConfig& config) {
-    EstimatorConfig copy = config;
+std::string value_text(const ConfigEntry& entry, const ProgramConfig& config) {
+    ProgramConfig copy = config;
     return std::visit([&](auto* field) { return fmt::format("{}", field(copy)); }, entry.field);
 }
 
 }  // namespace
 
-void load_config(const std::string& path, EstimatorConfig& config) {
-    EstimatorConfig loaded = config;
+void load_config(const std::string& path, ProgramConfig& config) {
+    ProgramConfig loaded = config;
     std::set<std::string> seen;
     read_section(load_yaml(path), loaded, seen);
     config = loaded;
 }
 
-void set_config(const std::string& assignment, EstimatorConfig& config) {
+void set_config(const std::string& assignment, ProgramConfig& config) {
     const std::size_t equals = assignment.find('=');
     const std::string key = assignment.substr(0, equals);
     const ConfigEntry* entry = find_entry(key);
@@ -108,7 +108,7 @@ void set_config(const std::string& assignment, EstimatorConfig& config) {
     read_entry(YamlNode(YAML::Node(assignment.substr(equals + 1)), "--set", key, 1), *entry, config);
 }
 
-std::string print_config(const EstimatorConfig& config) {
+std::string print_config(const ProgramConfig& config) {
     std::string text;
     std::string section;
     for (const ConfigEntry& entry : config_table()) {

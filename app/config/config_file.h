@@ -4,19 +4,19 @@
 
 #include <string>
 
-#include "estimator/api/config.h"
+#include "app/config/program_config.h"
 
 namespace facet {
 
 /// Overwrites in `config` what a YAML file gives; keys that are missing stay as they are. Levels may be nested maps or
 /// dotted keys. Throws InputError, one line with file, line and key, for an unknown key, a wrong type or a value out of
 /// range; `config` is then untouched.
-void load_config(const std::string& path, EstimatorConfig& config);
+void load_config(const std::string& path, ProgramConfig& config);
 
 /// Sets one parameter from "key=value". Throws InputError as load_config does, naming the argument.
-void set_config(const std::string& assignment, EstimatorConfig& config);
+void set_config(const std::string& assignment, ProgramConfig& config);
 
 /// All parameters as a YAML document, each with unit, range and meaning in a comment; load_config reads it back exactly.
-std::string print_config(const EstimatorConfig& config);
+std::string print_config(const ProgramConfig& config);
 
 }  // namespace facet

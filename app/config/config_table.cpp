@@ -7,7 +7,7 @@ namespace facet {
 namespace {
 
 /// Key and accessor of a field, from its name alone.
-#define FACET_FIELD(path) #path, ConfigField(+[](EstimatorConfig & config) -> auto& { return config.path; })
+#define FACET_FIELD(path) #path, ConfigField(+[](ProgramConfig & config) -> auto& { return config.path; })
 
 // clang-format off
 const std::array kTable{
@@ -84,6 +84,26 @@ const std::array kTable{
     ConfigEntry{FACET_FIELD(imu_noise.accel_noise_m_per_s2_per_sqrt_hz), "m/s^2/sqrt(Hz)", 1e-6, 10, "accelerometer white noise; the calibration's unless given"},
     ConfigEntry{FACET_FIELD(imu_noise.accel_walk_m_per_s3_per_sqrt_hz), "m/s^3/sqrt(Hz)", 1e-8, 10, "accelerometer bias walk; the calibration's unless given"},
     ConfigEntry{FACET_FIELD(imu_noise.rate_hz), "Hz", 20, 10000, "nominal rate of the IMU; the calibration's unless given"},
+    ConfigEntry{FACET_FIELD(mesh.max_depth_m), "m", 0.5, 100, "landmarks farther from the keyframe give no new face"},
+    ConfigEntry{FACET_FIELD(mesh.max_depth_sigma_m), "m", 1e-3, 10, "landmarks less certain along the ray give none either"},
+    ConfigEntry{FACET_FIELD(mesh.max_chi2), "-", 0.1, 1000, "nor those whose sightings contradict each other more"},
+    ConfigEntry{FACET_FIELD(mesh.use_stereo_points), "-", 0, 1, "also landmarks that only one stereo match gives"},
+    ConfigEntry{FACET_FIELD(mesh.recent_keyframes), "-", 0, 32, "landmarks unseen for up to this many keyframes also give faces"},
+    ConfigEntry{FACET_FIELD(mesh.recent_distance_px), "px", 0, 200, "but not nearer to other points in the image"},
+    ConfigEntry{FACET_FIELD(mesh.min_side_ratio), "-", 0, 1, "least shortest over longest side of a face"},
+    ConfigEntry{FACET_FIELD(mesh.min_elongation), "-", 0, 10, "least extent of a face across the ray over that along it"},
+    ConfigEntry{FACET_FIELD(mesh.max_side_m), "m", 0.05, 100, "longest side of a face"},
+    ConfigEntry{FACET_FIELD(mesh.max_grazing_deg), "deg", 1, 90, "largest angle between a face's normal and the ray"},
+    ConfigEntry{FACET_FIELD(mesh.step_sigmas), "-", 0, 20, "a depth step counts beyond this many standard deviations"},
+    ConfigEntry{FACET_FIELD(mesh.max_step_slope), "-", 0.1, 100, "largest depth step over lateral distance along a side"},
+    ConfigEntry{FACET_FIELD(mesh.gradient_step_slope), "-", 0.1, 100, "the same where the side crosses a strong image gradient"},
+    ConfigEntry{FACET_FIELD(mesh.strong_gradient), "-", 1, 255, "grey levels over two pixels that are a strong gradient"},
+    ConfigEntry{FACET_FIELD(mesh.coplanar_m), "m", 0, 1, "a steep face stays if its neighbours are in its plane this closely"},
+    ConfigEntry{FACET_FIELD(mesh.lonely_side_m), "m", 0.05, 100, "a face with a longer side needs neighbours in its plane"},
+    ConfigEntry{FACET_FIELD(mesh.lonely_neighbours), "-", 0, 3, "so many of them"},
+    ConfigEntry{FACET_FIELD(mesh.conflict_margin_m), "m", 0, 10, "a face this far in front of a tracked point is contradicted"},
+    ConfigEntry{FACET_FIELD(mesh.min_contradictions), "-", 1, 1000, "contradictions that a face may leave for"},
+    ConfigEntry{FACET_FIELD(mesh.hole_planarity_m), "m", 0, 1, "a hole is filled if its ring is in a plane this closely"},
 };
 // clang-format on
 
@@ -93,12 +113,12 @@ const std::array kTable{
 
 std::span<const ConfigEntry> config_table() { return kTable; }
 
-double config_value(const ConfigEntry& entry, const EstimatorConfig& config) {
-    EstimatorConfig copy = config;
+double config_value(const ConfigEntry& entry, const ProgramConfig& config) {
+    ProgramConfig copy = config;
     return std::visit([&](auto* field) { return static_cast<double>(field(copy)); }, entry.field);
 }
 
-const ConfigEntry* find_out_of_range(const EstimatorConfig& config) {
+const ConfigEntry* find_out_of_range(const ProgramConfig& config) {
     for (const ConfigEntry& entry : kTable) {
         const double value = config_value(entry, config);
         if (!(value >= entry.min && value <= entry.max)) {

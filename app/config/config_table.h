@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The one table of the estimator's parameters: loading, printing and validation all run from it.
+// The one table of all parameters: loading, printing and validation all run from it.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <variant>
 
-#include "estimator/api/config.h"
+#include "app/config/program_config.h"
 
 namespace facet {
 
-/// Access to one field of an EstimatorConfig.
-using ConfigField = std::variant<int& (*)(EstimatorConfig&), std::uint32_t& (*)(EstimatorConfig&),
-                                 double& (*)(EstimatorConfig&), bool& (*)(EstimatorConfig&)>;
+/// Access to one field of an ProgramConfig.
+using ConfigField = std::variant<int& (*)(ProgramConfig&), std::uint32_t& (*)(ProgramConfig&),
+                                 double& (*)(ProgramConfig&), bool& (*)(ProgramConfig&)>;
 
 /// One parameter. A bool has min 0 and max 1.
 struct ConfigEntry {
@@ -28,9 +28,9 @@ struct ConfigEntry {
 std::span<const ConfigEntry> config_table();
 
 /// Value as a number, whatever its type.
-double config_value(const ConfigEntry& entry, const EstimatorConfig& config);
+double config_value(const ConfigEntry& entry, const ProgramConfig& config);
 
 /// First entry whose value is not within [min, max] or not finite; nullptr if all are.
-const ConfigEntry* find_out_of_range(const EstimatorConfig& config);
+const ConfigEntry* find_out_of_range(const ProgramConfig& config);
 
 }  // namespace facet

@@ -11,6 +11,21 @@
 
 namespace facet {
 
+/// A triangle mesh with optional attributes: empty, or one for each vertex or triangle.
+struct PlyMesh {
+    std::span<const Eigen::Vector3f> vertices;                   ///< (m)
+    std::span<const Eigen::Vector3f> normals;                    ///< of the vertices
+    std::span<const Eigen::Matrix<std::uint8_t, 3, 1>> colours;  ///< red, green, blue of the vertices
+    std::span<const Eigen::Vector3i> triangles;                  ///< indices into vertices
+    std::span<const std::int32_t> planes;                        ///< plane of each triangle, -1 for none
+    std::span<const std::int32_t> observations;                  ///< of each triangle
+    std::span<const float> sigmas;                               ///< of each triangle, along its normal (m)
+};
+
+/// Writes `vertex` (float x y z [nx ny nz] [uchar red green blue]) and `face` (list uchar int vertex_indices [int
+/// plane_id] [int observations] [float sigma]) elements. Errors as below.
+Status write_ply(const std::string& path, const std::string& comment, const PlyMesh& mesh);
+
 /// Writes `vertex` (float x y z, optionally uchar red green blue) and `face` (list uchar int vertex_indices) elements.
 /// @param comment   one line for the header, may be empty
 /// @param vertices  (m)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/mesh_output/mesh_log.h"
 #include "app/support/text_file.h"
 
 namespace facet {
@@ -30,6 +31,18 @@ Json final_state(const Estimate& last) {
             {"accel_bias_m_per_s2", to_json(s.bias.accel)},
             {"imu_gaps", last.health.imu_gaps},
             {"imu_dropped", last.health.imu_dropped}};
+}
+
+Json mesh(const RunSummary& summary) {
+    Json json = {{"vertices", summary.mesh_vertices},
+                 {"faces", summary.mesh_faces},
+                 {"faces_max", summary.mesh_faces_max},
+                 {"run_faces", summary.run_mesh_faces},
+                 {"updates", summary.mesh.updates}};
+    for (const MeshColumn& column : mesh_columns(summary.mesh)) {
+        json[column.name] = column.value;
+    }
+    return json;
 }
 
 Json timing(const RunSummary& summary) {
@@ -108,6 +121,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"not_finite", summary.not_finite},
                  {"first_estimate_ns", summary.first_estimate.ns},
                  {"final", final_state(summary.last)}};
+    json["mesh"] = mesh(summary);
     json["timing"] = timing(summary);
     TextFile file(folder + "/summary.json");
     file.write(json.dump(2) + "\n");

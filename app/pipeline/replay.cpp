@@ -3,7 +3,12 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <memory>
+
 #include "app/faults/fault_injector.h"
+#include "app/mesh_output/mesh_log.h"
+#include "app/mesh_output/run_mesh.h"
 #include "app/output/trajectory_writer.h"
 #include "app/pipeline/stage_timer.h"
 #include "app/pipeline/warning_log.h"
@@ -33,7 +38,8 @@ public:
           warnings_(options.out),
           trajectory_(options.out),
           timing_(options.out),
-          health_(options.out) {
+          health_(options.out),
+          mesh_log_(options.out) {
         summary_.dataset = options.dataset;
         summary_.mode = options.mode;
         summary_.calibration = options.calibration.source;
@@ -56,14 +62,19 @@ private:
     void feed(const ImuSample& sample);
     void feed(const StereoFrame& frame, Timestamp output_stamp);
     void keep(const Estimate& estimate);
+    void update_mesh(const StereoFrame& frame);
 
     const ReplayOptions& options_;
     WarningLog warnings_;
     TrajectoryWriter trajectory_;
     TimingWriter timing_;
     HealthWriter health_;
+    MeshLog mesh_log_;
     AslDataset log_;
     Estimator estimator_;
+    std::unique_ptr<Mesher> mesher_ = std::make_unique<Mesher>();
+    RunMesh run_mesh_;
+    std::uint32_t last_view_ = 0;
     StageTimer timer_;
     RunSummary summary_;
     std::optional<FaultInjector> injector_;  ///< none without faults
@@ -97,7 +108,7 @@ void Replay::open_log() {
 }
 
 /// Section of the parameters that its module refuses, also for reasons the single ranges do not tell; empty if none.
-std::string refused_section(const EstimatorConfig& config) {
+std::string refused_section(const ProgramConfig& config) {
     if (!ok(config.frontend.validate())) {
         return "frontend";
     }
@@ -119,6 +130,9 @@ std::string refused_section(const EstimatorConfig& config) {
     if (!ok(config.imu_limits.validate())) {
         return "imu_limits";
     }
+    if (!ok(config.mesh.validate())) {
+        return "mesh";
+    }
     return ok(config.validate()) ? "" : "imu_noise";
 }
 
@@ -133,6 +147,7 @@ void Replay::configure() {
                         "frontend.pyramid_levels {}?",
                         options_.calibration.source, left.width, left.height, options_.config.frontend.pyramid_levels));
     }
+    FACET_ASSERT(ok(mesher_->configure(options_.config.mesh, options_.calibration.rig.left)));  // judged above
     estimator_.set_stage_observer(&timer_);
 }
 
@@ -152,6 +167,9 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     const Status status = estimator_.add_frame(frame, estimate);
     timer_.add_total(begin);
     estimate.stamp = estimate.stamp - (frame.stamp - output_stamp);
+    if (ok(status) && estimate.health.is_keyframe && is_usable(estimate.health.state)) {
+        update_mesh(frame);
+    }
     const FrameTiming timing = timer_.take();
     ++summary_.frames;
     if (status == Status::kNotReady) {
@@ -173,6 +191,23 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
         summary_.last.stamp = estimate.stamp;
         summary_.last.health = estimate.health;
     }
+}
+
+/// The mesher's turn at a keyframe: part of the keyframe's time.
+void Replay::update_mesh(const StereoFrame& frame) {
+    const KeyframeView& view = estimator_.keyframe_view();
+    if (view.number == last_view_) {
+        return;  // the first keyframe, or one the window refused
+    }
+    last_view_ = view.number;
+    const auto begin = StageTimer::Clock::now();
+    timer_.begin(Stage::kMesh);
+    mesher_->update(view, frame.left);
+    timer_.end(Stage::kMesh);
+    timer_.add_total(begin);
+    run_mesh_.collect(*mesher_);
+    mesh_log_.write(frame.stamp, *mesher_);
+    summary_.mesh_faces_max = std::max(summary_.mesh_faces_max, mesher_->mesh().face_count());
 }
 
 void Replay::keep(const Estimate& estimate) {
@@ -274,6 +309,12 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     trajectory_.close();
     timing_.close();
     health_.close();
+    mesh_log_.close();
+    run_mesh_.write(*mesher_, options_.out);
+    summary_.mesh = mesher_->counters();
+    summary_.mesh_vertices = mesher_->mesh().vertex_count();
+    summary_.mesh_faces = mesher_->mesh().face_count();
+    summary_.run_mesh_faces = run_mesh_.faces();
     warnings_.close();
     write_summary(summary_, options_.out);
     return summary_;

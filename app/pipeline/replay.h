@@ -10,7 +10,7 @@
 #include "app/calibration/calibration.h"
 #include "app/faults/fault.h"
 #include "app/output/summary.h"
-#include "estimator/api/config.h"
+#include "app/config/program_config.h"
 
 namespace facet {
 
@@ -18,7 +18,7 @@ struct ReplayOptions {
     std::string dataset;  ///< EuRoC/ASL folder
     std::string mode = "s";
     std::string out;  ///< folder for the results, created if missing
-    EstimatorConfig config;
+    ProgramConfig config;
     Calibration calibration;
     double start_s = 0.0;              ///< from the log's first frame
     std::optional<double> duration_s;  ///< all if empty
@@ -27,8 +27,8 @@ struct ReplayOptions {
 };
 
 /// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,
-/// then the frame. Writes trajectory.tum, trajectory.csv, timing.csv, health.csv, summary.json and warnings.txt into
-/// `out`. Equal inputs give equal bytes except timing. Reading and decoding are not part of the times.
+/// then the frame; at keyframes also the mesher. Writes trajectory.tum, trajectory.csv, timing.csv, health.csv, mesh.csv,
+/// mesh.ply, mesh_live.ply, summary.json and warnings.txt into `out`. Equal inputs give equal bytes except timing. Reading and decoding are not part of the times.
 /// @param stop  set from elsewhere (a signal) to end after the current frame; the files are complete up to there
 /// Timing and health are filed under the frame's stamp, the trajectory under the estimate's, in which the estimator may have
 /// taken out an offset. An injected offset is in the former: an estimator that does not find it pays for it in the comparison

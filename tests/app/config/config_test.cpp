@@ -23,14 +23,14 @@ TEST_CASE("the table's keys are distinct and its defaults are in range") {
         CHECK(entry.min < entry.max);
         CHECK(std::string_view(entry.meaning).size() > 5);
     }
-    const EstimatorConfig defaults;
+    const ProgramConfig defaults;
     const ConfigEntry* bad = find_out_of_range(defaults);
     INFO((bad != nullptr ? bad->key : ""));
     CHECK(bad == nullptr);
 }
 
 TEST_CASE("find_out_of_range names the first bad value, NaN included") {
-    EstimatorConfig config;
+    ProgramConfig config;
     config.window.keyframes = 33;
     REQUIRE(find_out_of_range(config) != nullptr);
     CHECK(std::string(find_out_of_range(config)->key) == "window.keyframes");
@@ -42,7 +42,7 @@ TEST_CASE("find_out_of_range names the first bad value, NaN included") {
 
 TEST_CASE("a file overwrites what it gives and leaves the rest") {
     const test::TempDir dir;
-    EstimatorConfig config;
+    ProgramConfig config;
     config.frontend.grid_rows = 5;
     const double min_distance = config.frontend.min_distance_px;
     load_config(dir.write("a.yaml",
@@ -61,7 +61,7 @@ TEST_CASE("a file overwrites what it gives and leaves the rest") {
 
 TEST_CASE("every parameter survives printing and loading, and each one is reachable") {
     const test::TempDir dir;
-    EstimatorConfig config;
+    ProgramConfig config;
     double step = 0.1;
     for (const ConfigEntry& entry : config_table()) {  // somewhere inside the range, different for each
         step = std::fmod(step + 0.37, 1.0);
@@ -74,7 +74,7 @@ TEST_CASE("every parameter survives printing and loading, and each one is reacha
             entry.field);
     }
     REQUIRE(find_out_of_range(config) == nullptr);
-    EstimatorConfig loaded;
+    ProgramConfig loaded;
     load_config(dir.write("all.yaml", print_config(config)), loaded);
     for (const ConfigEntry& entry : config_table()) {
         INFO(entry.key);
@@ -101,7 +101,7 @@ TEST_CASE("bad configuration is one line with file, line and key, and changes no
                  Bad{"window: 3\n", ":1: window: must be a map of parameters"});
     const test::TempDir dir;
     const std::string path = dir.write("c.yaml", std::string("") + bad.text);
-    EstimatorConfig config;
+    ProgramConfig config;
     config.window.keyframes = 7;
     CHECK(input_error_text([&] { load_config(path, config); }) == path + bad.complaint);
     CHECK(config.window.keyframes == 7);
@@ -109,13 +109,13 @@ TEST_CASE("bad configuration is one line with file, line and key, and changes no
 
 TEST_CASE("a missing file is named") {
     const test::TempDir dir;
-    EstimatorConfig config;
+    ProgramConfig config;
     CHECK(input_error_text([&] { load_config(dir.file("no.yaml"), config); }) ==
           dir.file("no.yaml") + ": cannot be read");
 }
 
 TEST_CASE("single settings are applied and checked like a file's") {
-    EstimatorConfig config;
+    ProgramConfig config;
     set_config("window.keyframes=11", config);
     CHECK(config.window.keyframes == 11);
     CHECK(input_error_text([&] { set_config("window.keyframes", config); }) ==

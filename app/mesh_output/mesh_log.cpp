@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/mesh_output/mesh_log.h"
+
+namespace facet {
+
+std::vector<MeshColumn> mesh_columns(const MeshCounters& c) {
+    std::vector<MeshColumn> columns;
+    for (std::size_t i = 0; i < c.verdicts.size(); ++i) {
+        columns.push_back({std::string("triangles_") + to_string(static_cast<FaceVerdict>(i)), c.verdicts[i]});
+    }
+    columns.insert(columns.end(), {{"duplicate_points", c.duplicate_points},
+                                   {"added", c.added},
+                                   {"confirmed", c.confirmed},
+                                   {"superseded", c.superseded},
+                                   {"contradicted", c.contradicted},
+                                   {"misshapen", c.misshapen},
+                                   {"judged_bad", c.judged_bad},
+                                   {"departed", c.departed},
+                                   {"dropped", c.dropped},
+                                   {"holes_filled", c.holes_filled},
+                                   {"fill_faces", c.fill_faces}});
+    return columns;
+}
+
+MeshLog::MeshLog(const std::string& folder) : file_(folder + "/mesh.csv") {
+    file_.write("stamp_ns,vertices,faces");
+    for (const MeshColumn& column : mesh_columns({})) {
+        file_.print(",{}", column.name);
+    }
+    file_.write("\n");
+}
+
+void MeshLog::write(Timestamp stamp, const Mesher& mesher) {
+    file_.print("{},{},{}", stamp.ns, mesher.mesh().vertex_count(), mesher.mesh().face_count());
+    const std::vector<MeshColumn> before = mesh_columns(last_);
+    const std::vector<MeshColumn> now = mesh_columns(mesher.counters());
+    for (std::size_t i = 0; i < now.size(); ++i) {
+        file_.print(",{}", now[i].value - before[i].value);
+    }
+    file_.write("\n");
+    last_ = mesher.counters();
+}
+
+}  // namespace facet

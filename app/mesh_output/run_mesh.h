@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The mesh of a whole run, and its files.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mesh/mesher.h"
+
+namespace facet {
+
+/// Collects faces as they leave the horizon and writes meshes as PLY with vertex normals and plane ids. A face is told by
+/// its three landmarks: if it comes back, the newer one counts. Vertices are shared between faces of the same landmark
+/// at the same place. Heap; thread-bound.
+class RunMesh {
+public:
+    /// Takes the faces that left in the mesher's last update.
+    void collect(const Mesher& mesher);
+
+    /// Writes folder/mesh_live.ply (the horizon) and folder/mesh.ply (everything). Throws InputError if it cannot.
+    void write(const Mesher& mesher, const std::string& folder);
+
+    std::size_t faces() const { return faces_.size(); }
+
+private:
+    void add(const DepartedFace& face);
+
+    std::vector<DepartedFace> faces_;
+    std::map<std::array<std::uint32_t, 3>, std::size_t> by_landmarks_;  ///< sorted ids -> index in faces_
+};
+
+}  // namespace facet
