@@ -9,10 +9,13 @@
 #include <memory>
 #include <optional>
 
+#include "app/calibration/calibration.h"
 #include "app/commands/run_guarded.h"
 #include "app/eval/consistency.h"
 #include "app/eval/evaluation.h"
+#include "app/eval/mesh_report.h"
 #include "app/eval/report.h"
+#include "app/eval/scene_truth.h"
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
 #include "drivers/replay_asl/asl_dataset.h"
@@ -28,6 +31,8 @@ struct EvalArguments {
     std::string estimate;
     std::string json;
     std::string errors;
+    std::string scene;
+    std::string mesh;
     std::vector<double> rpe_lengths_m{1.0, 2.0, 5.0, 10.0};
 };
 
@@ -93,6 +98,26 @@ std::optional<Consistency> check_claims(const EvalArguments& args, const std::ve
     return consistency;
 }
 
+/// The mesh in the folder of the estimate, or the file given, against the scene.
+MeshEvaluation evaluate_mesh_file(const EvalArguments& args, const std::string& mesh, const Trajectory& truth,
+                                  const Trajectory& estimate, const Se3& T_true_est) {
+    const std::string root = AslDataset::find_root(args.groundtruth);
+    if (root.empty()) {
+        throw InputError("--scene: --groundtruth must be a dataset folder then, for its camera");
+    }
+    const Calibration calibration = load_euroc_calibration(root);
+    const MeshEvalOptions options;
+    const SceneTruth scene =
+        load_scene(args.scene, calibration.rig.left, calibration.rig.T_B_C0,
+                   associate(truth, estimate, EvaluationOptions{}.max_truth_gap), options.pose_interval_s);
+    return evaluate_mesh(load_mesh(mesh), scene, T_true_est, options);
+}
+
+/// The object `member` (JSON text) as last member "mesh" of the object `json`.
+std::string with_member(const std::string& json, const std::string& member) {
+    return json.substr(0, json.rfind('}')) + ",\n\"mesh\": " + member + "\n}\n";
+}
+
 int evaluate_files(const EvalArguments& args) {
     for (const double length : args.rpe_lengths_m) {
         if (!(length > 0.0)) {
@@ -112,9 +137,17 @@ int evaluate_files(const EvalArguments& args) {
     const Evaluation evaluation = evaluate(truth, estimate, load_frame_stamps(args.groundtruth), options);
     const std::optional<Consistency> consistency = check_claims(args, states);
     fmt::print("{}{}", text_report(evaluation), consistency ? text_report(*consistency) : "");
+    std::string json = json_report(evaluation, args.groundtruth, tum, consistency ? &*consistency : nullptr);
+    if (!args.scene.empty() && evaluation.matched > 0) {
+        const std::string mesh = !args.mesh.empty() ? args.mesh : args.estimate + "/mesh.ply";
+        const MeshEvaluation mesh_evaluation =
+            evaluate_mesh_file(args, mesh, truth, estimate, evaluation.se3.T_true_est);
+        fmt::print("{}", text_report(mesh_evaluation));
+        json = with_member(json, json_report(mesh_evaluation, mesh, args.scene));
+    }
     if (!args.json.empty()) {
         TextFile file(args.json);
-        file.write(json_report(evaluation, args.groundtruth, tum, consistency ? &*consistency : nullptr));
+        file.write(json);
         file.close();
     }
     return evaluation.matched == 0 ? kExitFailed : kExitDone;
@@ -134,6 +167,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
     command->add_option("--json", args->json, "Also write the figures to this file");
     command->add_option("--errors", args->errors,
                         "Also write error, claimed sigma and NEES of each sample with a covariance to this file (CSV)");
+    command->add_option("--scene", args->scene,
+                        "True surface (PLY; planes.json beside it is used for holes): also evaluates the mesh");
+    command->add_option("--mesh", args->mesh, "Mesh to evaluate; mesh.ply in the folder of --estimate by default");
     command->add_option("--rpe-lengths", args->rpe_lengths_m, "Path lengths of the relative errors (m)")
         ->delimiter(',')
         ->capture_default_str();
@@ -143,6 +179,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
         "NEES: if the folder has covariance.csv, errors squared over claimed covariance, after yaw and position were "
         "made\n"
         "equal at the first common stamp; a consistent estimator's mean is the number of components.\n"
+        "Mesh: distances of 1000 samples/m^2 to the true surface (accuracy), and of the true surface seen from nearer "
+        "than\n"
+        "5 m to the mesh (completeness), aligned by the trajectory and by ICP.\n"
         "Exit codes: 0 done; 1 no estimate matches the ground truth; 2 bad usage or input.");
     command->callback([args, &exit_code] { exit_code = run_guarded([&] { return evaluate_files(*args); }); });
 }

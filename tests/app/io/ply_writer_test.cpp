@@ -11,6 +11,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "app/io/ply_reader.h"
+
 namespace facet {
 namespace {
 
@@ -52,6 +54,60 @@ TEST_CASE("Colours follow each vertex") {
     const std::size_t body = text.find("end_header\n") + 11;
     REQUIRE(text.size() == body + 3 * 15 + 13);
     CHECK(static_cast<unsigned char>(text[body + 2 * 15 + 12]) == 250);
+    std::filesystem::remove(path);
+}
+
+TEST_CASE("A mesh with all attributes is read back") {
+    const std::string path = temporary_path();
+    PlyMesh mesh;
+    mesh.vertices = kVertices;
+    mesh.triangles = kTriangles;
+    const std::array<Eigen::Vector3f, 3> normals{Eigen::Vector3f::UnitX(), Eigen::Vector3f::UnitY(),
+                                                 Eigen::Vector3f::UnitZ()};
+    const std::array<std::int32_t, 1> one{-1};
+    const std::array<float, 1> sigma{0.5F};
+    mesh.normals = normals;
+    mesh.planes = one;
+    mesh.observations = one;
+    mesh.sigmas = sigma;
+    REQUIRE(ok(write_ply(path, "", mesh)));
+    PlyTriangles read;
+    std::string error;
+    REQUIRE(ok(read_ply(path, read, error)));
+    REQUIRE(read.vertices.size() == 3);
+    CHECK(read.vertices[2] == kVertices[2].cast<double>());
+    REQUIRE(read.triangles.size() == 1);
+    CHECK(read.triangles[0] == kTriangles[0]);
+    std::filesystem::resize_file(path, std::filesystem::file_size(path) - 1);
+    CHECK(read_ply(path, read, error) == Status::kCorrupt);
+    CHECK(error == path + ": truncated");
+    CHECK(read.triangles.size() == 1);  // untouched
+    std::filesystem::remove(path);
+    CHECK(read_ply(path, read, error) == Status::kIo);
+    mesh.planes = {};
+    mesh.normals = std::span(normals).first(2);
+    CHECK(write_ply(path, "", mesh) == Status::kInvalidArgument);
+}
+
+TEST_CASE("ASCII polygons are read as fans, and what is no mesh is refused") {
+    const std::string path = temporary_path();
+    const auto read_text = [&](const std::string& text, PlyTriangles& mesh) {
+        std::ofstream(path) << text;
+        std::string error;
+        return read_ply(path, mesh, error);
+    };
+    const std::string head =
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n"
+        "element face 1\nproperty list uchar int vertex_index\nend_header\n";
+    const std::string points = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    PlyTriangles mesh;
+    REQUIRE(ok(read_text(head + points + "4 0 1 2 3\n", mesh)));
+    REQUIRE(mesh.triangles.size() == 2);
+    CHECK(mesh.triangles[0] == Eigen::Vector3i(0, 1, 2));
+    CHECK(mesh.triangles[1] == Eigen::Vector3i(0, 2, 3));
+    CHECK(read_text(head + points + "4 0 1 2 4\n", mesh) == Status::kCorrupt);
+    CHECK(read_text(head + points, mesh) == Status::kCorrupt);
+    CHECK(read_text("solid\n", mesh) == Status::kCorrupt);
     std::filesystem::remove(path);
 }
 

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/eval/mesh_report.h"
+
+#include <fmt/core.h>
+
+#include <nlohmann/json.hpp>
+
+namespace facet {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const DistanceStatistics& s) {
+    if (s.count == 0) {
+        return nullptr;
+    }
+    return {{"count", s.count}, {"median", s.median}, {"mean", s.mean},
+            {"rmse", s.rmse},   {"p90", s.p90},       {"within", s.within}};
+}
+
+Json to_json(const MeshRow& row) {
+    Json f1 = Json::array();
+    for (std::size_t i = 0; i < kMeshTolerances.size(); ++i) {
+        f1.push_back(row.f1(i));
+    }
+    const Se3& t = row.T_true_est;
+    return {{"alignment", row.alignment},
+            {"accuracy_m", to_json(row.accuracy)},
+            {"completeness_m", to_json(row.completeness)},
+            {"f1", f1},
+            {"transform", {{"p", {t.p.x(), t.p.y(), t.p.z()}}, {"q_xyzw", {t.q.x(), t.q.y(), t.q.z(), t.q.w()}}}}};
+}
+
+std::string shares(const char* name, const std::array<double, kMeshTolerances.size()>& within) {
+    std::string text = fmt::format("  {:<13}", name);
+    for (const double share : within) {
+        text += fmt::format(" {:7.1f}", 100.0 * share);
+    }
+    return text + "  %\n";
+}
+
+std::string rows(const MeshRow& row) {
+    const DistanceStatistics& a = row.accuracy;
+    std::array<double, kMeshTolerances.size()> f1{};
+    for (std::size_t i = 0; i < f1.size(); ++i) {
+        f1[i] = row.f1(i);
+    }
+    return fmt::format("Mesh, alignment by {}\n", row.alignment) +
+           fmt::format("  distance      median {:.4f}  mean {:.4f}  RMSE {:.4f}  p90 {:.4f} m\n", a.median, a.mean,
+                       a.rmse, a.p90) +
+           "  within            1 cm    2 cm    5 cm   10 cm   20 cm   50 cm\n" + shares("accuracy", a.within) +
+           shares("completeness", row.completeness.within) + shares("F1", f1);
+}
+
+}  // namespace
+
+std::string text_report(const MeshEvaluation& e) {
+    std::string text =
+        fmt::format("\nmesh         {} faces, {:.1f} m^2, longest side {:.2f} m; scene seen {:.1f} m^2\n", e.faces,
+                    e.area_m2, e.longest_side_m, e.seen_area_m2) +
+        rows(e.by_trajectory) + rows(e.by_icp);
+    if (e.holes.planes > 0) {
+        text += fmt::format("holes        {:.2f} % of {:.1f} m^2 on {} true planes\n", 100.0 * e.holes.share(),
+                            e.holes.covered_m2 + e.holes.hole_m2, e.holes.planes);
+    }
+    return text;
+}
+
+std::string json_report(const MeshEvaluation& e, const std::string& mesh, const std::string& scene) {
+    Json json = {{"mesh", mesh},
+                 {"scene", scene},
+                 {"faces", e.faces},
+                 {"area_m2", e.area_m2},
+                 {"longest_side_m", e.longest_side_m},
+                 {"seen_area_m2", e.seen_area_m2},
+                 {"tolerances_m", kMeshTolerances},
+                 {"by_trajectory", to_json(e.by_trajectory)},
+                 {"by_icp", to_json(e.by_icp)},
+                 {"flat_holes",
+                  {{"planes", e.holes.planes},
+                   {"covered_m2", e.holes.covered_m2},
+                   {"hole_m2", e.holes.hole_m2},
+                   {"share", e.holes.share()}}}};
+    return json.dump(2);
+}
+
+}  // namespace facet

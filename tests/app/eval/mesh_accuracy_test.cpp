@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Mesh evaluation on surfaces whose distances are known.
+#include "app/eval/mesh_accuracy.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+namespace facet {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A rectangle in the plane x = depth, divided into cells of `step`; cells for which skip(y, z) holds are left out.
+template <class Skip>
+TriangleSoup wall(double depth, double half, double step, Skip skip) {
+    TriangleSoup soup;
+    for (double y = -half; y < half - 1e-9; y += step) {
+        for (double z = -half; z < half - 1e-9; z += step) {
+            if (skip(y, z)) {
+                continue;
+            }
+            const auto n = static_cast<int>(soup.vertices.size());
+            soup.vertices.insert(
+                soup.vertices.end(),
+                {{depth, y, z}, {depth, y + step, z}, {depth, y + step, z + step}, {depth, y, z + step}});
+            soup.triangles.push_back({n, n + 1, n + 2});
+            soup.triangles.push_back({n, n + 2, n + 3});
+        }
+    }
+    return soup;
+}
+
+TriangleSoup whole_wall(double depth, double half) {
+    return wall(depth, half, 0.25, [](double, double) { return false; });
+}
+
+/// A wall at x = 3 m, four by four metres, seen whole from the origin.
+SceneTruth scene() {
+    SceneTruth truth;
+    truth.surface = whole_wall(3.0, 2.0);
+    truth.planes = {{"wall", Vector3d(-1.0, 0.0, 0.0), -3.0}};
+    CameraIntrinsics k;
+    k.width = k.height = 800;
+    k.fx = k.fy = 450.0;
+    k.cx = k.cy = 399.5;
+    truth.camera = CameraModel(k);
+    Eigen::Matrix3d R;
+    R << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+    truth.T_W_C0 = {{Eigen::Quaterniond(R), Vector3d::Zero()}};
+    return truth;
+}
+
+TEST_CASE("a mesh 3 cm off is 3 cm off, complete, and ICP takes the offset away") {
+    const MeshEvaluation e = evaluate_mesh(whole_wall(3.03, 2.0), scene(), Se3{}, {});
+    CHECK(e.area_m2 == Approx(16.0));
+    CHECK(e.longest_side_m == Approx(0.25 * std::sqrt(2.0)));
+    CHECK(e.seen_area_m2 == Approx(16.0).epsilon(0.02));
+    const DistanceStatistics& a = e.by_trajectory.accuracy;
+    CHECK(a.count == Approx(16000).epsilon(0.01));
+    CHECK(a.median == Approx(0.03).margin(1e-4));
+    CHECK(a.rmse == Approx(0.03).margin(1e-4));
+    CHECK(a.within[1] == 0.0);                       // 2 cm
+    CHECK(a.within[2] == Approx(1.0).margin(0.02));  // 5 cm
+    CHECK(e.by_trajectory.completeness.within[2] == Approx(1.0).margin(0.02));
+    CHECK(e.by_trajectory.f1(2) == Approx(1.0).margin(0.02));
+    CHECK(e.by_icp.accuracy.median < 1e-3);
+    CHECK(e.holes.planes == 1);
+    CHECK(e.holes.share() == 0.0);
+}
+
+TEST_CASE("half a mesh is accurate and half complete; what is hidden or far need not be there") {
+    SceneTruth truth = scene();
+    const TriangleSoup half = wall(3.0, 2.0, 0.25, [](double y, double) { return y >= 0.0; });
+    MeshEvaluation e = evaluate_mesh(half, truth, Se3{}, {});
+    CHECK(e.by_trajectory.accuracy.p90 < 1e-6);
+    CHECK(e.by_trajectory.completeness.within[0] == Approx(0.5).margin(0.02));
+    // A screen in front of the missing half hides it; the screen itself is not in the mesh, but small.
+    const TriangleSoup screen = wall(0.5, 0.4, 0.1, [](double y, double) { return y < -0.05; });
+    const auto n = static_cast<int>(truth.surface.vertices.size());
+    truth.surface.vertices.insert(truth.surface.vertices.end(), screen.vertices.begin(), screen.vertices.end());
+    for (const Eigen::Vector3i& t : screen.triangles) {
+        truth.surface.triangles.push_back(t + Eigen::Vector3i::Constant(n));
+    }
+    e = evaluate_mesh(half, truth, Se3{}, {});
+    CHECK(e.by_trajectory.completeness.within[0] > 0.9);
+    truth = scene();
+    MeshEvalOptions near;
+    near.seen_depth_m = 2.9;
+    CHECK(evaluate_mesh(half, truth, Se3{}, near).seen_area_m2 == 0.0);
+}
+
+TEST_CASE("holes inside the mesh's outline count, gaps at its border do not") {
+    const SceneTruth truth = scene();
+    const auto missing = [](double y, double z) { return std::abs(y - 0.375) < 0.3 && std::abs(z) < 0.3; };
+    const MeshEvaluation holed = evaluate_mesh(wall(3.0, 2.0, 0.25, missing), truth, Se3{}, {});
+    CHECK(holed.holes.hole_m2 == Approx(0.5 * 0.75).epsilon(0.1));
+    CHECK(holed.holes.covered_m2 == Approx(16.0 - 0.375).epsilon(0.03));
+    const auto notch = [](double y, double z) { return std::abs(y - 0.375) < 0.3 && z > -0.3; };
+    CHECK(evaluate_mesh(wall(3.0, 2.0, 0.25, notch), truth, Se3{}, {}).holes.hole_m2 == 0.0);
+}
+
+TEST_CASE("the tree finds the nearest point and what is in the way, as brute force does") {
+    TriangleSoup soup;
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    const auto point = [&](double size) {
+        const double x = size * uniform(random);
+        const double y = size * uniform(random);
+        return Vector3d(x, y, size * uniform(random));
+    };
+    for (int i = 0; i < 300; ++i) {
+        const Vector3d centre = point(3.0);
+        const auto n = static_cast<int>(soup.vertices.size());
+        soup.vertices.insert(soup.vertices.end(), {centre + point(0.4), centre + point(0.4), centre + point(0.4)});
+        soup.triangles.push_back({n, n + 1, n + 2});
+    }
+    const TriangleTree tree(soup);
+    for (int i = 0; i < 300; ++i) {
+        const Vector3d p = point(4.0);
+        double best = 1e9;
+        for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+            best = std::min(
+                best, (p - nearest_on_triangle(p, soup.corner(t, 0), soup.corner(t, 1), soup.corner(t, 2))).norm());
+            // No sample of the triangle may be nearer than the point said to be the nearest.
+            const double u = std::abs(uniform(random));
+            const double v = (1.0 - u) * std::abs(uniform(random));
+            const Vector3d on = soup.corner(t, 0) + u * (soup.corner(t, 1) - soup.corner(t, 0)) +
+                                v * (soup.corner(t, 2) - soup.corner(t, 0));
+            REQUIRE((p - on).norm() >=
+                    (p - nearest_on_triangle(p, soup.corner(t, 0), soup.corner(t, 1), soup.corner(t, 2))).norm() -
+                        1e-12);
+        }
+        REQUIRE(tree.nearest(p, 100.0).distance == Approx(best));
+        const Vector3d q = tree.nearest(p, 100.0).point;
+        REQUIRE_FALSE(tree.blocks(p, q, 1e-6));  // nothing nearer is in the way of the nearest
+        const auto t = static_cast<std::size_t>(i);
+        const Vector3d middle = (soup.corner(t, 0) + soup.corner(t, 1) + soup.corner(t, 2)) / 3.0;
+        REQUIRE(tree.blocks(p, middle + 0.1 * (middle - p), 0.0));  // a triangle is in the way of what is beyond it
+    }
+}
+
+}  // namespace
+}  // namespace facet
