@@ -336,8 +336,8 @@ TEST_CASE("a full mesh drops the least supported faces, keeps its capacity and n
 
 TEST_CASE("a large face needs a neighbour in its plane") {
     World world;
-    const std::array<Vector3d, 4> corner{Vector3d(3.0, -0.6, -0.5), Vector3d(3.0, 0.6, -0.5), Vector3d(3.0, 0.0, 0.6),
-                                         Vector3d(3.0, 1.2, 0.6)};
+    const std::array<Vector3d, 4> corner{Vector3d(3.0, -0.48, -0.4), Vector3d(3.0, 0.48, -0.4),
+                                         Vector3d(3.0, 0.0, 0.48), Vector3d(3.0, 0.96, 0.48)};
     for (std::size_t i = 0; i < 3; ++i) {
         world.points.push_back({world.next++, corner[i]});
     }
