@@ -180,8 +180,9 @@ Delaunay::Hull Delaunay::merge(Hull l, Hull r) {
 
 /// Walks around the left face of every edge: three edges that turn left are a triangle, anything else is the outside.
 void Delaunay::collect() {
+    const auto end = static_cast<Edge>(edges_);
     std::fill_n(left_face_.begin(), edges_, std::int16_t{-1});
-    for (Edge e = 0; e < edges_; ++e) {
+    for (Edge e = 0; e < end; ++e) {
         if (!alive_[e] || left_face_[e] >= 0) {
             continue;
         }
@@ -195,7 +196,7 @@ void Delaunay::collect() {
         }
         triangles_.push_back({{origin_[side[0]], origin_[side[1]], origin_[side[2]]}, {}});
     }
-    for (Edge e = 0; e < edges_; ++e) {
+    for (Edge e = 0; e < end; ++e) {
         if (alive_[e] && left_face_[e] >= 0) {
             Triangle& t = triangles_[static_cast<std::size_t>(left_face_[e])];
             const auto corner = std::find(t.point.begin(), t.point.end(), origin_[e]) - t.point.begin();

@@ -20,8 +20,8 @@ bool crosses_gradient(const ImageView& image, const Eigen::Vector2f& a, const Ei
     }
     const auto grey = [&](float s) {
         const Eigen::Vector2f p = a + (s / length) * d;
-        const int u = std::clamp(static_cast<int>(p.x() + 0.5F), 0, image.width - 1);
-        const int v = std::clamp(static_cast<int>(p.y() + 0.5F), 0, image.height - 1);
+        const int u = std::clamp(static_cast<int>(std::lround(p.x())), 0, image.width - 1);
+        const int v = std::clamp(static_cast<int>(std::lround(p.y())), 0, image.height - 1);
         return static_cast<int>(image.at(u, v));
     };
     int last = grey(static_cast<float>(kMarginPx));

@@ -17,8 +17,7 @@ struct MeshConfig {
     double recent_distance_px = 12.0;  ///< but not nearer to other points in the image [0, 200]
     double min_side_ratio = 0.1;       ///< least shortest over longest side of a face [0, 1]; the paper has 0.2
     double min_elongation = 0.2;       ///< least extent across over extent along the ray [0, 10]; the paper's value
-    double max_side_m =
-        1.2;  ///< longest side of a face [0.05, 100]; the paper has 2
+    double max_side_m = 1.2;           ///< longest side of a face [0.05, 100]; the paper has 2
     double max_grazing_deg = 80.0;     ///< largest angle between a face's normal and the ray [1, 90]
     double step_sigmas = 3.0;          ///< a difference of depth counts beyond this many standard deviations [0, 20]
     double max_step_slope = 2.0;       ///< largest depth step over lateral distance along a side [0.1, 100]

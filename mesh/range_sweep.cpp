@@ -103,8 +103,10 @@ void RangeQuery::select_for_sweep(const SweepRequest& request) {
         const float r = radius_xy_[i] + kSlack;
         const float distance = std::sqrt(dx * dx + dy * dy);
         const float bound = distance - r;
-        const bool out = (high_z_[i] + kSlack < low) | (low_z_[i] - kSlack > high) | (bound >= range);
-        bound_[i] = out ? kNone : (bound > 0.0F ? bound : 0.0F);
+        // Integers, so that nothing branches and the loop is vectorized.
+        const int out = static_cast<int>(high_z_[i] + kSlack < low) | static_cast<int>(low_z_[i] - kSlack > high) |
+                        static_cast<int>(bound >= range);
+        bound_[i] = out != 0 ? kNone : (bound > 0.0F ? bound : 0.0F);
         const float middle = (turns(dy, dx) - start) * kSweepSectors;
         // asin(x) <= pi/2 x; a sphere around the vehicle is in all sectors.
         const float half = bound > 0.0F ? 0.25F * kSweepSectors * (r / distance) + kSectorSlack : 0.5F * kSweepSectors;

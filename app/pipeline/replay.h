@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "app/calibration/calibration.h"
+#include "app/config/program_config.h"
 #include "app/faults/fault.h"
 #include "app/output/summary.h"
-#include "app/config/program_config.h"
 
 namespace facet {
 
