@@ -53,28 +53,39 @@ Status Tracker::start(const ImagePyramid& image, const Eigen::Vector2d& uv, Trac
     return Status::kOk;
 }
 
-Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion,
-                       Track& track) {
-    // Prediction: rotate the bearing, add the velocity; warp: the derivative of that map, through both distortions.
-    Eigen::Matrix2d d_xy_d_uv;
-    Eigen::Vector2d xy_previous;
-    FACET_TRY(camera_.unproject(track.pose.uv, xy_previous, &d_xy_d_uv));
-    const Eigen::Matrix3d R = motion.q_C_Cp.toRotationMatrix();
-    const Eigen::Vector3d rotated = R * xy_previous.homogeneous();
+Status Tracker::turn(const Eigen::Vector2d& uv, const Eigen::Quaterniond& q, TurnedPoint& point) const {
+    Eigen::Vector2d xy;
+    FACET_TRY(camera_.unproject(uv, xy, &point.d_xy_d_uv));
+    point.R = q.toRotationMatrix();
+    const Eigen::Vector3d rotated = point.R * xy.homogeneous();
     if (!(rotated.z() > 0.1)) {
         return Status::kNotFound;
     }
-    const Eigen::Vector2d rotated_xy = rotated.hnormalized();
-    const Eigen::Vector2d predicted_xy = rotated_xy + motion.dt_s * track.velocity;
-    Eigen::Vector2d predicted_uv;
+    point.xy = rotated.hnormalized();
+    point.d_xy_d_rotated << 1.0, 0.0, -point.xy.x(), 0.0, 1.0, -point.xy.y();
+    point.d_xy_d_rotated /= rotated.z();
+    return Status::kOk;
+}
+
+Status Tracker::land(const TurnedPoint& point, const Eigen::Vector2d& xy, double grown, Eigen::Vector2d& uv,
+                     Eigen::Matrix2f& map) const {
     Eigen::Matrix<double, 2, 3> d_uv_d_p;
-    if (!ok(camera_.project(predicted_xy.homogeneous(), predicted_uv, &d_uv_d_p))) {
+    if (!ok(camera_.project(xy.homogeneous(), uv, &d_uv_d_p))) {
         return Status::kNotFound;
     }
-    Eigen::Matrix<double, 2, 3> d_xy_d_rotated;
-    d_xy_d_rotated << 1.0, 0.0, -rotated_xy.x(), 0.0, 1.0, -rotated_xy.y();
-    d_xy_d_rotated /= rotated.z();
-    const Eigen::Matrix2f step = (d_uv_d_p.leftCols<2>() * d_xy_d_rotated * R.leftCols<2>() * d_xy_d_uv).cast<float>();
+    map =
+        (grown * d_uv_d_p.leftCols<2>() * point.d_xy_d_rotated * point.R.leftCols<2>() * point.d_xy_d_uv).cast<float>();
+    return Status::kOk;
+}
+
+Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion,
+                       Track& track) {
+    // Prediction: rotate the bearing, add the velocity; warp: the derivative of that map, through both distortions.
+    TurnedPoint turned;
+    Eigen::Vector2d predicted_uv;
+    Eigen::Matrix2f step;
+    FACET_TRY(turn(track.pose.uv, motion.q_C_Cp, turned));
+    FACET_TRY(land(turned, turned.xy + motion.dt_s * track.velocity, 1.0, predicted_uv, step));
 
     PatchPose pose{step * track.pose.A, predicted_uv};
     float correlation = 0.0F;
@@ -93,7 +104,7 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
     if (!((back.uv - track.pose.uv).norm() < config_.forward_backward_px)) {
         return Status::kDegenerate;
     }
-    track.velocity = (xy - rotated_xy) / motion.dt_s;
+    track.velocity = (xy - turned.xy) / motion.dt_s;
     track.has_velocity = true;
     track.pose = pose;
     track.xy = xy;
@@ -103,26 +114,18 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
 
 Status Tracker::find_again(const ImagePyramid& image, const LandmarkPrediction& prediction,
                            const Eigen::Quaterniond& q_C_Cl, Track& track, Eigen::Vector2d& shift) const {
-    Eigen::Matrix2d d_xy_d_uv;
-    Eigen::Vector2d xy;
-    FACET_TRY(camera_.unproject(track.pose.uv, xy, &d_xy_d_uv));
-    const Eigen::Matrix3d R = q_C_Cl.toRotationMatrix();
-    const Eigen::Vector3d rotated = R * xy.homogeneous();
-    Eigen::Vector2d predicted_uv;
-    Eigen::Matrix<double, 2, 3> d_uv_d_p;
-    if (!(rotated.z() > 0.1) || !ok(camera_.project(prediction.left_xy.homogeneous(), predicted_uv, &d_uv_d_p)) ||
-        !camera_.in_image(predicted_uv, border_px())) {
-        return Status::kNotFound;
-    }
     // The patch has turned with the camera and grown with the ratio of depths.
-    Eigen::Matrix<double, 2, 3> d_xy_d_rotated;
-    d_xy_d_rotated << 1.0, 0.0, -rotated.x() / rotated.z(), 0.0, 1.0, -rotated.y() / rotated.z();
-    d_xy_d_rotated /= rotated.z();
     const double grown = track.has_depth && track.inverse_depth > 1e-3
                              ? std::clamp(prediction.inverse_depth / track.inverse_depth, 0.5, 2.0)
                              : 1.0;
-    const Eigen::Matrix2f step =
-        (grown * d_uv_d_p.leftCols<2>() * d_xy_d_rotated * R.leftCols<2>() * d_xy_d_uv).cast<float>();
+    TurnedPoint turned;
+    Eigen::Vector2d predicted_uv;
+    Eigen::Matrix2f step;
+    FACET_TRY(turn(track.pose.uv, q_C_Cl, turned));
+    FACET_TRY(land(turned, prediction.left_xy, grown, predicted_uv, step));
+    if (!camera_.in_image(predicted_uv, border_px())) {
+        return Status::kNotFound;
+    }
     PatchPose pose{step * track.pose.A, predicted_uv};
     float correlation = 0.0F;
     AlignOptions options;
@@ -130,6 +133,7 @@ Status Tracker::find_again(const ImagePyramid& image, const LandmarkPrediction& 
     options.affine = true;
     options.min_correlation = kRecallCorrelation;
     FACET_TRY(aligner_.align(patch(track), image, options, pose, correlation));
+    Eigen::Vector2d xy;
     FACET_TRY(camera_.unproject(pose.uv, xy));
     shift = pose.uv - predicted_uv;
     track.pose = pose;
