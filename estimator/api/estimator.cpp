@@ -86,6 +86,8 @@ struct Estimator::Impl {
     void judge_rest(bool image_is_still);
     void take_keyframe(const Preintegration& preintegration);
     void second_opinion();
+    void begin_window(const StateCovariance& information);
+    Status fall_back_to_gravity();
     void restart_in_flight();
     void update_covariance();
     void reintegrate();
@@ -148,12 +150,9 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
     has_frame = true;
     last_image = frame.stamp;
     if (ok(tracked) && tracks.is_keyframe) {
-        window.start(keyframe_input(), initial.state, initial.information());
         now.covariance = initial.information().inverse();
-        newest = now;
+        begin_window(initial.information());
         monitor.restart(now.stamp, initial.is_still);
-        motion_start.reset();
-        motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
     }
     fill(frame, ok(tracked), estimate);
     return tracked;
@@ -208,6 +207,15 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     }
 }
 
+/// Begins a window with one keyframe: the present frame, at the present belief, of which this is the information.
+void Estimator::Impl::begin_window(const StateCovariance& information) {
+    window.start(keyframe_input(), now.state, information);
+    newest = now;
+    summary = {};
+    motion_start.reset();
+    motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
+}
+
 /// While starting in motion: a window that contradicts the closed form begins anew from that.
 void Estimator::Impl::second_opinion() {
     NavState better;
@@ -217,11 +225,7 @@ void Estimator::Impl::second_opinion() {
     }
     now.state = better;
     now.covariance = information.inverse();
-    newest = now;
-    window.start(keyframe_input(), better, information);
-    summary = {};
-    motion_start.reset();
-    motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
+    begin_window(information);
 }
 
 void Estimator::Impl::update_covariance() {
@@ -231,50 +235,46 @@ void Estimator::Impl::update_covariance() {
     }
 }
 
+/// Replaces a worthless belief: the attitude is levelled by the force that is felt, velocity and biases are forgotten, place
+/// and yaw are kept roughly if they are numbers. @return the initializer's refusal (untouched)
+Status Estimator::Impl::fall_back_to_gravity() {
+    InitialState initial;
+    FACET_TRY(initialize_state(imu, now.stamp, config.initializer, initial));
+    NavState state = initial.state;
+    if (is_finite(now)) {
+        const Eigen::Vector3d up_B = initial.state.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+        const Eigen::Quaterniond turn =
+            Eigen::Quaterniond::FromTwoVectors(now.state.q_W_B * up_B, Eigen::Vector3d::UnitZ());
+        state.q_W_B = (turn * now.state.q_W_B).normalized();
+        state.p_W_B = now.state.p_W_B;
+    }
+    now.state = state;
+    const Eigen::Matrix3d R = state.q_W_B.toRotationMatrix();
+    const Eigen::Vector3d theta_W(kDivergedTiltSigma, kDivergedTiltSigma, kDivergedYawSigma);
+    StateCovariance& c = now.covariance;
+    c.setZero();
+    c.block<3, 3>(kTheta, kTheta) = R.transpose() * theta_W.cwiseAbs2().asDiagonal() * R;
+    c.diagonal().segment<3>(kPos).setConstant(std::pow(kDivergedPositionSigma, 2));
+    c.diagonal().segment<3>(kVel).setConstant(std::pow(kDivergedVelocitySigma, 2));
+    c.diagonal().segment<3>(kBiasGyro).setConstant(std::pow(config.initializer.gyro_bias_sigma_rad_per_s, 2));
+    c.diagonal().segment<3>(kBiasAccel).setConstant(std::pow(config.initializer.accel_bias_sigma_m_per_s2, 2));
+    return Status::kOk;
+}
+
 /// Begins anew at the present frame, from what inertial data have carried on: attitude, place, velocity and biases, each
 /// as uncertain as it has become.
 void Estimator::Impl::restart_in_flight() {
     const bool is_worthless = monitor.has_diverged() || !is_finite(now) || tilt_sigma(now) > kDivergedTiltSigma;
-    if (is_worthless) {
-        InitialState initial;
-        if (!ok(initialize_state(imu, now.stamp, config.initializer, initial))) {
-            return;
-        }
-        const bool keep = is_finite(now);
-        NavState state = initial.state;
-        if (keep) {  // gravity as it looks now, yaw and place as they were
-            const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(
-                now.state.q_W_B * (initial.state.q_W_B.conjugate() * Eigen::Vector3d::UnitZ()),
-                Eigen::Vector3d::UnitZ());
-            state.q_W_B = (turn * now.state.q_W_B).normalized();
-            state.p_W_B = now.state.p_W_B;
-        }
-        now.state = state;
-        now.covariance.setZero();
-        const Eigen::Matrix3d R = state.q_W_B.toRotationMatrix();
-        const Eigen::Vector3d theta_W(kDivergedTiltSigma, kDivergedTiltSigma, kDivergedYawSigma);
-        now.covariance.block<3, 3>(kTheta, kTheta) = R.transpose() * theta_W.cwiseAbs2().asDiagonal() * R;
-        now.covariance.diagonal().segment<3>(kPos).setConstant(std::pow(kDivergedPositionSigma, 2));
-        now.covariance.diagonal().segment<3>(kVel).setConstant(std::pow(kDivergedVelocitySigma, 2));
-        now.covariance.diagonal().segment<3>(kBiasGyro).setConstant(
-            std::pow(config.initializer.gyro_bias_sigma_rad_per_s, 2));
-        now.covariance.diagonal()
-            .segment<3>(kBiasAccel)
-            .setConstant(std::pow(config.initializer.accel_bias_sigma_m_per_s2, 2));
+    if (is_worthless && !ok(fall_back_to_gravity())) {
+        return;
     }
     // Numbers that rounding could make singular are kept from being so.
     now.covariance = (0.5 * (now.covariance + now.covariance.transpose())).eval();
     now.covariance.diagonal().array() += 1e-10;
-    const StateCovariance information = now.covariance.llt().solve(StateCovariance::Identity());
-    rests = false;
-    window.start(keyframe_input(), now.state, information);
-    newest = now;
-    summary = {};
-    is_coasting = wants_reset = false;
+    rests = is_coasting = wants_reset = false;
     ++reset_counter;
+    begin_window(now.covariance.llt().solve(StateCovariance::Identity()));
     monitor.restart(now.stamp, false);
-    motion_start.reset();
-    motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
 }
 
 /// Integrates the inertial factors anew whose bias has moved too far for their first-order correction.

@@ -103,7 +103,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
     add_calibration(system);
     cost += add_prior(system);
     for (int k = 1; k < keyframes; ++k) {
-        cost += add_imu(system, k) + add_rest(system, k);
+        cost += add_link(system, k);
     }
     return cost;
 }
@@ -118,14 +118,14 @@ double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<b
         }
     }
     add_calibration(system);
-    return cost + add_prior(system) + add_imu(system, 1) + add_rest(system, 1);
+    return cost + add_prior(system) + add_link(system, 1);
 }
 
 double WindowProblem::linearize_inertial(ReducedSystem& system, int keyframe) {
     system.reset(static_cast<int>(state_->keyframes.size()), calibration_config_->dim());
     double cost = add_prior(system);
     for (int k = std::max(1, keyframe); k <= std::min(keyframe + 1, system.keyframes() - 1); ++k) {
-        cost += add_imu(system, k) + add_rest(system, k);
+        cost += add_link(system, k);
     }
     return cost;
 }

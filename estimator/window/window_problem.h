@@ -71,6 +71,10 @@ private:
     /// with G_k = RigCalibration::d_pose, H_gk = sum_j G_j^T H_jk, H_gg = sum_jk G_j^T H_jk G_k, g_g = sum_k G_k^T g_k.
     void add_calibration(ReducedSystem& system) const;
     double add_prior(ReducedSystem& system);
+    /// What ties a keyframe to the one before it without images: inertial and rest factor.
+    double add_link(ReducedSystem& system, int keyframe) {
+        return add_imu(system, keyframe) + add_rest(system, keyframe);
+    }
     double add_imu(ReducedSystem& system, int keyframe);
     double add_rest(ReducedSystem& system, int keyframe);
     double add_landmark(ReducedSystem& system, Landmark& landmark);
