@@ -8,9 +8,8 @@ namespace facet {
 
 /// One line a field: meaning [unit] [range] and why this default.
 struct CalibrationConfig {
-    bool estimate_time_offset = true;  ///< between the cameras' clock and the IMU's
-    double time_offset_sigma_s =
-        0.005;  ///< prior of the time offset [1e-6, 0.1]; half a frame of a slow camera is too much
+    bool estimate_time_offset = true;    ///< between the cameras' clock and the IMU's
+    double time_offset_sigma_s = 0.005;  ///< prior of the time offset [1e-6, 0.1]; what triggers leave open
     bool estimate_extrinsics = false;    ///< of the camera pair on the body; the calibration is usually better
     double rotation_sigma_rad = 0.01;    ///< prior of the pair's rotation [1e-6, 0.2]
     double translation_sigma_m = 0.005;  ///< prior of the pair's place [1e-6, 0.2]
