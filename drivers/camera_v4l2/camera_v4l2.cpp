@@ -19,9 +19,9 @@ CameraV4l2::CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options optio
 
 Status CameraV4l2::open() {
     any_sequence_ = false;  // drivers count from zero again
-    FACET_TRY(capture_.open(options_.capture, problem_));
+    FACET_TRY(capture_.open(options_.capture, outage_.problem));
     for (const CameraControl& control : options_.controls) {
-        if (const Status status = capture_.set_control(control.name, control.value, problem_); !ok(status)) {
+        if (const Status status = capture_.set_control(control.name, control.value, outage_.problem); !ok(status)) {
             capture_.close();
             return status == Status::kNotFound ? Status::kInvalidArgument : status;
         }
@@ -33,14 +33,13 @@ Status CameraV4l2::start() {
     if (started_) {
         return Status::kOk;
     }
-    problem_.clear();
+    outage_.clear();
     if (image_bytes_ == 0) {
-        problem_ = options_.capture.device + ": width and height must be given";
+        outage_.problem = options_.capture.device + ": width and height must be given";
         return Status::kInvalidArgument;
     }
     FACET_TRY(open());
     started_ = true;
-    failing_ = false;
     return Status::kOk;
 }
 
@@ -65,14 +64,11 @@ int CameraV4l2::free_slot() const {
 }
 
 Status CameraV4l2::fail(std::string problem) {
-    problem_ = std::move(problem);
-    counters_.errors += failing_ ? 0 : 1;
-    failing_ = true;
     if (capture_.is_open()) {
         capture_.close();
         retry_.close(clock_.now());
     }
-    return Status::kIo;
+    return outage_.begin(std::move(problem), counters_);
 }
 
 void CameraV4l2::follow_sequence(std::uint32_t sequence) {
@@ -160,8 +156,7 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
                          capture_.stride(), options_.significant_bits};
     FACET_TRY(unpack(image, {out, image_bytes_}));
     taken_[static_cast<std::size_t>(slot)].store(true, std::memory_order_relaxed);
-    counters_.recoveries += failing_ ? 1 : 0;
-    failing_ = false;
+    outage_.end(counters_);
     ++counters_.delivered;
     last_stamp_ = stamp;
     any_delivered_ = true;
@@ -182,7 +177,7 @@ Status CameraV4l2::next(Duration timeout, CameraFrame& frame) {
             return Status::kNotReady;
         }
         if (!ok(open())) {
-            return fail(problem_);
+            return fail(outage_.problem);
         }
     }
     V4l2Buffer newest;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "drivers/camera_v4l2/v4l2_capture.h"
+#include "drivers/common/outage.h"
 #include "drivers/common/retry_gate.h"
 #include "platform/port/camera_source.h"
 
@@ -66,7 +67,7 @@ public:
     void release(int slot) override;
     ClockDomain clock() const override { return ClockDomain::kMonotonic; }
     SourceCounters counters() const override { return counters_; }
-    std::string_view problem() const override { return problem_; }
+    std::string_view problem() const override { return outage_.problem; }
     const CameraV4l2Counters& camera_counters() const { return camera_counters_; }
 
 private:
@@ -88,13 +89,12 @@ private:
     std::array<std::atomic<bool>, kSlots> taken_{};
     SourceCounters counters_;
     CameraV4l2Counters camera_counters_;
-    std::string problem_;
+    Outage outage_;
     std::uint32_t sequence_ = 0;
     bool any_sequence_ = false;
     Timestamp last_stamp_;
     bool any_delivered_ = false;
     bool started_ = false;
-    bool failing_ = false;
 };
 
 }  // namespace facet

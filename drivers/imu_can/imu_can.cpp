@@ -20,17 +20,16 @@ Status ImuCan::open() {
     decoder_.reset();
     assembler_.clear();
     const std::vector<CanFilter> filters = decoder_.filters();
-    return socket_.open(options_.socket, filters, problem_);
+    return socket_.open(options_.socket, filters, outage_.problem);
 }
 
 Status ImuCan::start() {
     if (started_) {
         return Status::kOk;
     }
-    problem_.clear();
+    outage_.clear();
     FACET_TRY(open());
     started_ = true;
-    failing_ = false;
     return Status::kOk;
 }
 
@@ -39,17 +38,9 @@ void ImuCan::stop() {
     started_ = false;
 }
 
-Status ImuCan::fail(std::string problem) {
-    problem_ = std::move(problem);
-    counters_.errors += failing_ ? 0 : 1;
-    failing_ = true;
-    return Status::kIo;
-}
+Status ImuCan::fail(std::string problem) { return outage_.begin(std::move(problem), counters_); }
 
-void ImuCan::recovered() {
-    counters_.recoveries += failing_ ? 1 : 0;
-    failing_ = false;
-}
+void ImuCan::recovered() { outage_.end(counters_); }
 
 SourceCounters ImuCan::counters() const {
     SourceCounters result = counters_;
@@ -124,9 +115,9 @@ Status ImuCan::next(Duration timeout, ImuSample& sample) {
         if (!retry_.pass(clock_.now())) {
             return Status::kNotReady;
         }
-        std::string before = problem_;
+        std::string before = outage_.problem;
         if (!ok(open())) {
-            return fail(problem_.empty() ? std::move(before) : problem_);
+            return fail(outage_.problem.empty() ? std::move(before) : outage_.problem);
         }
     }
     for (;;) {

@@ -6,6 +6,7 @@
 
 #include "drivers/common/axis_map.h"
 #include "drivers/common/imu_assembler.h"
+#include "drivers/common/outage.h"
 #include "drivers/common/retry_gate.h"
 #include "drivers/imu_can/can_decoder.h"
 #include "drivers/imu_can/can_socket.h"
@@ -44,7 +45,7 @@ public:
         return options_.socket.hardware_stamps ? ClockDomain::kHardware : ClockDomain::kRealtime;
     }
     SourceCounters counters() const override;
-    std::string_view problem() const override { return problem_; }
+    std::string_view problem() const override { return outage_.problem; }
     double temperature_c() const override { return temperature_c_; }
     const ImuCanCounters& can_counters() const { return can_counters_; }
 
@@ -64,12 +65,11 @@ private:
     RetryGate retry_;
     SourceCounters counters_;
     ImuCanCounters can_counters_;
-    std::string problem_;
+    Outage outage_;
     double temperature_c_ = std::numeric_limits<double>::quiet_NaN();
     Timestamp last_stamp_;
     bool any_delivered_ = false;
     bool started_ = false;
-    bool failing_ = false;
 };
 
 }  // namespace facet

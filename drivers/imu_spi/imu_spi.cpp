@@ -20,13 +20,13 @@ Status ImuSpi::open() {
     std::string words;
     if (const Status status = chip_.configure(words); !ok(status)) {
         chip_.close();
-        problem_ = options_.name + ": " + words;
+        outage_.problem = options_.name + ": " + words;
         return status;
     }
     if (data_ready_ != nullptr) {
         if (const Status status = data_ready_->start(); !ok(status)) {
             chip_.close();
-            problem_ = options_.name + ": data-ready line: " + std::string(data_ready_->problem());
+            outage_.problem = options_.name + ": data-ready line: " + std::string(data_ready_->problem());
             return status;
         }
         // Edges of the time before the chip was set up mean nothing.
@@ -43,10 +43,9 @@ Status ImuSpi::start() {
     if (started_) {
         return Status::kOk;
     }
-    problem_.clear();
+    outage_.clear();
     FACET_TRY(open());
     started_ = true;
-    failing_ = false;
     return Status::kOk;
 }
 
@@ -60,15 +59,12 @@ void ImuSpi::stop() {
 }
 
 Status ImuSpi::fail(std::string problem) {
-    problem_ = std::move(problem);
-    counters_.errors += failing_ ? 0 : 1;
-    failing_ = true;
     if (open_) {
         chip_.close();
         open_ = false;
         retry_.close(clock_.now());
     }
-    return Status::kIo;
+    return outage_.begin(std::move(problem), counters_);
 }
 
 SourceCounters ImuSpi::counters() const {
@@ -156,8 +152,7 @@ Status ImuSpi::read(const TriggerEdge& edge) {
     }
     if (!measurements.empty()) {
         corrupt_in_a_row_ = 0;
-        counters_.recoveries += failing_ ? 1 : 0;
-        failing_ = false;
+        outage_.end(counters_);
     }
     return Status::kNotReady;
 }
@@ -172,7 +167,7 @@ Status ImuSpi::next(Duration timeout, ImuSample& sample) {
             return Status::kNotReady;
         }
         if (!ok(open())) {
-            return fail(problem_);
+            return fail(outage_.problem);
         }
     }
     for (;;) {

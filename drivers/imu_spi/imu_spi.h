@@ -6,6 +6,7 @@
 
 #include "drivers/common/axis_map.h"
 #include "drivers/common/imu_assembler.h"
+#include "drivers/common/outage.h"
 #include "drivers/common/retry_gate.h"
 #include "drivers/imu_spi/spi_imu_chip.h"
 #include "platform/base/ring_buffer.h"
@@ -40,7 +41,7 @@ public:
         return data_ready_ == nullptr ? ClockDomain::kMonotonic : data_ready_->clock();
     }
     SourceCounters counters() const override;
-    std::string_view problem() const override { return problem_; }
+    std::string_view problem() const override { return outage_.problem; }
     double temperature_c() const override { return temperature_c_; }
 
     /// Strobes seen by the chip's FSYNC pin, oldest first: the newest kMaxFsyncEdges, older ones are dropped.
@@ -64,7 +65,7 @@ private:
     RingBuffer<TriggerEdge, kMaxFsyncEdges> fsync_;
     std::uint32_t fsync_count_ = 0;
     SourceCounters counters_;
-    std::string problem_;
+    Outage outage_;
     double temperature_c_ = std::numeric_limits<double>::quiet_NaN();
     Timestamp last_stamp_;
     Timestamp next_poll_;
@@ -73,7 +74,6 @@ private:
     bool any_delivered_ = false;
     bool started_ = false;
     bool open_ = false;
-    bool failing_ = false;
 };
 
 }  // namespace facet

@@ -17,17 +17,16 @@ Status TriggerGpio::open() {
     waiting_.clear();
     kernel_sequence_ = 0;
     base_ = last_sequence_;
-    return line_.open_input(options_.line, options_.input, problem_);
+    return line_.open_input(options_.line, options_.input, outage_.problem);
 }
 
 Status TriggerGpio::start() {
     if (started_) {
         return Status::kOk;
     }
-    problem_.clear();
+    outage_.clear();
     FACET_TRY(open());
     started_ = true;
-    failing_ = false;
     return Status::kOk;
 }
 
@@ -37,14 +36,11 @@ void TriggerGpio::stop() {
 }
 
 Status TriggerGpio::fail(std::string problem) {
-    problem_ = std::move(problem);
-    counters_.errors += failing_ ? 0 : 1;
-    failing_ = true;
     if (line_.is_open()) {
         line_.close();
         retry_.close(clock_.now());
     }
-    return Status::kIo;
+    return outage_.begin(std::move(problem), counters_);
 }
 
 Status TriggerGpio::read(Duration timeout) {
@@ -80,8 +76,7 @@ bool TriggerGpio::take(TriggerEdge& edge) {
             ++counters_.discarded;  // two edges within the clock's resolution, or a clock that was set back
             continue;
         }
-        counters_.recoveries += failing_ ? 1 : 0;
-        failing_ = false;
+        outage_.end(counters_);
         any_delivered_ = true;
         last_stamp_ = next.stamp;
         last_sequence_ = next.sequence;
@@ -101,7 +96,7 @@ Status TriggerGpio::next(Duration timeout, TriggerEdge& edge) {
             return Status::kNotReady;
         }
         if (!ok(open())) {
-            return fail(problem_);
+            return fail(outage_.problem);
         }
     }
     if (take(edge)) {

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "drivers/common/outage.h"
 #include "drivers/common/retry_gate.h"
 #include "drivers/trigger_gpio/gpio_line.h"
 #include "platform/base/ring_buffer.h"
@@ -31,7 +32,7 @@ public:
     Status next(Duration timeout, TriggerEdge& edge) override;
     ClockDomain clock() const override { return options_.input.clock; }
     SourceCounters counters() const override { return counters_; }
-    std::string_view problem() const override { return problem_; }
+    std::string_view problem() const override { return outage_.problem; }
 
 private:
     Status open();
@@ -46,14 +47,13 @@ private:
     RetryGate retry_;
     RingBuffer<TriggerEdge, kEventsARead> waiting_;
     SourceCounters counters_;
-    std::string problem_;
+    Outage outage_;
     std::uint32_t kernel_sequence_ = 0;  ///< of the last edge since the line was opened
     std::uint32_t base_ = 0;             ///< edges before that, so that the count goes on
     std::uint32_t last_sequence_ = 0;
     Timestamp last_stamp_;
     bool any_delivered_ = false;
     bool started_ = false;
-    bool failing_ = false;
 };
 
 }  // namespace facet
