@@ -12,6 +12,10 @@ inline constexpr int kMaxDormantTracks = 256;
 inline constexpr int kMaxKeyframes = 32;
 /// Landmarks alive in the window: tracks of all its keyframes.
 inline constexpr int kMaxLandmarks = 2048;
+/// Planes known at a time: a room and its furniture.
+inline constexpr int kMaxPlanes = 16;
+/// Landmarks that one plane takes: half of what a keyframe sees.
+inline constexpr int kMaxPlaneLandmarks = 256;
 /// Inertial samples between two keyframes: 4 s at 1 kHz.
 inline constexpr int kMaxImuSamples = 4096;
 

@@ -72,7 +72,8 @@ struct Estimator::Impl {
     double time_offset_sigma_s = 0.0;
     std::uint32_t reset_counter = 0;
     WindowSummary summary;
-    KeyframeView view;  ///< landmarks at the newest keyframe
+    KeyframeView view;      ///< landmarks at the newest keyframe
+    PlaneProposals planes;  ///< as the mesh knows them
 
     void reset();
     /// Stamp of an image in the IMU's clock.
@@ -110,6 +111,8 @@ void Estimator::Impl::reset() {
     summary = {};
     view.number = 0;
     view.landmarks.clear();
+    view.planes.clear();
+    planes.clear();
 }
 
 KeyframeInput Estimator::Impl::keyframe_input() const {
@@ -366,6 +369,8 @@ void Estimator::set_stage_observer(StageObserver* observer) {
 }
 
 void Estimator::request_reset() { impl_->wants_reset = !impl_->window.empty(); }
+
+void Estimator::set_planes(const PlaneProposals& planes) { impl_->planes = planes; }
 
 const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 

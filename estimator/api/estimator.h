@@ -51,6 +51,10 @@ public:
     ///         estimate is still valid: predicted from inertial data, health degraded, unless there is none yet).
     Status add_frame(const StereoFrame& frame, Estimate& estimate);
 
+    /// Tells which planes the mesh knows and which landmarks lie on them; holds from the next keyframe on, until told anew.
+    /// Without effect in mode S.
+    void set_planes(const PlaneProposals& planes);
+
     /// Landmarks and camera at the newest keyframe; empty before the second one. Valid until the next add_frame.
     const KeyframeView& keyframe_view() const;
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "estimator/api/capacity.h"
+#include "estimator/api/planes.h"
 #include "estimator/geometry/se3.h"
 #include "platform/base/fixed_vector.h"
 #include "platform/base/timestamp.h"
@@ -34,6 +35,7 @@ struct LandmarkSnapshot {
     bool is_tracked = false;                            ///< seen in the newest keyframe; then:
     Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();  ///< normalised, undistorted, in C0
     Eigen::Vector2f left_px = Eigen::Vector2f::Zero();  ///< distorted pixel in the left image
+    PlaneId plane;                                      ///< plane that the estimator holds it on; invalid if none
 };
 
 /// The window's landmarks at its newest keyframe, by increasing id. Landmarks that cannot be triangulated, or whose
@@ -44,6 +46,7 @@ struct KeyframeView {
     Timestamp oldest_stamp;    ///< of the oldest one in the window
     Se3 T_W_C0;                ///< left camera of the newest keyframe
     FixedVector<LandmarkSnapshot, kMaxLandmarks> landmarks;
+    PlaneEstimates planes;  ///< that the estimator uses; empty in mode S
 };
 
 /// Fills the view from the window after optimize(). Landmarks that only the newest keyframe sees are triangulated from
