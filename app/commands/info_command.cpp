@@ -27,9 +27,11 @@ void print_build() {
         build_info::kEigen, build_info::kOpenCv, build_info::kBoost, PNG_LIBPNG_VER_STRING, build_info::kYamlCpp,
         FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100, NLOHMANN_JSON_VERSION_MAJOR,
         NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH, CLI11_VERSION);
-    fmt::print("capacities   {} features a frame, {} keyframes, {} landmarks, {} inertial samples between keyframes\n",
-               kMaxFeatures, kMaxKeyframes, kMaxLandmarks, kMaxImuSamples);
-    fmt::print("modes        s\n");
+    fmt::print(
+        "capacities   {} features a frame, {} keyframes, {} landmarks, {} planes, {} inertial samples between "
+        "keyframes\n",
+        kMaxFeatures, kMaxKeyframes, kMaxLandmarks, kMaxPlanes, kMaxImuSamples);
+    fmt::print("modes        s, sp, spr\n");
 }
 
 }  // namespace

@@ -68,13 +68,13 @@ void require_in_range(const ProgramConfig& config) {
     }
 }
 
-void require_mode(const std::string& mode) {
-    if (mode == "sp" || mode == "spr") {
-        throw InputError(fmt::format("--mode {}: this build has mode s only", mode));
+RegularityMode parse_mode(const std::string& text) {
+    for (const RegularityMode mode : {RegularityMode::kS, RegularityMode::kSp, RegularityMode::kSpr}) {
+        if (text == to_string(mode)) {
+            return mode;
+        }
     }
-    if (mode != "s") {
-        throw InputError(fmt::format("--mode {}: unknown; must be s", mode));
-    }
+    throw InputError(fmt::format("--mode {}: unknown; must be s, sp or spr", text));
 }
 
 int report(const RunSummary& run, const std::string& out) {
@@ -115,13 +115,12 @@ int report(const RunSummary& run, const std::string& out) {
 }
 
 int replay(const ReplayArguments& args, bool has_duration) {
-    require_mode(args.mode);
+    const RegularityMode mode = parse_mode(args.mode);
     if (args.start_s < 0.0 || (has_duration && args.duration_s <= 0.0)) {
         throw InputError("--start must not be negative and --duration must be positive");
     }
     ReplayOptions options;
     options.dataset = args.dataset;
-    options.mode = args.mode;
     options.out = args.out;
     options.calibration = load_calibration(args);
     options.config.imu_noise = options.calibration.noise;
@@ -132,6 +131,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
         set_config(setting, options.config);
     }
     require_in_range(options.config);
+    options.config.regularity.mode = mode;
     for (const std::string& spec : args.faults) {
         options.faults.push_back(parse_fault(spec));
     }
@@ -154,7 +154,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
                      "Folder for the results, created if missing: trajectory.tum, trajectory.csv, timing.csv, "
                      "health.csv, summary.json, warnings.txt")
         ->required();
-    command->add_option("--mode", args->mode, "s: structureless landmarks (sp and spr are not in this build)")
+    command
+        ->add_option("--mode", args->mode,
+                     "s: landmarks alone; spr: the mesh's planes hold them; sp: planes are found, "
+                     "but hold nothing (estimates as in s)")
         ->capture_default_str();
     command->add_option("--config", args->config,
                         "YAML file with parameters; 'facet info --config' prints all with defaults");

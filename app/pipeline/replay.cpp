@@ -41,7 +41,7 @@ public:
           health_(options.out),
           mesh_log_(options.out) {
         summary_.dataset = options.dataset;
-        summary_.mode = options.mode;
+        summary_.mode = to_string(options.config.regularity.mode);
         summary_.calibration = options.calibration.source;
         summary_.start_s = options.start_s;
         for (const Fault& fault : options.faults) {
@@ -120,6 +120,9 @@ std::string refused_section(const ProgramConfig& config) {
     }
     if (!ok(config.calibration.validate())) {
         return "calibration";
+    }
+    if (!ok(config.regularity.validate())) {
+        return "regularity";
     }
     if (!ok(config.stationarity.validate())) {
         return "stationarity";

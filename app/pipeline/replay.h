@@ -16,8 +16,7 @@ namespace facet {
 
 struct ReplayOptions {
     std::string dataset;  ///< EuRoC/ASL folder
-    std::string mode = "s";
-    std::string out;  ///< folder for the results, created if missing
+    std::string out;      ///< folder for the results, created if missing
     ProgramConfig config;
     Calibration calibration;
     double start_s = 0.0;              ///< from the log's first frame

@@ -9,6 +9,7 @@
 #include "estimator/imu/initializer_config.h"
 #include "estimator/imu/stationarity.h"
 #include "estimator/window/calibration_config.h"
+#include "estimator/window/regularity_config.h"
 #include "estimator/window/window_config.h"
 
 namespace facet {
@@ -18,6 +19,7 @@ struct EstimatorConfig {
     InitializerConfig initializer;
     WindowConfig window;
     CalibrationConfig calibration;
+    RegularityConfig regularity;
     StationarityConfig stationarity;
     HealthConfig health;
     ImuLimits imu_limits;

@@ -98,7 +98,7 @@ struct Estimator::Impl {
 void Estimator::Impl::reset() {
     imu.clear(config.imu_noise.rate_hz, config.imu_limits);
     frontend.reset();
-    window.configure(config.window, config.calibration, rig, config.imu_noise);
+    window.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity);
     monitor.configure(config.health);
     motion_start.configure(rig, config.imu_noise, config.window.pixel_sigma_px);
     monitor.reset();
@@ -193,6 +193,7 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
         return;
     }
     const bool is_starting = monitor.state() == TrackingState::kInit;
+    window.set_planes(planes);
     summary = window.optimize(is_starting ? kInitEffort : 1);
     frontend.drop_tracks(window.rejected());
     now.state = window.newest().state;
@@ -213,6 +214,7 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
 /// Begins a window with one keyframe: the present frame, at the present belief, of which this is the information.
 void Estimator::Impl::begin_window(const StateCovariance& information) {
     window.start(keyframe_input(), now.state, information);
+    planes.clear();
     newest = now;
     summary = {};
     motion_start.reset();

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "estimator/geometry/triangulation.h"
+#include "estimator/window/point_fit.h"
 #include "estimator/window/window.h"
 
 namespace facet {
@@ -14,27 +15,6 @@ namespace {
 
 constexpr double kMinRho = 0.01;        // 1/m: farther than 100 m no baseline of the window gives a position
 constexpr double kRhoPriorSigma = 3.0;  // 1/m, as in the window
-
-/// Information about a point and its residual in one camera: residual scale (q.xy / q.z - xy), q = R (p - c).
-struct PointFit {
-    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-    double squared_error = 0.0;
-    int rows = -3;
-
-    bool add(const CameraPose& camera, const Eigen::Vector3d& p_W, const Eigen::Vector2d& xy, double scale) {
-        const Eigen::Vector3d q = camera.R_C_W * (p_W - camera.p_W_C);
-        if (!(q.z() > 1e-3)) {
-            return false;
-        }
-        const double w = scale / q.z();
-        const Eigen::RowVector3d u = w * (camera.R_C_W.row(0) - (q.x() / q.z()) * camera.R_C_W.row(2));
-        const Eigen::RowVector3d v = w * (camera.R_C_W.row(1) - (q.y() / q.z()) * camera.R_C_W.row(2));
-        information += u.transpose() * u + v.transpose() * v;
-        squared_error += scale * scale * (q.head<2>() / q.z() - xy).squaredNorm();
-        rows += 2;
-        return true;
-    }
-};
 
 /// The landmark's point in the chart of its first keyframe: the window's own, or from one stereo match.
 bool find_point(const Landmark& landmark, const WindowProblem& problem, InverseDepthPoint& point) {
@@ -60,19 +40,13 @@ bool describe(const Landmark& landmark, const WindowState& state, const WindowPr
     if (landmark.observations.empty() || !find_point(landmark, problem, point) || point.rho < kMinRho) {
         return false;
     }
-    const StereoGeometry& geometry = problem.geometry();
     out.id = landmark.id;
     out.p_W = ScaledWorldPoint(problem.left_camera(landmark.observations.front().keyframe), point).p_W();
     PointFit fit;
-    for (const LandmarkObservation& o : landmark.observations) {
-        if (!fit.add(problem.left_camera(o.keyframe), out.p_W, o.measurement.left_xy, geometry.scale_left)) {
-            return false;
-        }
-        if (o.measurement.has_right &&
-            fit.add(problem.right_camera(o.keyframe), out.p_W, o.measurement.right_xy, geometry.scale_right)) {
-            ++out.stereo;
-        }
+    if (!fit.add_all(landmark, problem, out.p_W)) {
+        return false;
     }
+    out.stereo = fit.stereo;
     Eigen::Matrix3d covariance;
     bool invertible = false;
     fit.information.computeInverseWithCheck(covariance, invertible, 0.0);
@@ -92,6 +66,9 @@ bool describe(const Landmark& landmark, const WindowState& state, const WindowPr
     out.unseen_keyframes = newest - last.keyframe;
     out.is_tracked = out.unseen_keyframes == 0;
     out.left_xy = last.measurement.left_xy;
+    if (landmark.plane >= 0) {
+        out.plane = state.planes[static_cast<std::size_t>(landmark.plane)].id;
+    }
     return true;
 }
 
@@ -111,6 +88,10 @@ void fill_keyframe_view(const Window& window, const FrontendOutput& tracks, Keyf
         if (describe(state.landmarks[i], state, window.problem(), snapshot)) {
             view.landmarks.push_back(snapshot);
         }
+    }
+    view.planes.clear();
+    for (const WindowPlane& p : state.planes) {
+        view.planes.push_back({p.id, p.kind, p.plane.normal_W(), p.plane.distance_m(), p.constraints});
     }
     for (const FeatureObservation& o : tracks.observations) {
         const auto at = std::lower_bound(view.landmarks.begin(), view.landmarks.end(), o.landmark,

@@ -39,6 +39,23 @@ bool add_sighting(const Sighting& sighting, const CameraPose& host, const Scaled
     return true;
 }
 
+/// Adds the plane's residual (n . (centre + ray / rho - o) - h) / sigma; none for a point practically at infinity.
+void add_plane(const TriangulationOptions& options, const CameraPose& host, const ScaledWorldPoint& point,
+               NormalEquations& out) {
+    constexpr double kMinRho = 0.01;  // 1/m
+    if (point.rho <= kMinRho) {
+        return;
+    }
+    const double r = options.plane->height(point.p_W()) / options.plane_sigma_m;
+    const double weight =
+        std::abs(r) <= options.plane_huber_threshold ? 1.0 : options.plane_huber_threshold / std::abs(r);
+    const Eigen::Vector3d n_H = host.R_C_W * options.plane->normal_W() / (options.plane_sigma_m * point.rho);
+    const double along_ray = n_H.dot(host.R_C_W * point.ray_W);
+    const Eigen::Vector3d d_r_d_point(n_H.x(), n_H.y(), -along_ray / point.rho);
+    out.h.noalias() += weight * d_r_d_point * d_r_d_point.transpose();
+    out.g.noalias() += weight * r * d_r_d_point;
+}
+
 }  // namespace
 
 Status triangulate_linear(std::span<const Sighting> sightings, InverseDepthPoint& point) {
@@ -78,6 +95,9 @@ Status triangulate(std::span<const Sighting> sightings, const TriangulationOptio
             if (!add_sighting(sighting, host, world, options.huber_threshold, equations)) {
                 return Status::kDegenerate;
             }
+        }
+        if (options.plane != nullptr) {
+            add_plane(options, host, world, equations);
         }
         equations.h(2, 2) += rho_information;
         equations.g(2) += rho_information * current.rho;

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "estimator/geometry/inverse_depth.h"
+#include "estimator/geometry/plane.h"
 #include "platform/base/status.h"
 
 namespace facet {
@@ -23,13 +24,18 @@ struct TriangulationOptions {
     /// Standard deviation of a zero-mean prior on rho (1/m): keeps a landmark without parallax at infinity instead of
     /// anywhere; far wider than what any real baseline leaves open.
     double rho_prior_sigma = 3.0;
+    /// Plane that the point should lie on, or nullptr: one more residual huber(|height / plane_sigma_m|^2).
+    const Plane* plane = nullptr;
+    double plane_sigma_m = 0.01;
+    double plane_huber_threshold = 1.5;  ///< standard deviations
 };
 
 /// First guess of rho by linear least squares along the host's ray (host = sightings[0], its camera the host).
 /// @return kDegenerate if no sighting has a baseline to the host (outputs untouched).
 Status triangulate_linear(std::span<const Sighting> sightings, InverseDepthPoint& point);
 
-/// Minimises sum huber(|scale * (project(point) - xy)|^2) over the point by Gauss-Newton, from the point given.
+/// Minimises sum huber(|scale * (project(point) - xy)|^2), and the plane's residual if there is one, over the point by
+/// Gauss-Newton, from the point given.
 /// Host camera is sightings[0].camera. Points beyond infinity are put at infinity (rho = 0).
 /// @return kDegenerate if the point is behind a camera, nearer than 1 / max_rho, or not finite (outputs untouched).
 /// No heap. Reentrant.

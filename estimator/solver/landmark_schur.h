@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "estimator/factors/coplanarity_factor.h"
 #include "estimator/factors/stereo_factor.h"
 #include "estimator/solver/reduced_system.h"
 
@@ -15,6 +16,7 @@ namespace facet {
 /// With A = d_r_d_pose (stacked, one 6-column block a keyframe) and B = d_r_d_point, the cost |r + A dx + B dl|^2 is
 /// minimised over dl in closed form, dl = -(B^T B)^-1 B^T (r + A dx), which leaves on the poses
 ///   H  = A^T A - A^T B (B^T B)^-1 B^T A,     g = A^T r - A^T B (B^T B)^-1 B^T r.      [Forster17] eq. (30), [Ceres]
+/// A co-planarity residual adds a row to A and B, with three columns of A that belong to the plane.
 /// The point's chart does not matter: any invertible change of B's columns cancels.
 /// Thread-bound. No heap.
 class LandmarkSchur {
@@ -24,6 +26,13 @@ public:
     /// Adds a measurement by keyframe index (each keyframe at most once, ascending).
     void add(int keyframe, const StereoLinearization& linearization);
 
+    /// Adds a co-planarity residual with the plane whose variables begin at this row of the system; at most one.
+    void add_plane(int row, const CoplanarityLinearization& linearization);
+
+    /// Variance of a linear function j . dl of the point given all poses and what has been added so far; infinite if that
+    /// does not hold the point.
+    double point_variance(const Eigen::RowVector3d& j) const;
+
     /// Gaussian prior on the inverse depth, kept out of the poses' information: r = (rho - 0) / sigma.
     void add_rho_prior(double rho, double sigma);
 
@@ -32,13 +41,22 @@ public:
     Status eliminate_into(ReducedSystem& system);
 
 private:
+    void eliminate_plane_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const;
+
     struct PoseTerm {
         int keyframe;
         Eigen::Matrix<double, 6, 6> h_pose;
         Eigen::Matrix<double, 6, 3> h_pose_point;
         Eigen::Matrix<double, 6, 1> g_pose;
     };
+    struct PlaneTerm {
+        int row = -1;  ///< none
+        Eigen::Matrix3d h_plane;
+        Eigen::Matrix3d h_plane_point;
+        Eigen::Vector3d g_plane;
+    };
     int count_ = 0;
+    PlaneTerm plane_;
     std::array<PoseTerm, kMaxKeyframes> terms_;
     Eigen::Matrix3d h_point_ = Eigen::Matrix3d::Zero();
     Eigen::Vector3d g_point_ = Eigen::Vector3d::Zero();

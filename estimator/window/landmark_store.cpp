@@ -40,6 +40,9 @@ Landmark* LandmarkStore::find_or_insert(LandmarkId id) {
     landmark.is_active = false;
     landmark.cost = 0.0;
     landmark.squared_error = 0.0;
+    landmark.plane = landmark.proposed_plane = Landmark::kNoPlane;
+    landmark.plane_chi2 = 0.0;
+    landmark.plane_misfits = 0;
     return &landmark;
 }
 

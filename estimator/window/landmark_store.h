@@ -23,11 +23,17 @@ struct LandmarkObservation {
 struct Landmark {
     LandmarkId id;
     boost::container::static_vector<LandmarkObservation, kMaxKeyframes> observations;  ///< ascending keyframes
-    InverseDepthPoint point;     ///< chart: left camera of the first observation's keyframe
-    bool has_point = false;      ///< point is a usable first guess
-    bool is_active = false;      ///< takes part in the current optimization
-    double cost = 0.0;           ///< robust cost at its last linearization
-    double squared_error = 0.0;  ///< whitened squared residual at its last linearization
+    InverseDepthPoint point;        ///< chart: left camera of the first observation's keyframe
+    bool has_point = false;         ///< point is a usable first guess
+    bool is_active = false;         ///< takes part in the current optimization
+    double cost = 0.0;              ///< robust cost at its last linearization
+    double squared_error = 0.0;     ///< whitened squared residual at its last linearization
+    int plane = kNoPlane;           ///< index of the window's plane that it lies on
+    int proposed_plane = kNoPlane;  ///< likewise, of the plane that the mesh sees it on
+    double plane_chi2 = 0.0;        ///< squared height above it in variances, were the landmark free of it
+    int plane_misfits = 0;          ///< times it has left a plane because it did not fit
+
+    static constexpr int kNoPlane = -1;
 };
 
 /// Landmarks by increasing id. Full: the new landmark is rejected (its track goes on in the front-end and may be

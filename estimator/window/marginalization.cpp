@@ -2,6 +2,7 @@
 #include "estimator/window/marginalization.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "platform/base/assert.h"
 
@@ -83,14 +84,16 @@ Status marginalize_keyframe(const ReducedSystem& system, int keyframe,
     const StateVector w_m = llt.solve(g.segment<kStateDim>(m));
 
     // The parameters that stay: the globals and the other keyframes, each a block with its coupling to m.
-    boost::container::static_vector<Block, kMaxKeyframes + 1> blocks;
-    for (int k = -1; k <= rest; ++k) {
-        if (k == keyframe || (k < 0 && system.globals() == 0)) {
+    constexpr int kGlobalBlocks = (kMaxGlobals + kStateDim - 1) / kStateDim;
+    boost::container::static_vector<Block, kMaxKeyframes + kGlobalBlocks> blocks;
+    for (int at = 0; at < system.dim();) {
+        Block block;
+        block.at = at;
+        block.size = at < system.globals() ? std::min(kStateDim, system.globals() - at) : kStateDim;
+        at += block.size;
+        if (block.at == m) {
             continue;
         }
-        Block block;
-        block.at = k < 0 ? 0 : system.offset(k);
-        block.size = k < 0 ? system.globals() : kStateDim;
         block.h_m = block.at > m ? BlockMatrix(h.block(block.at, m, block.size, kStateDim))
                                  : BlockMatrix(h.block(m, block.at, kStateDim, block.size).transpose());
         blocks.push_back(block);
@@ -124,7 +127,8 @@ Status marginalize_keyframe(const ReducedSystem& system, int keyframe,
 void Marginalizer::fill_displacement(const WindowState& state, int leaving, int globals) {
     const int keyframes = static_cast<int>(state.keyframes.size());
     displacement_.setZero(globals + (keyframes - 1) * kStateDim);
-    displacement_.head(globals) = state.calibration_lin.box_minus_to(state.calibration).head(globals);
+    state.globals_displacement(globals - kPlaneDim * static_cast<int>(state.planes.size()),
+                               displacement_.head(globals));
     int row = globals;
     for (int k = 0; k < keyframes; ++k) {
         const Keyframe& keyframe = state.keyframes[static_cast<std::size_t>(k)];
@@ -150,6 +154,9 @@ Status Marginalizer::marginalize_oldest(WindowState& state, WindowProblem& probl
         if (selected_[static_cast<std::size_t>(i)]) {
             for (const LandmarkObservation& o : landmark.observations) {
                 bind(state.keyframes[static_cast<std::size_t>(o.keyframe)]);
+            }
+            if (landmark.plane != Landmark::kNoPlane) {
+                state.planes[static_cast<std::size_t>(landmark.plane)].bind();
             }
         }
     }

@@ -10,14 +10,19 @@
 namespace facet {
 
 void Window::configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,
-                       const ImuNoise& noise) {
+                       const ImuNoise& noise, const RegularityConfig& regularity) {
     config_ = config;
     calibration_config_ = calibration;
+    regularity_config_ = regularity;
     noise_ = noise;
     left_ = rig.left;
-    problem_.bind(state_, config_, calibration_config_, rig);
+    problem_.bind(state_, config_, calibration_config_, regularity_config_, rig);
+    planes_.configure(regularity);
+    proposals_.clear();
     state_.keyframes.clear();
     state_.landmarks.clear();
+    state_.planes.clear();
+    state_.plane_pairs.clear();
     state_.prior.reset(0);
     state_.calibration = {};
     state_.calibration_lin = {};
@@ -32,6 +37,10 @@ void Window::start(const KeyframeInput& input, const NavState& state,
                    const Eigen::Matrix<double, kStateDim, kStateDim>& information) {
     state_.keyframes.clear();
     state_.landmarks.clear();
+    state_.planes.clear();
+    state_.plane_pairs.clear();
+    planes_.reset();
+    proposals_.clear();
     rejected_.clear();
     Keyframe keyframe;
     keyframe.stamp = input.stamp;
@@ -118,6 +127,9 @@ void Window::add_observations(int keyframe, std::span<const FeatureObservation> 
 WindowSummary Window::optimize(int effort) {
     WindowSummary summary;
     problem_.select_landmarks();
+    if (regularity_config_.mode == RegularityMode::kSpr) {
+        planes_.update(proposals_, state_, problem_);
+    }
     LevenbergOptions options;
     options.max_iterations = effort * config_.max_iterations;
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
@@ -128,6 +140,9 @@ WindowSummary Window::optimize(int effort) {
             j.imu_from_previous.residual(state_.keyframes[count - 2].state, j.state).squaredNorm();
     }
     summary.marginalization_failed = marginalization_failed_;
+    if (regularity_config_.mode == RegularityMode::kSpr) {
+        planes_.judge(state_);
+    }
     remove_outliers(summary);
     summary.fit = problem_.fit();
     return summary;

@@ -6,6 +6,7 @@
 
 #include "estimator/frontend/frontend_types.h"
 #include "estimator/window/marginalization.h"
+#include "estimator/window/plane_set.h"
 #include "estimator/window/redundancy.h"
 #include "estimator/window/window_problem.h"
 
@@ -36,7 +37,7 @@ struct WindowSummary {
 class Window {
 public:
     void configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,
-                   const ImuNoise& noise);
+                   const ImuNoise& noise, const RegularityConfig& regularity = {});
     void set_stage_observer(StageObserver* observer);
 
     /// Forgets keyframes, landmarks and prior, and begins with one keyframe and its Gaussian prior. The calibration stays.
@@ -49,6 +50,9 @@ public:
     /// the oldest one is marginalized if the window is full.
     /// @return kDegenerate if the preintegration spans no time (window untouched).
     Status add_keyframe(const KeyframeInput& input, const Preintegration& preintegration);
+
+    /// Planes the mesh knows, to be used by the next optimize(). Without effect in mode S.
+    void set_planes(const PlaneProposals& proposals) { proposals_ = proposals; }
 
     /// Bounded optimization of the whole window, then removal of outliers.
     /// @param effort  times the configured number of iterations
@@ -86,6 +90,7 @@ private:
 
     WindowConfig config_;
     CalibrationConfig calibration_config_;
+    RegularityConfig regularity_config_;
     ImuNoise noise_;
     StageObserver* observer_ = nullptr;
     WindowState state_;
@@ -93,6 +98,8 @@ private:
     Marginalizer marginalizer_;
     LevenbergWorkspace workspace_;
     RedundancyTest redundancy_;
+    PlaneSet planes_;
+    PlaneProposals proposals_;
     CameraModel left_;
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;
     boost::container::static_vector<LandmarkPrediction, kMaxLandmarks> predictions_;

@@ -4,23 +4,18 @@
 #include <algorithm>
 
 #include "estimator/factors/rest_factor.h"
-#include "estimator/geometry/triangulation.h"
+#include "estimator/window/plane_pairs.h"
 #include "estimator/window/stage_scope.h"
 #include "platform/base/assert.h"
 
 namespace facet {
-namespace {
-
-/// Standard deviation of the prior on inverse depth (1/m): weak against any real baseline, holds points without one.
-constexpr double kRhoPriorSigma = 3.0;
-
-}  // namespace
 
 void WindowProblem::bind(WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
-                         const StereoRig& rig) {
+                         const RegularityConfig& regularity, const StereoRig& rig) {
     state_ = &state;
     config_ = &config;
     calibration_config_ = &calibration;
+    regularity_config_ = &regularity;
     T_B_C0_ = rig.T_B_C0;
     T_B_C1_ = rig.T_B_C1;
     geometry_.scale_left = rig.left.focal_px() / config.pixel_sigma_px;
@@ -48,50 +43,10 @@ void WindowProblem::update_cameras() {
     }
 }
 
-bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
-    boost::container::static_vector<Sighting, 2 * kMaxKeyframes> sightings;
-    for (const LandmarkObservation& o : landmark.observations) {
-        const auto k = static_cast<std::size_t>(o.keyframe);
-        sightings.push_back({&left_[k], o.measurement.left_xy, geometry_.scale_left});
-        if (o.measurement.has_right) {
-            sightings.push_back({&right_[k], o.measurement.right_xy, geometry_.scale_right});
-        }
-    }
-    const std::span<const Sighting> span(sightings.data(), sightings.size());
-    TriangulationOptions options;
-    options.huber_threshold = config_->huber_threshold;
-    options.rho_prior_sigma = kRhoPriorSigma;
-    options.max_iterations = landmark.has_point ? 3 : 8;
-    if (landmark.has_point && ok(triangulate(span, options, landmark.point))) {
-        return true;
-    }
-    options.max_iterations = 8;
-    InverseDepthPoint point;
-    if (!ok(triangulate_linear(span, point)) || !ok(triangulate(span, options, point))) {
-        return false;
-    }
-    landmark.point = point;
-    landmark.has_point = true;
-    return true;
-}
-
-void WindowProblem::select_landmarks() {
-    const StageScope scope(observer_, Stage::kTriangulation);
-    update_cameras();
-    for (int i = 0; i < state_->landmarks.size(); ++i) {
-        Landmark& landmark = state_->landmarks[i];
-        // Seen by one keyframe only, a stereo match still tells where to look for the landmark.
-        const bool is_known = (landmark.observations.size() >= 2 || landmark.observations[0].measurement.has_right) &&
-                              triangulate_landmark(landmark);
-        landmark.is_active = is_known && landmark.observations.size() >= 2;
-        landmark.cost = 0.0;
-    }
-}
-
 double WindowProblem::linearize(ReducedSystem& system) {
     const StageScope scope(observer_, Stage::kLinearization);
     const int keyframes = static_cast<int>(state_->keyframes.size());
-    system.reset(keyframes, calibration_config_->dim());
+    system.reset(keyframes, globals());
     update_cameras();
     double cost = 0.0;
     fit_ = {};
@@ -102,6 +57,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
     }
     add_calibration(system);
     cost += add_prior(system);
+    cost += add_planes(system);
     for (int k = 1; k < keyframes; ++k) {
         cost += add_link(system, k);
     }
@@ -109,7 +65,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
 }
 
 double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<bool, kMaxLandmarks>& is_selected) {
-    system.reset(static_cast<int>(state_->keyframes.size()), calibration_config_->dim());
+    system.reset(static_cast<int>(state_->keyframes.size()), globals());
     update_cameras();
     double cost = 0.0;
     for (int i = 0; i < state_->landmarks.size(); ++i) {
@@ -122,43 +78,12 @@ double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<b
 }
 
 double WindowProblem::linearize_inertial(ReducedSystem& system, int keyframe) {
-    system.reset(static_cast<int>(state_->keyframes.size()), calibration_config_->dim());
+    system.reset(static_cast<int>(state_->keyframes.size()), globals());
     double cost = add_prior(system);
     for (int k = std::max(1, keyframe); k <= std::min(keyframe + 1, system.keyframes() - 1); ++k) {
         cost += add_link(system, k);
     }
     return cost;
-}
-
-void WindowProblem::add_calibration(ReducedSystem& system) const {
-    const int dim = system.globals();
-    if (dim == 0) {
-        return;
-    }
-    using Columns = Eigen::Matrix<double, kPoseDim, Eigen::Dynamic, 0, kPoseDim, kCalibrationDim>;
-    boost::container::static_vector<Columns, kMaxKeyframes> d_pose;
-    for (const Keyframe& keyframe : state_->keyframes) {
-        const NavState& at = keyframe.linearization_point();
-        d_pose.push_back(state_->calibration.d_pose(at.q_W_B.toRotationMatrix(), at.v_W_B, keyframe.w_B).leftCols(dim));
-    }
-    auto h = system.h();
-    auto g = system.g();
-    for (int j = 0; j < system.keyframes(); ++j) {
-        Columns column = Columns::Zero(kPoseDim, dim);
-        for (int k = 0; k < system.keyframes(); ++k) {
-            const Columns& d = d_pose[static_cast<std::size_t>(k)];
-            if (j >= k) {
-                column.noalias() += h.block<kPoseDim, kPoseDim>(system.offset(j), system.offset(k)).lazyProduct(d);
-            } else {
-                column.noalias() +=
-                    h.block<kPoseDim, kPoseDim>(system.offset(k), system.offset(j)).transpose().lazyProduct(d);
-            }
-        }
-        const Columns& d = d_pose[static_cast<std::size_t>(j)];
-        h.block(system.offset(j), 0, kPoseDim, dim) += column;
-        h.topLeftCorner(dim, dim) += d.transpose().lazyProduct(column);
-        g.head(dim) += d.transpose().lazyProduct(g.segment<kPoseDim>(system.offset(j)));
-    }
 }
 
 double WindowProblem::add_prior(ReducedSystem& system) {
@@ -167,7 +92,7 @@ double WindowProblem::add_prior(ReducedSystem& system) {
     prior_gradient_.resize(prior.dim());
     const int globals = prior.globals();
     FACET_ASSERT(globals == system.globals());
-    prior_displacement_.head(globals) = state_->calibration_lin.box_minus_to(state_->calibration).head(globals);
+    state_->globals_displacement(calibration_config_->dim(), prior_displacement_.head(globals));
     for (int k = 0; k < prior.keyframes(); ++k) {
         const Keyframe& keyframe = state_->keyframes[static_cast<std::size_t>(k)];
         prior_displacement_.segment<kStateDim>(system.offset(k)) = keyframe.state_lin.box_minus_to(keyframe.state);
@@ -188,6 +113,17 @@ double WindowProblem::add_prior(ReducedSystem& system) {
     system.h().topLeftCorner(prior.dim(), prior.dim()) += prior.h();
     system.g().head(prior.dim()) += prior_gradient_;
     return cost;
+}
+
+double WindowProblem::add_planes(ReducedSystem& system) const {
+    // Keeps a plane definite that has just lost its landmarks; a radian or a metre against that is nothing.
+    constexpr double kGuard = 1e-4;
+    if (state_->planes.empty()) {
+        return 0.0;
+    }
+    const int rows = kPlaneDim * static_cast<int>(state_->planes.size());
+    system.h().diagonal().segment(plane_row(0), rows).array() += kGuard;
+    return add_plane_pairs(state_->planes, state_->plane_pairs, *regularity_config_, plane_row(0), system);
 }
 
 double WindowProblem::add_imu(ReducedSystem& system, int keyframe) {
@@ -222,39 +158,6 @@ double WindowProblem::add_rest(ReducedSystem& system, int keyframe) {
     return 0.5 * l.r.squaredNorm();
 }
 
-double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
-    if (!triangulate_landmark(landmark)) {
-        return landmark.cost;  // out of this step, but leaving must not look like a gain
-    }
-    const CameraPose& host = left_[static_cast<std::size_t>(landmark.observations.front().keyframe)];
-    const HuberLoss loss{config_->huber_threshold};
-    schur_.clear();
-    double cost = 0.0;
-    double squared_error = 0.0;
-    int rows = -3;
-    for (const LandmarkObservation& o : landmark.observations) {
-        const auto k = static_cast<std::size_t>(o.keyframe);
-        StereoLinearization l;
-        if (!ok(linearize_stereo(o.measurement, geometry_, body_[k], body_lin_[k], host, landmark.point, loss, l))) {
-            return landmark.cost;
-        }
-        schur_.add(o.keyframe, l);
-        cost += l.cost;
-        squared_error += l.squared_error;
-        rows += o.measurement.has_right ? 4 : 2;
-    }
-    schur_.add_rho_prior(landmark.point.rho, kRhoPriorSigma);
-    if (!ok(schur_.eliminate_into(system))) {
-        return landmark.cost;
-    }
-    landmark.cost = cost;
-    landmark.squared_error = squared_error;
-    ++fit_.active_landmarks;
-    fit_.vision_rows += rows;
-    fit_.vision_squared_error += squared_error;
-    return cost;
-}
-
 Status WindowProblem::solve(ReducedSolver& solver, const ReducedSystem& system, double lambda) {
     const StageScope scope(observer_, Stage::kSolve);
     return solver.solve(system, lambda);
@@ -265,16 +168,21 @@ void WindowProblem::save() {
         saved_[k] = state_->keyframes[k].state;
     }
     saved_calibration_ = state_->calibration;
+    for (std::size_t p = 0; p < state_->planes.size(); ++p) {
+        saved_planes_[p] = state_->planes[p].plane;
+    }
 }
 
 void WindowProblem::apply(const ReducedSolver::Step& step) {
-    const int globals = calibration_config_->dim();
     RigCalibration::Tangent correction = RigCalibration::Tangent::Zero();
-    correction.head(globals) = step.head(globals);
+    correction.head(calibration_config_->dim()) = step.head(calibration_config_->dim());
     state_->calibration = saved_calibration_.box_plus(correction);
+    for (std::size_t p = 0; p < state_->planes.size(); ++p) {
+        state_->planes[p].plane = saved_planes_[p].box_plus(step.segment<kPlaneDim>(plane_row(static_cast<int>(p))));
+    }
     for (std::size_t k = 0; k < state_->keyframes.size(); ++k) {
         state_->keyframes[k].state =
-            saved_[k].box_plus(step.segment<kStateDim>(globals + kStateDim * static_cast<Eigen::Index>(k)));
+            saved_[k].box_plus(step.segment<kStateDim>(globals() + kStateDim * static_cast<Eigen::Index>(k)));
     }
 }
 
@@ -283,6 +191,9 @@ void WindowProblem::restore() {
         state_->keyframes[k].state = saved_[k];
     }
     state_->calibration = saved_calibration_;
+    for (std::size_t p = 0; p < state_->planes.size(); ++p) {
+        state_->planes[p].plane = saved_planes_[p];
+    }
 }
 
 }  // namespace facet

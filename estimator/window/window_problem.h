@@ -9,6 +9,7 @@
 #include "estimator/solver/landmark_schur.h"
 #include "estimator/solver/levenberg.h"
 #include "estimator/window/calibration_config.h"
+#include "estimator/window/regularity_config.h"
 #include "estimator/window/window_config.h"
 #include "estimator/window/window_state.h"
 
@@ -27,7 +28,7 @@ class WindowProblem {
 public:
     /// `state` and the configs must outlive the problem.
     void bind(WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
-              const StereoRig& rig);
+              const RegularityConfig& regularity, const StereoRig& rig);
     void set_stage_observer(StageObserver* observer) { observer_ = observer; }
 
     /// Decides which landmarks take part: seen by two keyframes or more and triangulated. Call before levenberg().
@@ -63,6 +64,10 @@ public:
     const StereoGeometry& geometry() const { return geometry_; }
     /// Standard deviations in a pixel.
     double pixels_to_sigmas() const { return 1.0 / config_->pixel_sigma_px; }
+    /// Parameters that all keyframes share: calibration and planes.
+    int globals() const { return plane_row(static_cast<int>(state_->planes.size())); }
+    /// First row of a plane's parameters.
+    int plane_row(int plane) const { return calibration_config_->dim() + kPlaneDim * plane; }
 
 private:
     /// Body pose at a keyframe's image: its state, moved by what the time offset has changed since.
@@ -70,6 +75,10 @@ private:
     /// Adds the calibration's part of the vision terms, which hold poses only so far: the calibration moves the poses, so
     /// with G_k = RigCalibration::d_pose, H_gk = sum_j G_j^T H_jk, H_gg = sum_jk G_j^T H_jk G_k, g_g = sum_k G_k^T g_k.
     void add_calibration(ReducedSystem& system) const;
+    double add_plane_height(Landmark& landmark, const CameraPose& host);
+    bool holds_planes() const { return regularity_config_->mode == RegularityMode::kSpr; }
+    /// How the planes lie to each other and to gravity.
+    double add_planes(ReducedSystem& system) const;
     double add_prior(ReducedSystem& system);
     /// What ties a keyframe to the one before it without images: inertial and rest factor.
     double add_link(ReducedSystem& system, int keyframe) {
@@ -82,6 +91,7 @@ private:
     WindowState* state_ = nullptr;
     const WindowConfig* config_ = nullptr;
     const CalibrationConfig* calibration_config_ = nullptr;
+    const RegularityConfig* regularity_config_ = nullptr;
     StageObserver* observer_ = nullptr;
     StereoGeometry geometry_;
     Se3 T_B_C0_;  ///< as calibrated
@@ -94,6 +104,7 @@ private:
     std::array<Se3, kMaxKeyframes> body_lin_;  ///< likewise, where Jacobians are taken
     std::array<NavState, kMaxKeyframes> saved_;
     RigCalibration saved_calibration_;
+    std::array<Plane, kMaxPlanes> saved_planes_;
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> prior_displacement_;
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> prior_gradient_;
 };

@@ -10,6 +10,7 @@
 #include "estimator/factors/stereo_factor.h"
 #include "estimator/window/landmark_store.h"
 #include "estimator/window/rig_calibration.h"
+#include "estimator/window/window_plane.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {
@@ -35,9 +36,21 @@ struct Keyframe {
 struct WindowState {
     boost::container::static_vector<Keyframe, kMaxKeyframes> keyframes;
     LandmarkStore landmarks;
-    PriorFactor prior;
+    WindowPlanes planes;
+    PlanePairs plane_pairs;
+    PriorFactor prior;  ///< over the calibration, the planes and the first keyframes
     RigCalibration calibration;
     RigCalibration calibration_lin;  ///< where the prior counts from
+
+    /// How far calibration (its first parameters) and planes have moved from where the prior counts from.
+    template <class Vector>
+    void globals_displacement(int calibration_dim, Vector&& d) const {
+        d.head(calibration_dim) = calibration_lin.box_minus_to(calibration).head(calibration_dim);
+        for (std::size_t p = 0; p < planes.size(); ++p) {
+            d.template segment<kPlaneDim>(calibration_dim + kPlaneDim * static_cast<int>(p)) =
+                planes[p].is_bound ? planes[p].plane_lin.box_minus_to(planes[p].plane) : Plane::Tangent::Zero();
+        }
+    }
 };
 
 }  // namespace facet

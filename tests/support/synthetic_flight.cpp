@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "tests/support/synthetic_flight.h"
 
+#include <array>
 #include <cmath>
 
 namespace facet::test {
@@ -46,6 +47,20 @@ Eigen::Vector3d acceleration(double t) {
             -kAmplitude.z() * kRate.z() * kRate.z() * std::sin(kRate.z() * t)};
 }
 
+/// The room's sides: half lengths 5, 4, 2.5 m about the origin.
+const Eigen::Vector3d kRoom{5.0, 4.0, 2.5};
+struct Side {
+    PlaneKind kind;
+    Eigen::Vector3d normal_W;
+    double distance_m;
+};
+const std::array<Side, 6> kSides{{{PlaneKind::kHorizontal, {0, 0, 1}, -2.5},
+                                  {PlaneKind::kHorizontal, {0, 0, -1}, -2.5},
+                                  {PlaneKind::kVertical, {-1, 0, 0}, -5.0},
+                                  {PlaneKind::kVertical, {1, 0, 0}, -5.0},
+                                  {PlaneKind::kVertical, {0, -1, 0}, -4.0},
+                                  {PlaneKind::kVertical, {0, 1, 0}, -4.0}}};
+
 }  // namespace
 
 StereoRig make_rig() {
@@ -74,11 +89,35 @@ SyntheticFlight::SyntheticFlight(const Options& options)
     std::uniform_real_distribution<double> angle(-kPi, kPi);
     std::uniform_real_distribution<double> radius(3.5, 7.0);
     std::uniform_real_distribution<double> height(-2.5, 2.5);
-    for (int i = 0; i < options.landmarks; ++i) {
+    for (int i = 0; i < options.landmarks && options.in_room; ++i) {
+        const Side& side = kSides[static_cast<std::size_t>(i) % kSides.size()];
+        std::uniform_real_distribution<double> share(-1.0, 1.0);
+        const Eigen::Vector3d in_box(share(generator_), share(generator_), share(generator_));
+        Eigen::Vector3d p = kRoom.cwiseProduct(in_box);
+        p -= side.normal_W * side.normal_W.dot(p);
+        landmarks_.emplace_back(p + side.distance_m * side.normal_W);
+    }
+    for (int i = 0; i < options.landmarks && !options.in_room; ++i) {
         const double a = angle(generator_);
         const double r = radius(generator_);
         landmarks_.emplace_back(r * std::cos(a), r * std::sin(a), height(generator_));
     }
+}
+
+PlaneProposals SyntheticFlight::planes() const {
+    PlaneProposals planes;
+    for (std::size_t s = 0; s < kSides.size(); ++s) {
+        PlaneProposal plane;
+        plane.id = {static_cast<std::uint32_t>(s)};
+        plane.kind = kSides[s].kind;
+        plane.normal_W = kSides[s].normal_W;
+        plane.distance_m = kSides[s].distance_m;
+        for (std::size_t i = s; i < landmarks_.size() && !plane.landmarks.full(); i += kSides.size()) {
+            plane.landmarks.push_back({static_cast<std::uint32_t>(i)});
+        }
+        planes.push_back(plane);
+    }
+    return planes;
 }
 
 Eigen::Vector3d SyntheticFlight::gaussian() {

@@ -5,6 +5,7 @@
 #include <random>
 #include <vector>
 
+#include "estimator/api/planes.h"
 #include "estimator/frontend/frontend_types.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/imu/preintegration.h"
@@ -26,6 +27,7 @@ public:
         Eigen::Vector3d rig_rotation = Eigen::Vector3d::Zero();  ///< true cameras = Exp(this) * rig() (rad)
         double imu_rate_hz = 200.0;
         int landmarks = 400;
+        bool in_room = false;  ///< landmarks on the walls, floor and ceiling of a room, else anywhere
         unsigned seed = 1;
     };
 
@@ -41,6 +43,9 @@ public:
     std::vector<FeatureObservation> observe(double t, int most = 150);
     /// Preintegration of samples from t0 to t1 at the given bias.
     Preintegration preintegrate(double t0, double t1, const ImuBias& bias, const ImuNoise& noise);
+
+    /// The room's planes with all their landmarks, as the mesh would propose them: floor, ceiling, four walls; normals inwards.
+    PlaneProposals planes() const;
 
     const std::vector<Eigen::Vector3d>& landmarks() const { return landmarks_; }
     const StereoRig& rig() const { return rig_; }

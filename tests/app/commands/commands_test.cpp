@@ -67,8 +67,6 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {"fly", "fly"},
         {"replay", "DATASET"},
         {"replay " + dir.path(), "--out"},
-        {replay + " --mode sp", "--mode sp: this build has mode s only"},
-        {replay + " --mode spr", "--mode spr: this build has mode s only"},
         {replay + " --mode x", "--mode x: unknown"},
         {replay + " --start abc", "--start"},
         {replay + " --inject fog@8", "--inject 'fog@8': unknown fault 'fog'"},

@@ -68,6 +68,44 @@ TEST_CASE("landmark elimination equals the dense Schur complement", "[landmark_s
     CHECK((Eigen::VectorXd(system->g()) - g).cwiseAbs().maxCoeff() < 1e-9);
 }
 
+TEST_CASE("landmark elimination with a plane equals the dense Schur complement", "[landmark_schur]") {
+    constexpr int kGlobals = 7;  // one of calibration, two planes
+    constexpr int kRow = 4;      // the second plane
+    std::mt19937 generator(13);
+    const auto schur = std::make_unique<LandmarkSchur>();
+    const auto system = std::make_unique<ReducedSystem>();
+    system->reset(kKeyframes, kGlobals);
+    const Dense d = fill(*schur, {0, 2, 3}, generator);
+    CoplanarityLinearization l;
+    l.r = 0.7;
+    l.d_r_d_plane = random_matrix(1, 3, generator);
+    l.d_r_d_point = random_matrix(1, 3, generator);
+
+    const int rows = static_cast<int>(d.r.size()) + 1;
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(rows, system->dim());
+    a.topRightCorner(rows - 1, kKeyframes * kStateDim) = d.a;
+    a.block(rows - 1, kRow, 1, 3) = l.d_r_d_plane;
+    Eigen::MatrixXd b(rows, 3);
+    b << d.b, l.d_r_d_point;
+    Eigen::VectorXd r(rows);
+    r << d.r, l.r;
+    const Eigen::MatrixXd projector =
+        Eigen::MatrixXd::Identity(rows, rows) - b * (b.transpose() * b).inverse() * b.transpose();
+
+    const double variance = schur->point_variance(l.d_r_d_point);
+    const double expected_variance =
+        (l.d_r_d_point * (d.b.transpose() * d.b).inverse() * l.d_r_d_point.transpose())(0, 0);
+    CHECK(variance == Approx(expected_variance));
+
+    schur->add_plane(kRow, l);
+    REQUIRE(ok(schur->eliminate_into(*system)));
+    const Eigen::MatrixXd lower = system->h().triangularView<Eigen::Lower>();
+    const Eigen::MatrixXd h = a.transpose() * projector * a;
+    const Eigen::MatrixXd expected = h.triangularView<Eigen::Lower>();
+    CHECK((lower - expected).cwiseAbs().maxCoeff() < 1e-9);
+    CHECK((Eigen::VectorXd(system->g()) - a.transpose() * projector * r).cwiseAbs().maxCoeff() < 1e-9);
+}
+
 TEST_CASE("landmark elimination refuses a point without information", "[landmark_schur]") {
     const auto schur = std::make_unique<LandmarkSchur>();
     const auto system = std::make_unique<ReducedSystem>();

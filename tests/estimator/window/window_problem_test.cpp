@@ -19,19 +19,21 @@ constexpr double kStep_s = 0.3;
 struct Fixture {
     WindowConfig config;
     CalibrationConfig calibration;
+    RegularityConfig regularity;
     std::unique_ptr<WindowState> state = std::make_unique<WindowState>();
     std::unique_ptr<ReducedSystem> system = std::make_unique<ReducedSystem>();
     std::unique_ptr<WindowProblem> problem = std::make_unique<WindowProblem>();
 
-    explicit Fixture(double pixel_sigma, bool calibrate = false) {
+    explicit Fixture(double pixel_sigma, bool calibrate = false, bool with_planes = false) {
         calibration.estimate_time_offset = calibrate;
         calibration.estimate_extrinsics = calibrate;
         SyntheticFlight::Options options;
         options.pixel_sigma = pixel_sigma;
         options.landmarks = 120;
+        options.in_room = with_planes;
         SyntheticFlight flight(options);
         config.huber_threshold = 10.0;
-        problem->bind(*state, config, calibration, flight.rig());
+        problem->bind(*state, config, calibration, regularity, flight.rig());
         for (int k = 0; k < kKeyframes; ++k) {
             Keyframe keyframe;
             keyframe.stamp = test::at(kStep_s * k);
@@ -51,18 +53,46 @@ struct Fixture {
         if (calibrate) {
             state->calibration.T_B_Bc = {so3_exp({0.01, -0.02, 0.015}), {0.02, 0.01, -0.03}};
         }
-        state->prior.reset(1, calibration.dim());
+        if (with_planes) {
+            add_planes(flight.planes());
+        }
+        state->prior.reset(1, problem->globals());
         state->prior.h().diagonal().setConstant(100.0);
         state->prior.g().setConstant(0.3);
+    }
+
+    /// The room's planes, a little off, with their landmarks and two pairs.
+    void add_planes(const PlaneProposals& planes) {
+        regularity.mode = RegularityMode::kSpr;
+        regularity.huber_threshold = 1000.0;
+        for (const PlaneProposal& proposal : planes) {
+            WindowPlane plane;
+            plane.kind = proposal.kind;
+            plane.plane = Plane::from(proposal.normal_W, proposal.distance_m, 4.5 * -proposal.normal_W)
+                              .box_plus({0.004, -0.003, 0.005});
+            plane.plane_lin = plane.plane;
+            for (const LandmarkId id : proposal.landmarks) {
+                if (Landmark* landmark = state->landmarks.find(id)) {
+                    landmark->plane = static_cast<int>(state->planes.size());
+                }
+            }
+            state->planes.push_back(plane);
+        }
+        state->plane_pairs.push_back({2, PlanePair::kVertical, false});
+        state->plane_pairs.push_back({4, 2, false});
     }
 
     /// Cost with the states moved by `d`; the states are put back.
     double cost_at(const Eigen::VectorXd& d) {
         problem->save();
-        const int globals = calibration.dim();
+        const int globals = problem->globals();
         RigCalibration::Tangent correction = RigCalibration::Tangent::Zero();
-        correction.head(globals) = d.head(globals);
+        correction.head(calibration.dim()) = d.head(calibration.dim());
         state->calibration = state->calibration.box_plus(correction);
+        for (int p = 0; p < static_cast<int>(state->planes.size()); ++p) {
+            WindowPlane& plane = state->planes[static_cast<std::size_t>(p)];
+            plane.plane = plane.plane.box_plus(d.segment<kPlaneDim>(problem->plane_row(p)));
+        }
         for (int k = 0; k < kKeyframes; ++k) {
             Keyframe& keyframe = state->keyframes[static_cast<std::size_t>(k)];
             keyframe.state = keyframe.state.box_plus(d.segment<kStateDim>(globals + kStateDim * k));
@@ -80,7 +110,8 @@ struct Fixture {
 
 TEST_CASE("the window's gradient is the derivative of its cost", "[window_problem]") {
     const bool calibrate = GENERATE(false, true);
-    Fixture f(0.5, calibrate);
+    const bool with_planes = GENERATE(false, true);
+    Fixture f(0.5, calibrate, with_planes);
     f.problem->select_landmarks();
     for (int pass = 0; pass < 3; ++pass) {
         f.problem->linearize(*f.system);

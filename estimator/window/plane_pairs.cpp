@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/window/plane_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "estimator/factors/plane_pair_factor.h"
+
+namespace facet {
+namespace {
+
+constexpr double kStay = 1.5;  // a pair's gate, once it is one
+constexpr double kHuber = 1.5;
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+/// A side that nobody moves: its normal points up.
+const Plane& vertical() {
+    static const Plane plane;
+    return plane;
+}
+
+PlaneSide side(const WindowPlanes& planes, int index) {
+    if (index == PlanePair::kVertical) {
+        return {&vertical(), &vertical()};
+    }
+    const WindowPlane& plane = planes[static_cast<std::size_t>(index)];
+    return {&plane.plane, &plane.linearization_point()};
+}
+
+/// Whether a and b are, or remain, a pair of this kind.
+bool is_pair(const WindowPlanes& planes, const PlanePair& pair, const PlanePairs& before, double gate_rad) {
+    const Eigen::Vector3d n_a = side(planes, pair.a).plane->normal_W();
+    const Eigen::Vector3d n_b = side(planes, pair.b).plane->normal_W();
+    const double sine = pair.is_parallel ? n_a.cross(n_b).norm() : std::abs(n_a.dot(n_b));
+    const bool was = std::find(before.begin(), before.end(), pair) != before.end();
+    return sine < std::sin((was ? kStay : 1.0) * gate_rad);
+}
+
+}  // namespace
+
+void find_plane_pairs(const WindowPlanes& planes, const RegularityConfig& config, PlanePairs& pairs) {
+    const PlanePairs before = pairs;
+    const double gate_rad = config.pair_gate_deg * kRadPerDeg;
+    pairs.clear();
+    const auto takes_part = [&](const WindowPlane& p) { return p.is_bound || p.constraints >= config.min_constraints; };
+    for (int a = 0; a < static_cast<int>(planes.size()); ++a) {
+        const WindowPlane& plane = planes[static_cast<std::size_t>(a)];
+        if (!takes_part(plane)) {
+            continue;
+        }
+        const PlanePair level{a, PlanePair::kVertical, plane.kind == PlaneKind::kHorizontal};
+        if (config.use_gravity && is_pair(planes, level, before, gate_rad)) {
+            pairs.push_back(level);
+        }
+        for (int b = 0; config.use_pairs && b < a; ++b) {
+            // Level planes are parallel, and orthogonal to walls, by way of the vertical already.
+            const WindowPlane& other = planes[static_cast<std::size_t>(b)];
+            if (config.use_gravity && (plane.kind == PlaneKind::kHorizontal || other.kind == PlaneKind::kHorizontal)) {
+                continue;
+            }
+            for (const bool is_parallel : {true, false}) {
+                const PlanePair pair{a, b, is_parallel};
+                if (takes_part(other) && is_pair(planes, pair, before, gate_rad)) {
+                    pairs.push_back(pair);
+                }
+            }
+        }
+    }
+}
+
+double add_plane_pairs(const WindowPlanes& planes, const PlanePairs& pairs, const RegularityConfig& config,
+                       int first_row, ReducedSystem& system) {
+    double cost = 0.0;
+    const double sigma_rad = config.pair_sigma_deg * kRadPerDeg;
+    auto h = system.h();
+    auto g = system.g();
+    for (const PlanePair& pair : pairs) {
+        PlanePairLinearization l;
+        const auto linearize = pair.is_parallel ? linearize_parallel : linearize_orthogonal;
+        linearize(side(planes, pair.a), side(planes, pair.b), sigma_rad, HuberLoss{kHuber}, l);
+        cost += l.cost;
+        const int row_a = first_row + kPlaneDim * pair.a;
+        h.block<2, 2>(row_a, row_a) += l.d_r_d_a.transpose() * l.d_r_d_a;
+        g.segment<2>(row_a) += l.d_r_d_a.transpose() * l.r;
+        if (pair.b != PlanePair::kVertical) {  // b < a: the block stands below the diagonal
+            const int row_b = first_row + kPlaneDim * pair.b;
+            h.block<2, 2>(row_b, row_b) += l.d_r_d_b.transpose() * l.d_r_d_b;
+            h.block<2, 2>(row_a, row_b) += l.d_r_d_a.transpose() * l.d_r_d_b;
+            g.segment<2>(row_b) += l.d_r_d_b.transpose() * l.r;
+        }
+    }
+    return cost;
+}
+
+}  // namespace facet

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/window/plane_set.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "estimator/window/plane_pairs.h"
+#include "estimator/window/point_fit.h"
+
+namespace facet {
+namespace {
+
+constexpr double kMinRho = 0.02;     // 1/m: farther landmarks say nothing about a plane
+constexpr int kMisfitKeyframes = 2;  // in a row, and a plane is none
+constexpr int kMaxLandmarkMisfits = 2;
+constexpr double kLeastFitting =
+    0.6;                            // of a proposed plane's landmarks: where fewer fit, clutter was taken for a plane
+constexpr double kMaxSigma = 0.15;  // m: a landmark less sure than this of its height fits everywhere
+
+const PlaneProposal* find(const PlaneProposals& proposals, PlaneId id) {
+    const auto at = std::lower_bound(proposals.begin(), proposals.end(), id,
+                                     [](const PlaneProposal& p, PlaneId wanted) { return p.id < wanted; });
+    return at != proposals.end() && at->id == id ? &*at : nullptr;
+}
+
+Eigen::Vector3d position(const Landmark& landmark, const WindowProblem& problem) {
+    return ScaledWorldPoint(problem.left_camera(landmark.observations.front().keyframe), landmark.point).p_W();
+}
+
+bool can_lie_on_planes(const Landmark& landmark) {
+    return landmark.is_active && landmark.has_point && landmark.point.rho > kMinRho &&
+           landmark.plane_misfits < kMaxLandmarkMisfits;
+}
+
+/// Rms extent of points along the narrower direction of the plane through them.
+double narrow_extent(const Eigen::Matrix3d& scatter, int count) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter / count, Eigen::EigenvaluesOnly);
+    return std::sqrt(std::max(0.0, eigen.eigenvalues()(1)));
+}
+
+}  // namespace
+
+void PlaneSet::configure(const RegularityConfig& config) {
+    config_ = config;
+    reset();
+}
+
+void PlaneSet::reset() { refused_.clear(); }
+
+bool PlaneSet::is_refused(PlaneId id) const {
+    return std::find(refused_.begin(), refused_.end(), id) != refused_.end();
+}
+
+void PlaneSet::refuse(PlaneId id) {
+    if (refused_.size() == refused_.capacity()) {
+        refused_.erase(refused_.begin());  // the oldest; the mesh has given it up long ago
+    }
+    refused_.push_back(id);
+}
+
+bool PlaneSet::measure(const Landmark& landmark, const Plane& plane, const WindowProblem& problem, Height& out) const {
+    PointFit fit;
+    const Eigen::Vector3d p_W = position(landmark, problem);
+    if (!fit.add_all(landmark, problem, p_W)) {
+        return false;
+    }
+    const Eigen::LLT<Eigen::Matrix3d> llt(fit.information);
+    if (llt.info() != Eigen::Success) {
+        return false;
+    }
+    out.m = plane.height(p_W);
+    out.variance_m2 = llt.matrixL().solve(plane.normal_W()).squaredNorm();
+    return true;
+}
+
+bool PlaneSet::fits(const Landmark& landmark, const Plane& plane, const WindowProblem& problem) const {
+    Height height;
+    if (!can_lie_on_planes(landmark) || !measure(landmark, plane, problem, height) ||
+        height.variance_m2 > kMaxSigma * kMaxSigma) {
+        return false;
+    }
+    const double variance_m2 = height.variance_m2 + config_.sigma_m * config_.sigma_m;
+    return height.m * height.m < config_.join_sigmas * config_.join_sigmas * variance_m2;
+}
+
+void PlaneSet::remove(int plane, WindowState& state) const {
+    const int calibration = state.prior.globals() - kPlaneDim * static_cast<int>(state.planes.size());
+    state.prior.marginalize_plane(calibration + kPlaneDim * plane);
+    state.planes.erase(state.planes.begin() + plane);
+    for (int i = 0; i < state.landmarks.size(); ++i) {
+        int& index = state.landmarks[i].plane;
+        index = index == plane ? Landmark::kNoPlane : index - (index > plane ? 1 : 0);
+    }
+    std::size_t kept = 0;
+    for (PlanePair pair : state.plane_pairs) {
+        if (pair.a == plane || pair.b == plane) {
+            continue;
+        }
+        pair.a -= pair.a > plane ? 1 : 0;
+        pair.b -= pair.b > plane ? 1 : 0;
+        state.plane_pairs[kept++] = pair;
+    }
+    state.plane_pairs.resize(kept);
+}
+
+void PlaneSet::admit(const PlaneProposal& proposal, WindowState& state, const WindowProblem& problem) {
+    if (state.planes.size() == state.planes.capacity() || is_refused(proposal.id) || !proposal.normal_W.allFinite() ||
+        std::abs(proposal.normal_W.norm() - 1.0) > 1e-3) {
+        return;
+    }
+    const Plane at_origin = Plane::from(proposal.normal_W, proposal.distance_m, Eigen::Vector3d::Zero());
+    int count = 0;
+    int judged = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    for (const LandmarkId id : proposal.landmarks) {
+        const Landmark* landmark = state.landmarks.find(id);
+        if (landmark == nullptr || landmark->plane != Landmark::kNoPlane || !can_lie_on_planes(*landmark)) {
+            continue;
+        }
+        ++judged;
+        if (fits(*landmark, at_origin, problem)) {
+            const Eigen::Vector3d p_W = position(*landmark, problem);
+            ++count;
+            sum += p_W;
+            squares += p_W * p_W.transpose();
+        }
+    }
+    if (count < config_.min_constraints || count < kLeastFitting * judged) {
+        return;
+    }
+    const Eigen::Vector3d mean = sum / count;
+    if (narrow_extent(squares - count * mean * mean.transpose(), count) < config_.min_extent_m) {
+        return;
+    }
+    WindowPlane plane;
+    plane.id = proposal.id;
+    plane.kind = proposal.kind;
+    plane.plane = Plane::from(proposal.normal_W, proposal.distance_m, mean);
+    plane.plane_lin = plane.plane;
+    plane.constraints = count;
+    state.planes.push_back(plane);
+    state.prior.append_globals(kPlaneDim);
+}
+
+void PlaneSet::assign(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem) const {
+    for (int i = 0; i < state.landmarks.size(); ++i) {
+        state.landmarks[i].proposed_plane = Landmark::kNoPlane;
+    }
+    for (int p = 0; p < static_cast<int>(state.planes.size()); ++p) {
+        const PlaneProposal* proposal = find(proposals, state.planes[static_cast<std::size_t>(p)].id);
+        for (const LandmarkId id : proposal->landmarks) {
+            if (Landmark* landmark = state.landmarks.find(id)) {
+                landmark->proposed_plane = p;
+            }
+        }
+    }
+    for (int i = 0; i < state.landmarks.size(); ++i) {
+        Landmark& landmark = state.landmarks[i];
+        const int proposed = landmark.proposed_plane;
+        if (landmark.plane == proposed || landmark.plane_misfits >= kMaxLandmarkMisfits) {
+            continue;
+        }
+        landmark.plane = Landmark::kNoPlane;
+        if (proposed != Landmark::kNoPlane &&
+            fits(landmark, state.planes[static_cast<std::size_t>(proposed)].plane, problem)) {
+            landmark.plane = proposed;
+        }
+    }
+}
+
+void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem) {
+    for (int p = static_cast<int>(state.planes.size()) - 1; p >= 0; --p) {
+        const WindowPlane& plane = state.planes[static_cast<std::size_t>(p)];
+        const bool is_idle = !plane.is_bound && plane.constraints < config_.keep_constraints;
+        if (is_idle || is_refused(plane.id) || find(proposals, plane.id) == nullptr) {
+            remove(p, state);
+        }
+    }
+    const auto is_known = [&](PlaneId id) {
+        return std::any_of(state.planes.begin(), state.planes.end(), [&](const WindowPlane& p) { return p.id == id; });
+    };
+    for (const PlaneProposal& proposal : proposals) {
+        if (!is_known(proposal.id)) {
+            admit(proposal, state, problem);
+        }
+    }
+    assign(proposals, state, problem);
+}
+
+void PlaneSet::judge(WindowState& state) {
+    for (WindowPlane& plane : state.planes) {
+        plane.constraints = 0;
+        plane.mean_chi2 = 0.0;
+    }
+    for (int i = 0; i < state.landmarks.size(); ++i) {
+        Landmark& landmark = state.landmarks[i];
+        if (landmark.plane == Landmark::kNoPlane || !landmark.is_active) {
+            continue;
+        }
+        WindowPlane& plane = state.planes[static_cast<std::size_t>(landmark.plane)];
+        ++plane.constraints;
+        plane.mean_chi2 += landmark.plane_chi2;
+        if (landmark.plane_chi2 > config_.leave_sigmas * config_.leave_sigmas) {
+            landmark.plane = Landmark::kNoPlane;
+            ++landmark.plane_misfits;
+        }
+    }
+    for (WindowPlane& plane : state.planes) {
+        plane.mean_chi2 /= std::max(1, plane.constraints);
+        plane.misfit_keyframes = plane.mean_chi2 > config_.max_plane_chi2 ? plane.misfit_keyframes + 1 : 0;
+        if (plane.misfit_keyframes >= kMisfitKeyframes) {
+            refuse(plane.id);  // leaves at the next keyframe
+        }
+    }
+    find_plane_pairs(state.planes, config_, state.plane_pairs);
+}
+
+}  // namespace facet

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Which planes the window uses, and which landmarks lie on them.
+#pragma once
+
+#include "estimator/api/planes.h"
+#include "estimator/window/regularity_config.h"
+#include "estimator/window/window_problem.h"
+
+namespace facet {
+
+/// Keeper of WindowState::planes and Landmark::plane, between what the mesh proposes and what the window finds to be true.
+///   A plane comes in with enough landmarks that fit it and do not lie along a line. It leaves when it is no longer
+/// proposed, when too few landmarks hold it before marginalization has used it, or when its landmarks, were they free,
+/// would not lie on it; the last kind is not taken again. What the prior knew of it is marginalized, its landmarks are free again.
+///   A landmark joins a plane that names it and from which it is nearer than join_sigmas of its own and the plane's
+/// uncertainty; it leaves beyond leave_sigmas, and does not come back after the second time.
+/// Thread-bound. No heap.
+class PlaneSet {
+public:
+    void configure(const RegularityConfig& config);
+    /// The window begins anew: no planes.
+    void reset();
+
+    /// Before an optimization, with landmarks triangulated.
+    void update(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem);
+
+    /// After it: takes out what did not fit, and brings the pairs up to date.
+    void judge(WindowState& state);
+
+private:
+    /// Height of a landmark above a plane, and its variance.
+    struct Height {
+        double m = 0.0;
+        double variance_m2 = 0.0;
+    };
+    bool measure(const Landmark& landmark, const Plane& plane, const WindowProblem& problem, Height& out) const;
+    bool fits(const Landmark& landmark, const Plane& plane, const WindowProblem& problem) const;
+    bool is_refused(PlaneId id) const;
+    void refuse(PlaneId id);
+    void remove(int plane, WindowState& state) const;
+    void admit(const PlaneProposal& proposal, WindowState& state, const WindowProblem& problem);
+    void assign(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem) const;
+
+    RegularityConfig config_;
+    boost::container::static_vector<PlaneId, 4 * kMaxPlanes> refused_;
+};
+
+}  // namespace facet

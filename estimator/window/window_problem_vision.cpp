@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The landmarks' part of the window problem.
+#include "estimator/geometry/triangulation.h"
+#include "estimator/window/stage_scope.h"
+#include "estimator/window/window_problem.h"
+
+namespace facet {
+namespace {
+
+/// Standard deviation of the prior on inverse depth (1/m): weak against any real baseline, holds points without one.
+constexpr double kRhoPriorSigma = 3.0;
+
+}  // namespace
+
+bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
+    boost::container::static_vector<Sighting, 2 * kMaxKeyframes> sightings;
+    for (const LandmarkObservation& o : landmark.observations) {
+        const auto k = static_cast<std::size_t>(o.keyframe);
+        sightings.push_back({&left_[k], o.measurement.left_xy, geometry_.scale_left});
+        if (o.measurement.has_right) {
+            sightings.push_back({&right_[k], o.measurement.right_xy, geometry_.scale_right});
+        }
+    }
+    const std::span<const Sighting> span(sightings.data(), sightings.size());
+    TriangulationOptions options;
+    options.huber_threshold = config_->huber_threshold;
+    options.rho_prior_sigma = kRhoPriorSigma;
+    if (landmark.plane != Landmark::kNoPlane && holds_planes()) {
+        options.plane = &state_->planes[static_cast<std::size_t>(landmark.plane)].plane;
+        options.plane_sigma_m = regularity_config_->sigma_m;
+        options.plane_huber_threshold = regularity_config_->huber_threshold;
+    }
+    options.max_iterations = landmark.has_point ? 3 : 8;
+    if (landmark.has_point && ok(triangulate(span, options, landmark.point))) {
+        return true;
+    }
+    options.max_iterations = 8;
+    InverseDepthPoint point;
+    if (!ok(triangulate_linear(span, point)) || !ok(triangulate(span, options, point))) {
+        return false;
+    }
+    landmark.point = point;
+    landmark.has_point = true;
+    return true;
+}
+
+void WindowProblem::select_landmarks() {
+    const StageScope scope(observer_, Stage::kTriangulation);
+    update_cameras();
+    for (int i = 0; i < state_->landmarks.size(); ++i) {
+        Landmark& landmark = state_->landmarks[i];
+        // Seen by one keyframe only, a stereo match still tells where to look for the landmark.
+        const bool is_known = (landmark.observations.size() >= 2 || landmark.observations[0].measurement.has_right) &&
+                              triangulate_landmark(landmark);
+        landmark.is_active = is_known && landmark.observations.size() >= 2;
+        landmark.cost = 0.0;
+    }
+}
+
+double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
+    if (!triangulate_landmark(landmark)) {
+        return landmark.cost;  // out of this step, but leaving must not look like a gain
+    }
+    const CameraPose& host = left_[static_cast<std::size_t>(landmark.observations.front().keyframe)];
+    const HuberLoss loss{config_->huber_threshold};
+    schur_.clear();
+    double cost = 0.0;
+    double squared_error = 0.0;
+    int rows = -3;
+    for (const LandmarkObservation& o : landmark.observations) {
+        const auto k = static_cast<std::size_t>(o.keyframe);
+        StereoLinearization l;
+        if (!ok(linearize_stereo(o.measurement, geometry_, body_[k], body_lin_[k], host, landmark.point, loss, l))) {
+            return landmark.cost;
+        }
+        schur_.add(o.keyframe, l);
+        cost += l.cost;
+        squared_error += l.squared_error;
+        rows += o.measurement.has_right ? 4 : 2;
+    }
+    cost += add_plane_height(landmark, host);
+    schur_.add_rho_prior(landmark.point.rho, kRhoPriorSigma);
+    if (!ok(schur_.eliminate_into(system))) {
+        return landmark.cost;
+    }
+    landmark.cost = cost;
+    landmark.squared_error = squared_error;
+    ++fit_.active_landmarks;
+    fit_.vision_rows += rows;
+    fit_.vision_squared_error += squared_error;
+    return cost;
+}
+
+/// The landmark's height above its plane, if it has one, put into schur_. @return its robust cost
+double WindowProblem::add_plane_height(Landmark& landmark, const CameraPose& host) {
+    if (landmark.plane == Landmark::kNoPlane || !holds_planes()) {
+        return 0.0;
+    }
+    const WindowPlane& plane = state_->planes[static_cast<std::size_t>(landmark.plane)];
+    const HuberLoss loss{regularity_config_->huber_threshold};
+    CoplanarityLinearization l;
+    if (!ok(linearize_coplanarity(plane.plane, plane.linearization_point(), host, landmark.point,
+                                  regularity_config_->sigma_m, loss, l))) {
+        return 0.0;
+    }
+    // At the optimum images pull the point off the plane as much as the plane pulls it back, so that with q = w s / sigma^2,
+    // s the height's variance by images alone, the free height is e = r (1 + q), of variance sigma^2 + s.
+    const double q = schur_.point_variance(l.d_r_d_point);
+    landmark.plane_chi2 = l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (1.0 + q / l.weight);
+    schur_.add_plane(plane_row(landmark.plane), l);
+    return l.cost;
+}
+
+void WindowProblem::add_calibration(ReducedSystem& system) const {
+    const int dim = calibration_config_->dim();
+    if (dim == 0) {
+        return;
+    }
+    using Columns = Eigen::Matrix<double, kPoseDim, Eigen::Dynamic, 0, kPoseDim, kCalibrationDim>;
+    boost::container::static_vector<Columns, kMaxKeyframes> d_pose;
+    for (const Keyframe& keyframe : state_->keyframes) {
+        const NavState& at = keyframe.linearization_point();
+        d_pose.push_back(state_->calibration.d_pose(at.q_W_B.toRotationMatrix(), at.v_W_B, keyframe.w_B).leftCols(dim));
+    }
+    auto h = system.h();
+    auto g = system.g();
+    for (int j = 0; j < system.keyframes(); ++j) {
+        Columns column = Columns::Zero(kPoseDim, dim);
+        for (int k = 0; k < system.keyframes(); ++k) {
+            const Columns& d = d_pose[static_cast<std::size_t>(k)];
+            if (j >= k) {
+                column.noalias() += h.block<kPoseDim, kPoseDim>(system.offset(j), system.offset(k)).lazyProduct(d);
+            } else {
+                column.noalias() +=
+                    h.block<kPoseDim, kPoseDim>(system.offset(k), system.offset(j)).transpose().lazyProduct(d);
+            }
+        }
+        const Columns& d = d_pose[static_cast<std::size_t>(j)];
+        for (int row = dim; row < system.globals(); ++row) {  // planes
+            h.row(row).head(dim) += h.col(row).segment<kPoseDim>(system.offset(j)).transpose().lazyProduct(d);
+        }
+        h.block(system.offset(j), 0, kPoseDim, dim) += column;
+        h.topLeftCorner(dim, dim) += d.transpose().lazyProduct(column);
+        g.head(dim) += d.transpose().lazyProduct(g.segment<kPoseDim>(system.offset(j)));
+    }
+}
+
+}  // namespace facet

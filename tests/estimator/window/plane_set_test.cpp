@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Planes in the window, on synthetic flights in a room: what they gain, and that they come and go cleanly.
+#include "estimator/window/plane_set.h"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <functional>
+#include <memory>
+
+#include "estimator/window/window.h"
+#include "tests/support/allocation_guard.h"
+#include "tests/support/synthetic_flight.h"
+
+using namespace facet;
+using facet::test::SyntheticFlight;
+
+namespace {
+
+using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;
+using StateVector = Eigen::Matrix<double, kStateDim, 1>;
+
+constexpr double kStep = 0.2;
+
+StateVector prior_sigmas() {
+    StateVector sigma;
+    sigma << 0.02, 0.02, 1e-4, 1e-4, 1e-4, 1e-4, 0.1, 0.1, 0.1, 0.01, 0.01, 0.01, 0.05, 0.05, 0.05;
+    return sigma;
+}
+
+/// A window that follows a noisy flight.
+class Flight {
+public:
+    explicit Flight(RegularityMode mode, unsigned seed = 1, bool in_room = true)
+        : flight_(make_options(seed, in_room)) {
+        noise_.gyro_noise_rad_per_s_per_sqrt_hz = 1.7e-4;
+        noise_.accel_noise_m_per_s2_per_sqrt_hz = 2e-3;
+        WindowConfig config;
+        config.pixel_sigma_px = 0.5;
+        config.keyframes = 10;
+        RegularityConfig regularity;
+        regularity.mode = mode;
+        window_->configure(config, {}, flight_.rig(), noise_, regularity);
+        NavState start = flight_.state(0.0);
+        std::mt19937 generator(seed + 100);
+        std::normal_distribution<double> normal;
+        StateVector d = StateVector::Zero();
+        for (int i = 0; i < 9; ++i) {
+            d(i) = prior_sigmas()(i) * normal(generator);
+        }
+        const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+        const auto first = flight_.observe(0.0);
+        window_->start({test::at(0.0), {}, false, {first.data(), first.size()}}, start.box_plus(d), information);
+    }
+
+    /// One keyframe on, with these planes proposed.
+    void step(const PlaneProposals& proposals) {
+        const double before = t_;
+        t_ += kStep;
+        const Preintegration p = flight_.preintegrate(before, t_, window_->newest().state.bias, noise_);
+        const auto observations = flight_.observe(t_);
+        window_->set_planes(proposals);
+        REQUIRE(ok(window_->add_keyframe(
+            {test::at(t_), flight_.rate(t_), false, {observations.data(), observations.size()}}, p)));
+        const WindowSummary summary = window_->optimize();
+        REQUIRE_FALSE(summary.solver.solver_failed);
+        REQUIRE_FALSE(summary.marginalization_failed);
+    }
+    void fly(double seconds, const PlaneProposals& proposals) {
+        for (int k = 0; k < std::lround(seconds / kStep); ++k) {
+            step(proposals);
+        }
+    }
+
+    StateVector error() const { return window_->newest().state.box_minus_to(flight_.state(t_)); }
+    double pose_nees() {
+        StateMatrix covariance;
+        REQUIRE(ok(window_->newest_covariance(covariance)));
+        const Eigen::Matrix<double, 6, 1> d = error().head<6>();
+        return d.dot(covariance.topLeftCorner<6, 6>().inverse() * d);
+    }
+    Window& window() { return *window_; }
+    const WindowPlanes& planes() const { return window_->state().planes; }
+    SyntheticFlight& truth() { return flight_; }
+
+private:
+    static SyntheticFlight::Options make_options(unsigned seed, bool in_room) {
+        SyntheticFlight::Options options;
+        options.gyro_noise = 1.7e-4;
+        options.accel_noise = 2e-3;
+        options.pixel_sigma = 0.5;
+        options.bias.gyro = {0.005, -0.008, 0.006};
+        options.bias.accel = {0.03, -0.04, 0.02};
+        options.landmarks = 600;
+        options.in_room = in_room;
+        options.seed = seed;
+        return options;
+    }
+
+    SyntheticFlight flight_;
+    ImuNoise noise_;
+    std::unique_ptr<Window> window_ = std::make_unique<Window>();
+    double t_ = 0.0;
+};
+
+int held(const Window& window) {
+    int count = 0;
+    for (int i = 0; i < window.state().landmarks.size(); ++i) {
+        count += window.state().landmarks[i].plane != Landmark::kNoPlane ? 1 : 0;
+    }
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("planes: a room's sides come in, and are found where they are", "[plane_set]") {
+    Flight flight(RegularityMode::kSpr);
+    const PlaneProposals room = flight.truth().planes();
+    flight.fly(6.0, room);
+    REQUIRE(flight.planes().size() >= 2);  // what the camera has seen
+    for (const WindowPlane& plane : flight.planes()) {
+        const PlaneProposal& truth = room[plane.id.value];
+        INFO("plane " << plane.id.value << " constraints " << plane.constraints << " chi2 " << plane.mean_chi2);
+        CHECK(plane.plane.normal_W().cross(truth.normal_W).norm() < 0.005);
+        CHECK(plane.plane.distance_m() == Approx(truth.distance_m).margin(0.05));
+        CHECK(plane.mean_chi2 < 2.0);
+        CHECK(plane.constraints >= 20);
+    }
+}
+
+TEST_CASE("planes: the estimate gains by them and stays consistent", "[plane_set]") {
+    constexpr int kRuns = 6;
+    constexpr double kSeconds = 16.0;
+    double squared[2] = {0.0, 0.0};
+    double nees = 0.0;
+    int count = 0;
+    for (unsigned seed = 1; seed <= kRuns; ++seed) {
+        for (const int mode : {0, 1}) {
+            Flight flight(mode == 0 ? RegularityMode::kS : RegularityMode::kSpr, seed);
+            const PlaneProposals room = flight.truth().planes();
+            for (double t = 0.0; t < kSeconds; t += kStep) {
+                flight.step(room);
+                squared[mode] += flight.error().segment<3>(kPos).squaredNorm();
+            }
+            if (mode == 1) {
+                nees += flight.pose_nees();
+                ++count;
+            }
+        }
+    }
+    INFO("RMSE of SPR over S " << std::sqrt(squared[1] / squared[0]) << ", pose NEES " << nees / count);
+    CHECK(squared[1] < 0.8 * squared[0]);
+    CHECK(nees / count < 10.5);  // 99.9 % of the mean of 6 chi-squares of 6 degrees of freedom
+}
+
+TEST_CASE("planes: without any, SPR is S to the bit", "[plane_set]") {
+    Flight s(RegularityMode::kS);
+    Flight spr(RegularityMode::kSpr);
+    s.fly(4.0, s.truth().planes());
+    spr.fly(4.0, {});
+    CHECK(s.window().newest().state.p_W_B == spr.window().newest().state.p_W_B);
+    CHECK(s.window().newest().state.q_W_B.coeffs() == spr.window().newest().state.q_W_B.coeffs());
+    CHECK(s.window().newest().state.bias.accel == spr.window().newest().state.bias.accel);
+    CHECK(s.planes().empty());
+}
+
+TEST_CASE("planes: one no longer proposed leaves, also out of the prior", "[plane_set]") {
+    Flight flight(RegularityMode::kSpr);
+    flight.fly(6.0, flight.truth().planes());
+    const std::size_t before = flight.planes().size();
+    REQUIRE(before >= 2);
+    REQUIRE(
+        std::any_of(flight.planes().begin(), flight.planes().end(), [](const WindowPlane& p) { return p.is_bound; }));
+    PlaneProposals fewer;
+    for (const PlaneProposal& p : flight.truth().planes()) {
+        if (p.id != flight.planes()[0].id) {
+            fewer.push_back(p);
+        }
+    }
+    flight.step(fewer);
+    CHECK(flight.planes().size() == before - 1);
+    flight.step({});
+    CHECK(flight.planes().empty());
+    CHECK(held(flight.window()) == 0);
+    CHECK(flight.window().state().prior.globals() == CalibrationConfig{}.dim());
+    flight.fly(2.0, {});
+    CHECK(flight.error().segment<3>(kPos).norm() < 0.05);
+}
+
+TEST_CASE("planes: clutter named a plane is not taken", "[plane_set]") {
+    Flight flight(RegularityMode::kSpr, 3, false);
+    PlaneProposals clutter;
+    PlaneProposal plane;
+    plane.id = {7};
+    plane.kind = PlaneKind::kVertical;
+    plane.normal_W = -Eigen::Vector3d::UnitX();
+    plane.distance_m = -5.0;
+    for (std::uint32_t i = 0; i < 250; ++i) {
+        plane.landmarks.push_back({i});
+    }
+    clutter.push_back(plane);
+    flight.fly(4.0, clutter);
+    CHECK(flight.planes().empty());
+}
+
+TEST_CASE("planes: a plane that turns out false is given up within a second and does not come back", "[plane_set]") {
+    // The landmarks of one wall are said to lie on a wall 6 cm nearer: near enough to be taken for it at first.
+    Flight flight(RegularityMode::kSpr);
+    Flight reference(RegularityMode::kS);
+    PlaneProposals room = flight.truth().planes();
+    PlaneProposals false_wall;
+    PlaneProposal curved = room[2];
+    curved.landmarks.clear();
+    for (const LandmarkId id : room[2].landmarks) {
+        curved.landmarks.push_back(id);
+    }
+    for (const LandmarkId id : room[4].landmarks) {  // and those of the wall beside it
+        static_cast<void>(curved.landmarks.try_push_back(id));
+    }
+    std::sort(curved.landmarks.begin(), curved.landmarks.end());
+    curved.normal_W = Eigen::Vector3d(-1.0, -1.0, 0.0).normalized();
+    curved.distance_m = -6.0;
+    false_wall.push_back(curved);
+    flight.fly(5.0, false_wall);
+    reference.fly(5.0, {});
+    CHECK(flight.planes().empty());
+    CHECK(flight.error().segment<3>(kPos).norm() < reference.error().segment<3>(kPos).norm() + 0.02);
+}
+
+TEST_CASE("planes: proposals that are none do no harm", "[plane_set]") {
+    Flight flight(RegularityMode::kSpr);
+    PlaneProposals bad = flight.truth().planes();
+    bad[0].normal_W = {std::nan(""), 0.0, 1.0};
+    bad[1].normal_W.setZero();
+    bad[2].landmarks.clear();
+    for (LandmarkId& id : bad[3].landmarks) {
+        id = {1000000 + id.value};  // unknown
+    }
+    flight.fly(3.0, bad);
+    for (const WindowPlane& plane : flight.planes()) {
+        CHECK(plane.id.value >= 4);
+    }
+    CHECK(flight.error().segment<3>(kPos).norm() < 0.1);
+}
+
+TEST_CASE("planes: no heap", "[plane_set]") {
+    Flight flight(RegularityMode::kSpr);
+    const PlaneProposals room = flight.truth().planes();
+    flight.fly(4.0, room);
+    const Preintegration p = flight.truth().preintegrate(4.0, 4.2, flight.window().newest().state.bias, ImuNoise{});
+    const auto observations = flight.truth().observe(4.2);
+    const test::AllocationGuard guard;
+    flight.window().set_planes(room);
+    REQUIRE(ok(flight.window().add_keyframe(
+        {test::at(4.2), Eigen::Vector3d::Zero(), false, {observations.data(), observations.size()}}, p)));
+    flight.window().optimize();
+    flight.window().set_planes({});
+    flight.window().optimize();
+    if (test::AllocationGuard::active()) {
+        CHECK(guard.allocations() == 0);
+    }
+}
