@@ -67,6 +67,8 @@ public:
     void update(const KeyframeView& view, const ImageView& left);
 
     const HorizonMesh& mesh() const { return mesh_; }
+    /// For the plane finder, which labels faces.
+    HorizonMesh& mesh() { return mesh_; }
     /// Faces that left the horizon in the last update (not those judged bad, superseded or made to fill holes).
     std::span<const DepartedFace> departed() const { return {departed_.data(), departed_.size()}; }
     const MeshCounters& counters() const { return counters_; }

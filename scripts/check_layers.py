@@ -39,6 +39,7 @@ ALLOWED = {
     ),
     "estimator/api": ("platform/base/", "estimator/"),
     "mesh": ("platform/base/", "estimator/api/", "estimator/geometry/"),
+    "mesh/planes": ("platform/base/", "estimator/api/", "estimator/geometry/", "mesh/"),
     "app": ("platform/", "drivers/", "estimator/", "mesh/"),
     "tests": ("platform/", "drivers/", "estimator/", "mesh/", "app/"),
 }

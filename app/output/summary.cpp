@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/mesh_output/mesh_log.h"
+#include "app/mesh_output/plane_log.h"
 #include "app/support/text_file.h"
 
 namespace facet {
@@ -40,6 +41,14 @@ Json mesh(const RunSummary& summary) {
                  {"run_faces", summary.run_mesh_faces},
                  {"updates", summary.mesh.updates}};
     for (const MeshColumn& column : mesh_columns(summary.mesh)) {
+        json[column.name] = column.value;
+    }
+    return json;
+}
+
+Json planes(const RunSummary& summary) {
+    Json json;
+    for (const PlaneColumn& column : plane_columns(summary.planes)) {
         json[column.name] = column.value;
     }
     return json;
@@ -122,6 +131,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"first_estimate_ns", summary.first_estimate.ns},
                  {"final", final_state(summary.last)}};
     json["mesh"] = mesh(summary);
+    json["planes"] = planes(summary);
     json["timing"] = timing(summary);
     TextFile file(folder + "/summary.json");
     file.write(json.dump(2) + "\n");

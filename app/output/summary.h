@@ -9,6 +9,7 @@
 #include "app/output/frame_log.h"
 #include "estimator/api/estimate.h"
 #include "mesh/mesher.h"
+#include "mesh/planes/plane_finder.h"
 
 namespace facet {
 
@@ -41,6 +42,7 @@ struct RunSummary {
     Estimate last;                   ///< last frame given, whatever its state
     std::vector<TimedFrame> timed;   ///< frames given to the estimator, in order
     MeshCounters mesh;               ///< what the mesher did
+    PlaneCounters planes;            ///< what the plane finder did
     int mesh_vertices = 0;           ///< live at the end
     int mesh_faces = 0;              ///< live at the end
     int mesh_faces_max = 0;          ///< most ever live

@@ -8,6 +8,7 @@
 
 #include "app/faults/fault_injector.h"
 #include "app/mesh_output/mesh_log.h"
+#include "app/mesh_output/plane_log.h"
 #include "app/mesh_output/run_mesh.h"
 #include "app/output/trajectory_writer.h"
 #include "app/pipeline/stage_timer.h"
@@ -16,6 +17,7 @@
 #include "app/support/progress.h"
 #include "drivers/replay_asl/asl_dataset.h"
 #include "estimator/api/estimator.h"
+#include "mesh/planes/plane_finder.h"
 
 namespace facet {
 namespace {
@@ -39,7 +41,8 @@ public:
           trajectory_(options.out),
           timing_(options.out),
           health_(options.out),
-          mesh_log_(options.out) {
+          mesh_log_(options.out),
+          plane_log_(options.out) {
         summary_.dataset = options.dataset;
         summary_.mode = to_string(options.config.regularity.mode);
         summary_.calibration = options.calibration.source;
@@ -62,7 +65,8 @@ private:
     void feed(const ImuSample& sample);
     void feed(const StereoFrame& frame, Timestamp output_stamp);
     void keep(const Estimate& estimate);
-    void update_mesh(const StereoFrame& frame);
+    void update_mesh(const StereoFrame& frame, const Health& health);
+    void update_planes(const KeyframeView& view, const Health& health);
 
     const ReplayOptions& options_;
     WarningLog warnings_;
@@ -70,9 +74,12 @@ private:
     TimingWriter timing_;
     HealthWriter health_;
     MeshLog mesh_log_;
+    PlaneLog plane_log_;
     AslDataset log_;
     Estimator estimator_;
     std::unique_ptr<Mesher> mesher_ = std::make_unique<Mesher>();
+    std::unique_ptr<PlaneFinder> planes_ = std::make_unique<PlaneFinder>();
+    std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
     RunMesh run_mesh_;
     std::uint32_t last_view_ = 0;
     StageTimer timer_;
@@ -136,6 +143,9 @@ std::string refused_section(const ProgramConfig& config) {
     if (!ok(config.mesh.validate())) {
         return "mesh";
     }
+    if (!ok(config.planes.validate())) {
+        return "planes";
+    }
     return ok(config.validate()) ? "" : "imu_noise";
 }
 
@@ -151,6 +161,7 @@ void Replay::configure() {
                         options_.calibration.source, left.width, left.height, options_.config.frontend.pyramid_levels));
     }
     FACET_ASSERT(ok(mesher_->configure(options_.config.mesh, options_.calibration.rig.left)));  // judged above
+    FACET_ASSERT(ok(planes_->configure(options_.config.planes)));
     estimator_.set_stage_observer(&timer_);
 }
 
@@ -171,7 +182,7 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     timer_.add_total(begin);
     estimate.stamp = estimate.stamp - (frame.stamp - output_stamp);
     if (ok(status) && estimate.health.is_keyframe && is_usable(estimate.health.state)) {
-        update_mesh(frame);
+        update_mesh(frame, estimate.health);
     }
     const FrameTiming timing = timer_.take();
     ++summary_.frames;
@@ -196,8 +207,8 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     }
 }
 
-/// The mesher's turn at a keyframe: part of the keyframe's time.
-void Replay::update_mesh(const StereoFrame& frame) {
+/// The turn of mesher and plane finder at a keyframe: part of the keyframe's time.
+void Replay::update_mesh(const StereoFrame& frame, const Health& health) {
     const KeyframeView& view = estimator_.keyframe_view();
     if (view.number == last_view_) {
         return;  // the first keyframe, or one the window refused
@@ -207,10 +218,25 @@ void Replay::update_mesh(const StereoFrame& frame) {
     timer_.begin(Stage::kMesh);
     mesher_->update(view, frame.left);
     timer_.end(Stage::kMesh);
+    update_planes(view, health);
     timer_.add_total(begin);
+    plane_log_.write(frame.stamp, *planes_);
     run_mesh_.collect(*mesher_);
     mesh_log_.write(frame.stamp, *mesher_);
     summary_.mesh_faces_max = std::max(summary_.mesh_faces_max, mesher_->mesh().face_count());
+}
+
+/// Planes are found in every mode; whether the estimator uses them is its mode's business.
+void Replay::update_planes(const KeyframeView& view, const Health& health) {
+    if (health.reset_counter != planes_reset_counter_) {
+        planes_->reset();
+        planes_reset_counter_ = health.reset_counter;
+    }
+    timer_.begin(Stage::kPlanes);
+    const PlaneProposals& proposals = planes_->update(mesher_->mesh(), view);
+    planes_->label(mesher_->mesh());
+    estimator_.set_planes(proposals);
+    timer_.end(Stage::kPlanes);
 }
 
 void Replay::keep(const Estimate& estimate) {
@@ -313,8 +339,11 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     timing_.close();
     health_.close();
     mesh_log_.close();
+    plane_log_.close();
+    plane_log_.write_planes(options_.out);
     run_mesh_.write(*mesher_, options_.out);
     summary_.mesh = mesher_->counters();
+    summary_.planes = planes_->counters();
     summary_.mesh_vertices = mesher_->mesh().vertex_count();
     summary_.mesh_faces = mesher_->mesh().face_count();
     summary_.run_mesh_faces = run_mesh_.faces();

@@ -15,6 +15,7 @@ enum class Stage : std::uint8_t {
     kMarginalization,  ///< oldest keyframe into the prior
     kLandmarks,        ///< snapshot of the landmarks for the mesh
     kMesh,             ///< mesher, outside the estimator, at keyframes
+    kPlanes,           ///< plane finder, likewise
     kCount
 };
 
@@ -28,6 +29,7 @@ constexpr const char* to_string(Stage s) {
         case Stage::kMarginalization: return "marginalization";
         case Stage::kLandmarks: return "landmarks";
         case Stage::kMesh: return "mesh";
+        case Stage::kPlanes: return "planes";
         case Stage::kCount: break;
     }
     return "?";

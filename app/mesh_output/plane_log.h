@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The planes of a run, and their files.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/support/text_file.h"
+#include "mesh/planes/plane_finder.h"
+#include "platform/base/timestamp.h"
+
+namespace facet {
+
+/// One number of PlaneCounters.
+struct PlaneColumn {
+    std::string name;
+    std::uint64_t value = 0;
+};
+std::vector<PlaneColumn> plane_columns(const PlaneCounters& counters);
+
+/// planes.csv: a row for every plane told at a keyframe, by id. planes.json: every plane of the run as it was when last
+/// found. World frame of the estimate, metres; n . p = distance, the normal points to the side the plane was seen from.
+/// Heap; thread-bound. Throws InputError if a file cannot be written.
+class PlaneLog {
+public:
+    explicit PlaneLog(const std::string& folder);
+    void write(Timestamp stamp, const PlaneFinder& finder);
+    void close() { file_.close(); }
+
+    /// Writes folder/planes.json: an array of {id, normal, distance, inliers, kind, centroid, extent, area, first_stamp_ns,
+    /// last_stamp_ns}.
+    void write_planes(const std::string& folder) const;
+
+private:
+    struct Record {
+        TrackedPlane plane;
+        Timestamp first;
+        Timestamp last;
+    };
+
+    TextFile file_;
+    std::map<std::uint32_t, Record> records_;  ///< by id
+};
+
+}  // namespace facet

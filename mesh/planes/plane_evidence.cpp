@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "mesh/planes/plane_evidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace facet {
+namespace {
+
+constexpr std::uint16_t kNoPoint = 0xffff;
+constexpr float kMaxLandmarkChi2 = 6.0F;  // of its sightings, as the mesh bears it in a vertex
+constexpr double kNear = 0.30;            // m: faces this near to a plane can have two corners on it
+constexpr double kStaySigma = 1.5;        // a landmark on a plane may be this much less certain than a new one
+constexpr int kCells = 16;                // of the grid that spreads landmarks, to each side
+constexpr double kGridExtents = 2.5;      // reach of the grid in standard deviations of the points
+constexpr float kVoteTilt = 0.10F;        // rad: faces known better than this have their full vote
+constexpr double kRadian = std::numbers::pi / 180.0;
+
+}  // namespace
+
+void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, const KeyframeView& view) {
+    config_ = config;
+    origin_ = view.T_W_C0.p;
+    points_.clear();
+    state_.clear();
+    point_of_vertex_.fill(kNoPoint);
+    std::size_t m = 0;
+    for (const LandmarkSnapshot& s : view.landmarks) {
+        while (m < members_.size() && members_[m].id < s.id) {
+            ++m;
+        }
+        PointState state;
+        state.id = s.id;
+        state.is_good = s.chi2 <= kMaxLandmarkChi2;
+        if (m < members_.size() && members_[m].id == s.id) {
+            state.former = members_[m].plane;
+            state.was_told = members_[m].was_told;
+        }
+        if (const auto slot = mesh.find_vertex(s.id); slot.ok()) {
+            point_of_vertex_[slot.value()] = static_cast<std::uint16_t>(points_.size());
+        }
+        points_.push_back({s.p_W, s.covariance_W});
+        state_.push_back(state);
+    }
+    take_faces(mesh);
+}
+
+/// Tilt of a face whose corners move by independent amounts s along its normal: s^2 sum 1 / height_i^2, halved for one axis.
+void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
+    faces_.clear();
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        if (!mesh.is_face(i)) {
+            continue;
+        }
+        const auto index = static_cast<FaceIndex>(i);
+        const MeshFace& from = mesh.face(index);
+        Face face;
+        for (std::size_t k = 0; k < 3; ++k) {
+            face.point[k] = point_of_vertex_[from.vertex[k]];
+        }
+        if (face.point[0] == kNoPoint || face.point[1] == kNoPoint || face.point[2] == kNoPoint) {
+            continue;
+        }
+        std::array<Eigen::Vector3f, 3> corner;
+        for (std::size_t k = 0; k < 3; ++k) {
+            corner[k] = (points_[face.point[k]].p_W - origin_).cast<float>();
+        }
+        const float sides = (corner[1] - corner[0]).squaredNorm() + (corner[2] - corner[1]).squaredNorm() +
+                            (corner[0] - corner[2]).squaredNorm();
+        face.normal_W = from.normal_W;
+        face.area = from.area_m2;
+        face.centroid = (corner[0] + corner[1] + corner[2]) / 3.0F;
+        face.sigma = from.sigma_m;
+        face.tilt_sigma = from.sigma_m * std::sqrt(0.125F * sides) / std::max(from.area_m2, 1e-6F);
+        face.least_cosine = static_cast<float>(
+            std::cos(std::min(kRadian * config_.max_face_angle_deg,
+                              kRadian * config_.face_angle_deg + 2.0 * static_cast<double>(face.tilt_sigma))));
+        face.index = index;
+        face.is_fill = from.is_fill;
+        faces_.push_back(face);
+    }
+}
+
+bool PlaneEvidence::fits(std::uint16_t point, const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join,
+                         const PlaneGate& stay) {
+    Standing& s = standing_[point];
+    if (s.fits != 0) {
+        return s.fits == 1;
+    }
+    s.fits = 2;
+    const PointState& state = state_[point];
+    if (state.owner != 0 || (state.former != 0 && state.former != plane) || !state.is_good) {
+        return false;
+    }
+    const bool is_member = plane != 0 && state.former == plane;
+    const PlaneGate& gate = is_member ? stay : join;
+    const PlanePoint& p = points_[point];
+    const double r = fit.residual(p.p_W);
+    const double sigma = static_cast<double>(p.sigma_along(fit.normal_W.cast<float>()));
+    if (std::abs(r) > gate.distance_m || sigma > (is_member ? kStaySigma : 1.0) * config_.max_point_sigma_m) {
+        return false;
+    }
+    const double own = fit.sigma_at(p.p_W);
+    const double variance = sigma * sigma + config_.surface_sigma_m * config_.surface_sigma_m;
+    if (r * r > gate.sigmas * gate.sigmas * (variance + own * own)) {
+        return false;
+    }
+    s.residual = static_cast<float>(r);
+    s.sigma = static_cast<float>(std::sqrt(variance));
+    s.fits = 1;
+    return true;
+}
+
+void PlaneEvidence::collect(const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join, const PlaneGate& stay,
+                            PlaneSupport& support) {
+    std::fill_n(standing_.begin(), points_.size(), Standing{});
+    near_.clear();
+    support.points.clear();
+    support.area_m2 = 0.0;
+    const Eigen::Vector3f n = fit.normal_W.cast<float>();
+    const auto d = static_cast<float>(fit.distance_m - fit.normal_W.dot(origin_));
+    for (std::size_t i = 0; i < faces_.size(); ++i) {
+        const Face& face = faces_[i];
+        if (face.is_fill || std::abs(n.dot(face.centroid) - d) > static_cast<float>(kNear)) {
+            continue;
+        }
+        near_.push_back(static_cast<std::uint16_t>(i));
+        if (n.dot(face.normal_W) < face.least_cosine) {
+            continue;
+        }
+        if (fits(face.point[0], fit, plane, join, stay) && fits(face.point[1], fit, plane, join, stay) &&
+            fits(face.point[2], fit, plane, join, stay)) {
+            support.area_m2 += static_cast<double>(face.area);
+            for (const std::uint16_t p : face.point) {
+                standing_[p].is_on = true;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+        const auto p = static_cast<std::uint16_t>(i);
+        if (standing_[i].is_on || (plane != 0 && state_[i].former == plane && fits(p, fit, plane, join, stay))) {
+            standing_[i].is_on = true;
+            support.points.push_back(p);
+        }
+    }
+    weigh(support);
+}
+
+/// Coherence and roughness.
+void PlaneEvidence::weigh(PlaneSupport& support) const {
+    int on = 0;
+    int across = 0;
+    double products = 0.0;
+    double weights = 0.0;
+    for (const std::uint16_t f : near_) {
+        const auto& p = faces_[f].point;
+        const int corners = static_cast<int>(standing_[p[0]].is_on) + static_cast<int>(standing_[p[1]].is_on) +
+                            static_cast<int>(standing_[p[2]].is_on);
+        on += corners == 3 ? 1 : 0;
+        across += corners == 2 ? 1 : 0;
+        if (corners != 3) {
+            continue;
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Standing& a = standing_[p[k]];
+            const Standing& b = standing_[p[(k + 1) % 3]];
+            const double w = 1.0 / static_cast<double>(a.sigma * b.sigma);
+            products += w * static_cast<double>(a.residual * b.residual);
+            weights += w;
+        }
+    }
+    support.coherence = on + across > 0 ? static_cast<double>(on) / static_cast<double>(on + across) : 0.0;
+    support.roughness_m = weights > 0.0 ? std::sqrt(std::max(0.0, products / weights)) : 0.0;
+}
+
+void PlaneEvidence::collect_former(PlaneSerial plane, FixedVector<std::uint16_t, kMaxLandmarks>& points) const {
+    points.clear();
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+        if (state_[i].former == plane && state_[i].owner == 0) {
+            points.push_back(static_cast<std::uint16_t>(i));
+        }
+    }
+}
+
+void PlaneEvidence::collect_owned(PlaneSerial plane, FixedVector<std::uint16_t, kMaxLandmarks>& points) const {
+    points.clear();
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+        if (state_[i].owner == plane) {
+            points.push_back(static_cast<std::uint16_t>(i));
+        }
+    }
+}
+
+void PlaneEvidence::own(std::span<const std::uint16_t> points, PlaneSerial plane) {
+    for (const std::uint16_t p : points) {
+        state_[p].owner = plane;
+    }
+}
+
+void PlaneEvidence::hand_over(PlaneSerial from, PlaneSerial to) {
+    for (PointState& s : state_) {
+        s.owner = s.owner == from ? to : s.owner;
+    }
+}
+
+void PlaneEvidence::forget_former() {
+    for (PointState& s : state_) {
+        s.former = s.owner;
+    }
+}
+
+/// Weight of a vote: area up to a limit, times the likelihood that a plane of this kind gives such a normal, times how well
+/// the normal is known.
+void PlaneEvidence::vote(PlaneVotes& votes) const {
+    const auto base = static_cast<float>(kRadian * config_.face_angle_deg);
+    const auto widest = static_cast<float>(kRadian * config_.max_face_angle_deg);
+    const auto most = static_cast<float>(config_.max_face_area_m2);
+    for (const Face& face : faces_) {
+        if (face.is_fill || (state_[face.point[0]].owner != 0 && state_[face.point[1]].owner != 0 &&
+                             state_[face.point[2]].owner != 0)) {
+            continue;
+        }
+        const float z = face.normal_W.z();
+        const float level = face.normal_W.head<2>().norm();  // sine of the angle to the vertical
+        const bool is_level = level < std::abs(z);
+        const float angle = std::asin(std::min(1.0F, is_level ? level : std::abs(z)));
+        const float sigma = std::sqrt(0.25F * base * base + face.tilt_sigma * face.tilt_sigma);
+        if (angle > std::min(widest, base + 2.0F * face.tilt_sigma)) {
+            continue;
+        }
+        const float off = angle / sigma;
+        const float weight =
+            std::min(face.area, most) * std::exp(-0.5F * off * off) * std::min(1.0F, kVoteTilt / face.tilt_sigma);
+        if (is_level) {
+            for (const std::uint16_t p : face.point) {
+                votes.vote_level(z > 0.0F, points_[p].p_W.z(), weight / 3.0F, face.sigma);
+            }
+        } else {
+            votes.vote_upright(face.normal_W, std::min(sigma, widest), origin_ + face.centroid.cast<double>(), weight,
+                               face.sigma);
+        }
+    }
+}
+
+void PlaneEvidence::choose_spread(const PlaneFit& fit, std::span<const std::uint16_t> points,
+                                  FixedVector<LandmarkId, kMaxPlaneLandmarks>& chosen) {
+    ranked_.clear();
+    const auto cell_of = [](double x, double extent) {
+        const double at = kCells * (0.5 + 0.5 * x / (kGridExtents * std::max(extent, 1e-3)));
+        return std::clamp(static_cast<int>(std::floor(at)), 0, kCells - 1);
+    };
+    const Eigen::Vector3f n = fit.normal_W.cast<float>();
+    for (const std::uint16_t p : points) {
+        const Eigen::Vector3d q = points_[p].p_W - fit.centroid_W;
+        const int u = cell_of(std::clamp(fit.along_W.dot(q), -1e3, 1e3), fit.extent_along_m);
+        const int v = cell_of(std::clamp(fit.across_W.dot(q), -1e3, 1e3), fit.extent_across_m);
+        ranked_.push_back(
+            {p, static_cast<std::uint16_t>(kCells * v + u), 0, state_[p].was_told, points_[p].sigma_along(n)});
+    }
+    if (ranked_.size() > kMaxPlaneLandmarks) {
+        std::sort(ranked_.begin(), ranked_.end(), [](const Ranked& a, const Ranked& b) {
+            if (a.cell != b.cell) {
+                return a.cell < b.cell;
+            }
+            if (a.was_told != b.was_told) {
+                return a.was_told;
+            }
+            return a.sigma != b.sigma ? a.sigma < b.sigma : a.point < b.point;
+        });
+        for (std::size_t i = 1; i < ranked_.size(); ++i) {
+            ranked_[i].rank = ranked_[i].cell == ranked_[i - 1].cell
+                                  ? static_cast<std::uint16_t>(ranked_[i - 1].rank + 1)
+                                  : std::uint16_t{0};
+        }
+        std::sort(ranked_.begin(), ranked_.end(), [](const Ranked& a, const Ranked& b) {
+            return a.rank != b.rank ? a.rank < b.rank : a.cell < b.cell;
+        });
+        ranked_.resize(kMaxPlaneLandmarks);
+        std::sort(ranked_.begin(), ranked_.end(), [](const Ranked& a, const Ranked& b) { return a.point < b.point; });
+    }
+    chosen.clear();
+    for (const std::uint16_t p : points) {
+        state_[p].was_told = false;
+    }
+    for (const Ranked& r : ranked_) {
+        state_[r.point].was_told = true;
+        chosen.push_back(state_[r.point].id);
+    }
+}
+
+void PlaneEvidence::remember() {
+    members_.clear();
+    for (const PointState& s : state_) {
+        if (s.owner != 0) {
+            members_.push_back({s.id, s.owner, s.was_told});
+        }
+    }
+}
+
+/// The plane of at least two corners.
+PlaneSerial PlaneEvidence::majority(const Face& face) const {
+    const PlaneSerial a = state_[face.point[0]].owner;
+    const PlaneSerial b = state_[face.point[1]].owner;
+    const PlaneSerial c = state_[face.point[2]].owner;
+    return a == b || a == c ? a : (b == c ? b : 0);
+}
+
+bool PlaneEvidence::lies_on(const Face& face, PlaneSerial plane, const PlaneFit& fit) const {
+    if (fit.normal_W.cast<float>().dot(face.normal_W) < face.least_cosine) {
+        return false;
+    }
+    return std::all_of(face.point.begin(), face.point.end(), [&](std::uint16_t p) {
+        return state_[p].owner == plane || std::abs(fit.residual(points_[p].p_W)) <= config_.join_m;
+    });
+}
+
+}  // namespace facet

@@ -1,0 +1,384 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "mesh/planes/plane_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace facet {
+namespace {
+
+constexpr double kRadian = std::numbers::pi / 180.0;
+constexpr double kKeepSlack = 1.5;      // a known plane may miss the limits by this factor
+constexpr double kEqualSigmas = 3.0;    // of the difference of two planes
+constexpr double kEqualFloor = 0.015;   // m: planes nearer than this at each other's landmarks are equal anyway
+constexpr double kEqualTurn = 1.0;      // deg, likewise
+constexpr double kDriftPerLoss = 2e-3;  // m a keyframe, of a plane that is not seen
+constexpr std::size_t kMinTold = 3;     // landmarks: fewer are no plane
+constexpr int kMostDoubtsTold = 2;      // one doubtful keyframe may be chance
+
+bool is_usable(const PlaneEstimate& e) {
+    return e.id.valid() && e.normal_W.allFinite() && std::isfinite(e.distance_m) &&
+           std::abs(e.normal_W.norm() - 1.0) < 1e-6 && e.constraints > 0;
+}
+
+}  // namespace
+
+Status PlaneFinder::configure(const PlaneConfig& config) {
+    FACET_TRY(config.validate());
+    config_ = config;
+    counters_ = {};
+    next_serial_ = 1;
+    next_id_ = 0;
+    reset();
+    return Status::kOk;
+}
+
+void PlaneFinder::reset() {
+    planes_.clear();
+    proposals_.clear();
+    evidence_.clear();
+    last_view_ = 0;
+}
+
+const PlaneProposals& PlaneFinder::update(const HorizonMesh& mesh, const KeyframeView& view) {
+    if (view.number <= last_view_) {
+        reset();
+    }
+    last_view_ = view.number;
+    evidence_.take(config_, mesh, view);
+    take_estimates(view.planes);
+    for (TrackedPlane& plane : planes_) {
+        follow(plane);
+    }
+    evidence_.forget_former();
+    merge_equal();
+    search(view.T_W_C0.p);
+    retire();
+    confirm();
+    propose();
+    evidence_.remember();
+    return proposals_;
+}
+
+void PlaneFinder::take_estimates(const PlaneEstimates& estimates) {
+    for (TrackedPlane& plane : planes_) {
+        const auto at = std::find_if(estimates.begin(), estimates.end(), [&](const PlaneEstimate& e) {
+            return is_usable(e) && e.id == plane.id && e.kind == plane.kind;
+        });
+        plane.is_held = at != estimates.end();
+        if (plane.is_held) {
+            plane.fit.normal_W = at->normal_W;
+            plane.fit.distance_m = at->distance_m;
+        }
+    }
+}
+
+/// One known plane at a new keyframe. Its landmarks have moved with the whole map: the plane is first fitted to all of
+/// them, then asked which of them still fit.
+void PlaneFinder::follow(TrackedPlane& plane) {
+    const std::span<const PlanePoint> points = evidence_.points();
+    evidence_.collect_former(plane.serial, points_);
+    const std::span<const std::uint16_t> former{points_.data(), points_.size()};
+    if (!plane.is_held && plane.lost == 0) {
+        static_cast<void>(fit_plane(points, former, config_.surface_sigma_m, plane.fit));  // else: where it was
+    }
+    plane.lost += 1;
+    plane.landmarks = 0;
+    plane.area_m2 = 0.0;
+    if (plane.lost > config_.leave_keyframes) {
+        return;  // only a candidate brings it back
+    }
+    evidence_.collect(plane.fit, plane.serial, join_gate(), stay_gate(), support_);
+    PlaneFit fit = plane.fit;
+    const std::span<const std::uint16_t> on{support_.points.data(), support_.points.size()};
+    const Status fitted = plane.is_held ? describe_plane(points, on, config_.surface_sigma_m, fit)
+                                        : fit_plane(points, on, config_.surface_sigma_m, fit);
+    const Verdict verdict = ok(fitted) ? judge(plane.kind, fit, support_, kKeepSlack) : Verdict::kSmall;
+    plane.doubts = verdict == Verdict::kMisshapen ? plane.doubts + 1 : 0;
+    if (verdict == Verdict::kPlane) {
+        plane.fit = fit;
+        plane.lost = 0;
+        ++plane.found;
+    }
+    if (verdict != Verdict::kMisshapen) {
+        plane.landmarks = static_cast<int>(on.size());
+        plane.area_m2 = support_.area_m2;
+    }
+    evidence_.own(on, plane.serial);
+}
+
+bool PlaneFinder::is_upright_or_level(PlaneKind kind, const PlaneFit& fit, double slack) const {
+    const double limit = std::sin(slack * kRadian * config_.max_tilt_deg);
+    return kind == PlaneKind::kHorizontal ? fit.normal_W.head<2>().norm() <= limit
+                                          : std::abs(fit.normal_W.z()) <= limit;
+}
+
+PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, const PlaneSupport& support,
+                                        double slack) const {
+    if (!is_upright_or_level(kind, fit, slack) || fit.chi2 > slack * config_.max_chi2 ||
+        fit.bend_m > slack * config_.max_bend_m || support.roughness_m > slack * config_.max_roughness_m) {
+        return Verdict::kMisshapen;
+    }
+    const bool is_large = static_cast<double>(fit.points) * slack >= config_.min_landmarks &&
+                          support.area_m2 * slack >= config_.min_area_m2 &&
+                          fit.extent_across_m * slack >= config_.min_extent_m;
+    if (!is_large) {
+        return Verdict::kSmall;
+    }
+    return support.coherence * slack >= config_.min_coherence ? Verdict::kPlane : Verdict::kMisshapen;
+}
+
+void PlaneFinder::search(const Eigen::Vector3d& origin_W) {
+    votes_.begin(origin_W);
+    evidence_.vote(votes_);
+    int tries = 0;
+    for (const PlanePeak& peak : votes_.find_peaks(static_cast<float>(config_.min_support_m2))) {
+        if (++tries > kMaxCandidates) {
+            break;
+        }
+        ++counters_.candidates;
+        PlaneFit fit;
+        if (refine(peak, fit)) {
+            adopt(peak.kind, fit);
+        } else {
+            ++counters_.refused;
+        }
+    }
+}
+
+/// Fits a candidate with gates that narrow. @return whether its landmarks, left in support_, look like a plane
+bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
+    fit.normal_W = peak.normal_W;
+    fit.distance_m = peak.distance_m;
+    const double wide = config_.search_gate_m;
+    const double middle = 0.5 * (wide + config_.join_m);
+    const PlaneGate none;
+    for (const PlaneGate& gate : {PlaneGate{wide, 1e3}, PlaneGate{middle, 1e3}, join_gate(), join_gate()}) {
+        evidence_.collect(fit, 0, gate, none, support_);
+        if (static_cast<int>(support_.points.size()) < config_.min_landmarks ||
+            !ok(fit_plane(evidence_.points(), {support_.points.data(), support_.points.size()}, config_.surface_sigma_m,
+                          fit)) ||
+            !is_upright_or_level(peak.kind, fit, 2.0)) {
+            return false;
+        }
+    }
+    return judge(peak.kind, fit, support_, 1.0) == Verdict::kPlane;
+}
+
+/// A candidate that looks like a plane, its landmarks in support_: a known plane, or a new one.
+void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
+    const std::span<const std::uint16_t> on{support_.points.data(), support_.points.size()};
+    for (TrackedPlane& plane : planes_) {
+        if (!may_be_same(plane, kind, fit)) {
+            continue;
+        }
+        evidence_.collect_owned(plane.serial, others_);
+        if (!is_one({others_.data(), others_.size()}, on, fit)) {
+            continue;
+        }
+        evidence_.own(on, plane.serial);
+        if (plane.lost > 0) {
+            counters_.found_again += plane.lost > config_.leave_keyframes && plane.id.valid() ? 1 : 0;
+            plane.fit = plane.is_held ? plane.fit : fit;
+            plane.lost = 0;
+            plane.doubts = 0;
+            ++plane.found;
+        }
+        plane.landmarks += static_cast<int>(on.size());
+        plane.area_m2 += support_.area_m2;
+        return;
+    }
+    if (planes_.full()) {
+        ++counters_.crowded_out;
+        return;
+    }
+    TrackedPlane plane;
+    plane.serial = next_serial_++;
+    plane.kind = kind;
+    plane.fit = fit;
+    plane.area_m2 = support_.area_m2;
+    plane.landmarks = static_cast<int>(on.size());
+    plane.found = 1;
+    planes_.push_back(plane);
+    evidence_.own(on, plane.serial);
+}
+
+/// Equal by normal and distance at the place of each other's landmarks.
+bool PlaneFinder::may_be_same(const TrackedPlane& a, PlaneKind kind, const PlaneFit& fit) const {
+    if (a.kind != kind) {
+        return false;
+    }
+    const double drift = kDriftPerLoss * a.lost;
+    const auto turn_variance = [](const PlaneFit& f) {
+        return f.sigma_along_rad * f.sigma_along_rad + f.sigma_across_rad * f.sigma_across_rad;
+    };
+    const double turn_sigma = std::sqrt(turn_variance(a.fit) + turn_variance(fit));
+    const double turn = std::min(kRadian * config_.same_angle_deg, kRadian * kEqualTurn + kEqualSigmas * turn_sigma);
+    if (a.fit.normal_W.dot(fit.normal_W) < std::cos(turn)) {
+        return false;
+    }
+    const auto is_near = [&](const PlaneFit& plane, const PlaneFit& other) {
+        const double sigma = std::hypot(plane.sigma_at(other.centroid_W), other.sigma_m, drift);
+        return std::abs(plane.residual(other.centroid_W)) <=
+               std::min(config_.same_distance_m, kEqualFloor + kEqualSigmas * sigma);
+    };
+    return is_near(a.fit, fit) && is_near(fit, a.fit);
+}
+
+/// Whether one plane fits the landmarks of both; true if one has none.
+bool PlaneFinder::is_one(std::span<const std::uint16_t> a, std::span<const std::uint16_t> b, const PlaneFit& start) {
+    if (a.empty() || b.empty()) {
+        return true;
+    }
+    points_.clear();
+    for (const auto part : {a, b}) {
+        for (const std::uint16_t p : part) {
+            static_cast<void>(points_.try_push_back(p));
+        }
+    }
+    PlaneFit fit = start;
+    return ok(fit_plane(evidence_.points(), {points_.data(), points_.size()}, config_.surface_sigma_m, fit)) &&
+           fit.chi2 <= kKeepSlack * config_.max_chi2 && fit.bend_m <= kKeepSlack * config_.max_bend_m;
+}
+
+/// Merges the younger of two equal planes into the older one.
+bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
+    if (!may_be_same(older, younger.kind, younger.fit)) {
+        return false;
+    }
+    evidence_.collect_owned(older.serial, support_.points);
+    evidence_.collect_owned(younger.serial, others_);
+    if (!is_one({support_.points.data(), support_.points.size()}, {others_.data(), others_.size()}, younger.fit)) {
+        return false;
+    }
+    evidence_.hand_over(younger.serial, older.serial);
+    if (older.lost > younger.lost) {
+        older.fit = older.is_held ? older.fit : younger.fit;
+        older.lost = younger.lost;
+        older.doubts = 0;
+    }
+    older.landmarks += younger.landmarks;
+    older.area_m2 += younger.area_m2;
+    counters_.merged += younger.id.valid() ? 1 : 0;
+    return true;
+}
+
+void PlaneFinder::merge_equal() {
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        for (std::size_t j = i + 1; j < planes_.size();) {
+            // By serial the first is older; but one with an id stays before one without.
+            const bool keeps_first = planes_[i].id <= planes_[j].id;
+            if (!merge(keeps_first ? planes_[i] : planes_[j], keeps_first ? planes_[j] : planes_[i])) {
+                ++j;
+                continue;
+            }
+            if (!keeps_first) {
+                planes_[i] = planes_[j];
+            }
+            planes_.erase_at(j);
+        }
+    }
+}
+
+void PlaneFinder::retire() {
+    for (std::size_t i = 0; i < planes_.size();) {
+        TrackedPlane& plane = planes_[i];
+        const bool is_doubtful = plane.doubts >= config_.leave_keyframes;
+        const bool is_gone = plane.id.valid() ? plane.lost > config_.leave_keyframes + config_.forget_keyframes
+                                              : plane.lost >= config_.confirm_keyframes;
+        if (plane.lost == config_.leave_keyframes + 1 || is_doubtful || is_gone) {
+            evidence_.release(plane.serial);
+        }
+        if (is_doubtful || is_gone) {
+            counters_.doubted += is_doubtful && plane.id.valid() ? 1 : 0;
+            counters_.forgotten += !is_doubtful && plane.id.valid() ? 1 : 0;
+            planes_.erase_at(i);
+        } else {
+            ++i;
+        }
+    }
+}
+
+int PlaneFinder::confirmed() const {
+    return static_cast<int>(
+        std::count_if(planes_.begin(), planes_.end(), [](const TrackedPlane& p) { return p.id.valid(); }));
+}
+
+/// A place for one more plane with an id: the one lost for longest goes. @return false if none is lost
+bool PlaneFinder::make_room() {
+    if (confirmed() < kMaxPlanes) {
+        return true;
+    }
+    std::size_t longest = planes_.size();
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        if (planes_[i].id.valid() && planes_[i].lost > config_.leave_keyframes &&
+            (longest == planes_.size() || planes_[i].lost > planes_[longest].lost)) {
+            longest = i;
+        }
+    }
+    if (longest == planes_.size()) {
+        return false;
+    }
+    ++counters_.forgotten;
+    planes_.erase_at(longest);
+    return true;
+}
+
+void PlaneFinder::confirm() {
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        if (planes_[i].id.valid() || planes_[i].lost > 0 || planes_[i].found < config_.confirm_keyframes) {
+            continue;
+        }
+        const PlaneSerial serial = planes_[i].serial;
+        if (!make_room()) {
+            ++counters_.crowded_out;
+            return;
+        }
+        // Making room may have moved it towards the front.
+        while (planes_[i].serial != serial) {
+            --i;
+        }
+        planes_[i].id = PlaneId{next_id_++};
+        ++counters_.confirmed;
+    }
+}
+
+void PlaneFinder::propose() {
+    proposals_.clear();
+    for (TrackedPlane& plane : planes_) {
+        plane.is_told = false;
+        if (!plane.id.valid() || plane.lost > config_.leave_keyframes || plane.doubts >= kMostDoubtsTold) {
+            continue;
+        }
+        evidence_.collect_owned(plane.serial, points_);
+        if (points_.size() < kMinTold) {
+            continue;
+        }
+        plane.is_told = true;
+        PlaneProposal& proposal = proposals_.push_back({});
+        proposal.id = plane.id;
+        proposal.kind = plane.kind;
+        proposal.normal_W = plane.fit.normal_W;
+        proposal.distance_m = plane.fit.distance_m;
+        evidence_.choose_spread(plane.fit, {points_.data(), points_.size()}, proposal.landmarks);
+    }
+    std::sort(proposals_.begin(), proposals_.end(),
+              [](const PlaneProposal& a, const PlaneProposal& b) { return a.id < b.id; });
+}
+
+void PlaneFinder::label(HorizonMesh& mesh) const {
+    const auto find = [this](PlaneSerial serial) {
+        return std::find_if(planes_.begin(), planes_.end(), [=](const TrackedPlane& p) { return p.serial == serial; });
+    };
+    evidence_.for_faces(
+        [&](PlaneSerial serial) -> const PlaneFit* {
+            const auto at = find(serial);
+            return at != planes_.end() && at->id.valid() ? &at->fit : nullptr;
+        },
+        [&](FaceIndex face, PlaneSerial serial) {
+            mesh.face(face).plane = serial != 0 ? find(serial)->id : PlaneId{};
+        });
+}
+
+}  // namespace facet

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Finds the floors and walls of the mesh, keeps their identity, and tells which landmarks lie on them.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "estimator/api/landmarks.h"
+#include "mesh/horizon_mesh.h"
+#include "mesh/planes/plane_config.h"
+#include "mesh/planes/plane_evidence.h"
+#include "mesh/planes/plane_fit.h"
+#include "mesh/planes/plane_votes.h"
+#include "platform/base/fixed_vector.h"
+
+namespace facet {
+
+/// A plane as the finder knows it.
+struct TrackedPlane {
+    PlaneSerial serial = 0;
+    PlaneId id;  ///< invalid until confirmed
+    PlaneKind kind = PlaneKind::kHorizontal;
+    PlaneFit fit;
+    double area_m2 = 0.0;  ///< of its faces in the horizon
+    int landmarks = 0;     ///< on it now
+    int found = 0;         ///< keyframes that found it
+    int lost = 0;          ///< keyframes in a row that did not
+    int doubts = 0;        ///< keyframes in a row at which its landmarks did not look like a plane
+    bool is_held = false;  ///< normal and distance are the estimator's
+    bool is_told = false;  ///< among the last proposals
+};
+
+/// What the finder has done since configure().
+struct PlaneCounters {
+    std::uint64_t candidates = 0;   ///< peaks looked at
+    std::uint64_t refused = 0;      ///< of these, no plane
+    std::uint64_t confirmed = 0;    ///< planes that got an id
+    std::uint64_t found_again = 0;  ///< lost planes that came back under their id
+    std::uint64_t merged = 0;       ///< planes that became another
+    std::uint64_t doubted = 0;      ///< planes given up because they did not look like one any more
+    std::uint64_t forgotten = 0;    ///< planes lost for too long
+    std::uint64_t crowded_out = 0;  ///< planes without a place
+};
+
+/// Finds planes in the mesh over the horizon without sampling [Rosinol19], at each keyframe after the mesher:
+///   1 known planes take their normal and distance from the estimator, or are fitted anew to their landmarks; landmarks that
+///     no longer fit leave, those of faces that lie in the plane join;
+///   2 planes that have become equal merge, the older id stays;
+///   3 faces that no plane explains vote (PlaneVotes); each peak is refined by weighted least squares;
+///   4 a candidate becomes a plane if its landmarks look like one: number, area, extent, tilt, chi-square, no bend, no
+///     common trend of neighbouring residuals, few neighbours off the plane; if it equals a known plane, lost ones included,
+///     it is that one; else it gets an id when found at `confirm_keyframes`.
+/// Planes are equal if normal and distance, compared at the place of each other's landmarks, differ by no more than their
+/// uncertainty explains, within absolute limits, and one plane fits the landmarks of both. A plane lost for more than
+/// `leave_keyframes` is told no more but known for another `forget_keyframes`. At most kMaxPlanes have an id: when full, the
+/// one lost for longest makes room; if none is lost, the new one waits.
+/// Ids are never used again, not even after reset(). Time is bounded by the capacities. About 900 KB: allocate it once.
+/// Thread-bound. Deterministic. No heap.
+class PlaneFinder {
+public:
+    /// @return kInvalidArgument if a field is out of range (nothing changed). Forgets all planes; ids begin at 0.
+    Status configure(const PlaneConfig& config);
+    /// Forgets all planes: the estimator began a new window.
+    void reset();
+
+    /// Takes in a keyframe. A view that is not newer than the last one resets first.
+    /// @param mesh  that the mesher has brought to this keyframe
+    /// @return planes with at least three landmarks, until the next call
+    const PlaneProposals& update(const HorizonMesh& mesh, const KeyframeView& view);
+
+    /// Writes into every face the plane it lies on, invalid if none. Contract: the mesh as it was at the last update.
+    void label(HorizonMesh& mesh) const;
+
+    /// All planes, by age; those without id are candidates.
+    std::span<const TrackedPlane> planes() const { return {planes_.data(), planes_.size()}; }
+    const PlaneProposals& proposals() const { return proposals_; }
+    const PlaneCounters& counters() const { return counters_; }
+
+private:
+    static constexpr int kMaxCandidates = 8;  // without id; and looked at in one update
+    enum class Verdict { kPlane, kSmall, kMisshapen };
+
+    PlaneGate join_gate() const { return {config_.join_m, config_.join_sigmas}; }
+    PlaneGate stay_gate() const { return {config_.stay_m, config_.stay_sigmas}; }
+    void take_estimates(const PlaneEstimates& estimates);
+    void follow(TrackedPlane& plane);
+    Verdict judge(PlaneKind kind, const PlaneFit& fit, const PlaneSupport& support, double slack) const;
+    bool is_upright_or_level(PlaneKind kind, const PlaneFit& fit, double slack) const;
+    void search(const Eigen::Vector3d& origin_W);
+    bool refine(const PlanePeak& peak, PlaneFit& fit);
+    void adopt(PlaneKind kind, const PlaneFit& fit);
+    bool may_be_same(const TrackedPlane& a, PlaneKind kind, const PlaneFit& fit) const;
+    bool is_one(std::span<const std::uint16_t> a, std::span<const std::uint16_t> b, const PlaneFit& start);
+    void merge_equal();
+    bool merge(TrackedPlane& older, const TrackedPlane& younger);
+    void retire();
+    void confirm();
+    bool make_room();
+    void propose();
+    int confirmed() const;
+
+    PlaneConfig config_;
+    PlaneCounters counters_;
+    PlaneEvidence evidence_;
+    PlaneVotes votes_;
+    FixedVector<TrackedPlane, kMaxPlanes + kMaxCandidates> planes_;  ///< by serial
+    PlaneProposals proposals_;
+    PlaneSupport support_;                              ///< scratch
+    FixedVector<std::uint16_t, kMaxLandmarks> points_;  ///< scratch
+    FixedVector<std::uint16_t, kMaxLandmarks> others_;  ///< scratch
+    PlaneSerial next_serial_ = 1;
+    std::uint32_t next_id_ = 0;
+    std::uint32_t last_view_ = 0;
+};
+
+}  // namespace facet

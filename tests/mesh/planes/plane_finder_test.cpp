@@ -1,0 +1,425 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The plane finder behind the mesher, on made-up worlds with the noise of a stereo camera.
+#include "mesh/planes/plane_finder.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "tests/mesh/planes/plane_worlds.h"
+#include "tests/support/allocation_guard.h"
+
+namespace facet {
+namespace {
+
+using Eigen::Vector3d;
+using test::looking;
+using test::PlaneRig;
+using test::PlaneWorld;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// A floor at z = 0, a wall x = 4 facing -x and a wall y = 2 facing -y.
+struct Corner : PlaneWorld {
+    int floor = add({0.5, -2.0, 0.0}, {3.5, 0.0, 0.0}, {0.0, 4.0, 0.0}, 0.25);
+    int front = add({4.0, 2.0, 0.0}, {0.0, -4.0, 0.0}, {0.0, 0.0, 2.4}, 0.25);
+    int side = add({0.5, 2.0, 0.0}, {3.5, 0.0, 0.0}, {0.0, 0.0, 2.4}, 0.25);
+};
+
+const Se3 kCorner = looking({0.0, 0.0, 1.3}, 0.25, 0.25);
+const Se3 kFront = looking({1.0, 0.0, 1.2}, 0.0, 0.0);
+
+int on_surface(const PlaneWorld& world, const PlaneProposal& p, int surface) {
+    return static_cast<int>(std::count_if(p.landmarks.begin(), p.landmarks.end(), [&](LandmarkId id) {
+        return world.points[id.value].surface == surface;
+    }));
+}
+
+const PlaneProposal* find_like(const PlaneProposals& proposals, const Vector3d& n) {
+    const auto at = std::find_if(proposals.begin(), proposals.end(),
+                                 [&](const PlaneProposal& p) { return p.normal_W.dot(n) > 0.95; });
+    return at == proposals.end() ? nullptr : &*at;
+}
+
+void require_sound(const PlaneProposals& proposals) {
+    std::vector<LandmarkId> all;
+    for (std::size_t i = 0; i < proposals.size(); ++i) {
+        const PlaneProposal& p = proposals[i];
+        REQUIRE(p.id.valid());
+        REQUIRE((i == 0 || proposals[i - 1].id < p.id));
+        REQUIRE(std::abs(p.normal_W.norm() - 1.0) < 1e-9);
+        REQUIRE(p.landmarks.size() >= 3);
+        REQUIRE(std::is_sorted(p.landmarks.begin(), p.landmarks.end()));
+        all.insert(all.end(), p.landmarks.begin(), p.landmarks.end());
+    }
+    std::sort(all.begin(), all.end());
+    REQUIRE(std::adjacent_find(all.begin(), all.end()) == all.end());  // none is on two planes
+}
+
+TEST_CASE("floor and walls of a room are found with their landmarks, and keep their ids") {
+    const Corner world;
+    PlaneRig rig(world);
+    rig.hover(kCorner, 3);
+    std::map<std::uint32_t, Vector3d> normals;
+    for (const PlaneProposal& p : rig.finder->proposals()) {
+        normals[p.id.value] = p.normal_W;
+    }
+    const PlaneProposals& proposals = rig.hover(kCorner, 8);
+    require_sound(proposals);
+    REQUIRE(proposals.size() == 3);
+    const struct {
+        Vector3d n;
+        double d;
+        int surface;
+        PlaneKind kind;
+    } truths[]{{Vector3d::UnitZ(), 0.0, world.floor, PlaneKind::kHorizontal},
+               {-Vector3d::UnitX(), -4.0, world.front, PlaneKind::kVertical},
+               {-Vector3d::UnitY(), -2.0, world.side, PlaneKind::kVertical}};
+    for (const auto& truth : truths) {
+        const PlaneProposal* p = find_like(proposals, truth.n);
+        REQUIRE(p != nullptr);
+        CHECK(p->kind == truth.kind);
+        CHECK(std::acos(std::min(1.0, p->normal_W.dot(truth.n))) < 1.0 * kDegree);
+        CHECK(std::abs(p->distance_m - truth.d) < 0.03);
+        const int right = on_surface(world, *p, truth.surface);
+        CHECK(right > 40);
+        CHECK(right > 0.93 * static_cast<double>(p->landmarks.size()));  // where planes meet, points are near both
+        REQUIRE(normals.count(p->id.value) == 1);
+        CHECK(normals[p->id.value].dot(p->normal_W) > 0.99);
+    }
+    CHECK(rig.finder->counters().confirmed == 3);
+}
+
+TEST_CASE("faces carry the plane they lie on") {
+    const Corner world;
+    PlaneRig rig(world);
+    const PlaneProposals& proposals = rig.hover(kCorner, 4);
+    REQUIRE(proposals.size() == 3);
+    const HorizonMesh& mesh = rig.mesher->mesh();
+    double labelled = 0.0;
+    double total = 0.0;
+    double wrong = 0.0;
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        if (!mesh.is_face(i)) {
+            continue;
+        }
+        const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
+        const auto area = static_cast<double>(face.area_m2);
+        total += area;
+        const auto at = std::find_if(proposals.begin(), proposals.end(),
+                                     [&](const PlaneProposal& p) { return p.id == face.plane; });
+        if (at != proposals.end()) {
+            labelled += area;
+            wrong += std::abs(at->normal_W.dot(mesh.centroid(face)) - at->distance_m) > 0.06 ? area : 0.0;
+        }
+    }
+    CHECK(labelled > 0.7 * total);
+    CHECK(wrong < 0.01 * total);
+}
+
+/// Most planes ever told in some keyframes.
+std::size_t most_planes(const PlaneWorld& world, const Se3& camera, int keyframes = 10) {
+    PlaneRig rig(world);
+    std::size_t most = 0;
+    for (int k = 0; k < keyframes; ++k) {
+        most = std::max(most, rig.hover(camera, 1).size());
+        rig.viewer.memory = 30;
+    }
+    return most;
+}
+
+TEST_CASE("slanted surfaces are no planes of ours") {
+    for (const double degrees : {7.0, 10.0, 15.0, 25.0, 45.0, 70.0, 83.0}) {
+        PlaneWorld world;
+        const double a = degrees * kDegree;
+        world.add({1.5, 1.5, 0.0}, {0.0, -3.0, 0.0}, {3.0 * std::cos(a), 0.0, 3.0 * std::sin(a)}, 0.2);
+        INFO(degrees << " deg");
+        CHECK(most_planes(world, looking({0.0, 0.0, 1.2}, 0.0, 0.25)) == 0);
+    }
+}
+
+TEST_CASE("curved walls and floors are no planes") {
+    for (const double radius : {0.4, 0.8, 1.5, 3.0}) {
+        PlaneWorld pillar;
+        const double half = std::min(1.2, 0.9 * radius);
+        const auto bulge = [=](double u, double) {
+            return std::sqrt(radius * radius - (u - half) * (u - half)) - radius;
+        };
+        pillar.add({2.5, half, 0.0}, {0.0, -2.0 * half, 0.0}, {0.0, 0.0, 2.4}, 0.15, bulge);
+        INFO("radius " << radius);
+        CHECK(most_planes(pillar, kFront) == 0);
+    }
+    PlaneWorld hill;
+    hill.add({1.0, -1.5, 0.0}, {3.0, 0.0, 0.0}, {0.0, 3.0, 0.0}, 0.2,
+             [](double u, double v) { return 0.25 * std::exp(-((u - 1.5) * (u - 1.5) + (v - 1.5) * (v - 1.5))); });
+    CHECK(most_planes(hill, looking({0.0, 0.0, 1.3}, 0.0, 0.4)) == 0);
+}
+
+TEST_CASE("stairs are no planes") {
+    PlaneWorld world;  // treads of 28 cm, risers of 17 cm
+    for (int i = 0; i < 9; ++i) {
+        const double x = 1.5 + 0.28 * i;
+        const double z = 0.17 * i;
+        world.add({x, 0.7, z}, {0.0, -1.4, 0.0}, {0.0, 0.0, 0.17}, 0.09);
+        world.add({x, -0.7, z + 0.17}, {0.28, 0.0, 0.0}, {0.0, 1.4, 0.0}, 0.1);
+    }
+    CHECK(most_planes(world, looking({0.0, 0.0, 1.4}, 0.0, 0.2)) == 0);
+}
+
+TEST_CASE("bumpy ground is no plane") {
+    for (const double height : {0.05, 0.08, 0.15}) {
+        PlaneWorld world;
+        world.add({1.0, -1.8, 0.0}, {3.5, 0.0, 0.0}, {0.0, 3.6, 0.0}, 0.15,
+                  [=](double u, double v) { return height * std::sin(6.0 * u) * std::cos(5.0 * v + 1.0); });
+        INFO("height " << height);
+        CHECK(most_planes(world, looking({0.0, 0.0, 1.3}, 0.0, 0.4)) == 0);
+    }
+}
+
+TEST_CASE("clutter like foliage is no plane") {
+    for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
+        PlaneWorld world;
+        world.random.seed(seed);
+        std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+        for (int i = 0; i < 500; ++i) {
+            world.add_point({2.4 + 0.5 * uniform(world.random), 1.5 * uniform(world.random),
+                             1.2 + 1.1 * uniform(world.random)});
+        }
+        INFO("seed " << seed);
+        CHECK(most_planes(world, kFront) == 0);
+    }
+}
+
+TEST_CASE("a real floor with clutter on it is found, the clutter's landmarks are not on it") {
+    PlaneWorld world;
+    const int floor = world.add({1.0, -1.8, 0.0}, {3.5, 0.0, 0.0}, {0.0, 3.6, 0.0}, 0.2);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    for (int i = 0; i < 60; ++i) {
+        world.add_point({2.2 + 0.5 * uniform(world.random), 0.5 * uniform(world.random),
+                         0.35 + 0.25 * uniform(world.random)});
+    }
+    PlaneRig rig(world);
+    const PlaneProposals& proposals = rig.hover(looking({0.0, 0.0, 1.4}, 0.0, 0.4), 6);
+    REQUIRE(proposals.size() == 1);
+    CHECK(std::abs(proposals[0].distance_m) < 0.03);
+    CHECK(on_surface(world, proposals[0], floor) > 0.98 * static_cast<double>(proposals[0].landmarks.size()));
+}
+
+TEST_CASE("what the estimator made of a plane is the plane, and landmarks are judged by it") {
+    const Corner world;
+    PlaneRig rig(world);
+    const PlaneProposals& proposals = rig.hover(kCorner, 4);
+    const PlaneProposal* floor = find_like(proposals, Vector3d::UnitZ());
+    REQUIRE(floor != nullptr);
+    PlaneEstimate estimate;
+    estimate.id = floor->id;
+    estimate.kind = floor->kind;
+    estimate.normal_W = Vector3d(0.004, 0.0, 1.0).normalized();
+    estimate.distance_m = floor->distance_m + 0.004;
+    estimate.constraints = 50;
+    rig.viewer.view(++rig.number, kCorner);
+    rig.viewer.last().planes.push_back(estimate);
+    rig.step_on(rig.viewer.last());
+    floor = find_like(rig.finder->proposals(), Vector3d::UnitZ());
+    REQUIRE(floor != nullptr);
+    CHECK(floor->normal_W == estimate.normal_W);
+    CHECK(floor->distance_m == estimate.distance_m);
+    CHECK(floor->id == estimate.id);
+    // An estimate that is far off loses its landmarks, and with them the plane.
+    estimate.distance_m += 0.5;
+    for (int k = 0; k < 8; ++k) {
+        rig.viewer.view(++rig.number, kCorner);
+        rig.viewer.last().planes.clear();
+        if (rig.finder->proposals().size() > 2) {
+            rig.viewer.last().planes.push_back(estimate);
+        }
+        rig.step_on(rig.viewer.last());
+        for (const PlaneProposal& p : rig.finder->proposals()) {
+            REQUIRE((p.id != estimate.id || p.landmarks.size() < 30 || k > 0));
+        }
+    }
+}
+
+TEST_CASE("the map moves, by drift taken out: planes move along under their ids") {
+    const Corner world;
+    PlaneRig rig(world);
+    rig.hover(kCorner, 4);
+    const auto before = rig.finder->proposals();
+    rig.viewer.shift = {0.12, -0.09, 0.1};
+    const PlaneProposals& after = rig.hover(kCorner, 1);
+    REQUIRE(after.size() == 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+        CHECK(after[i].id == before[i].id);
+        CHECK(after[i].distance_m - before[i].distance_m ==
+              Approx(before[i].normal_W.dot(rig.viewer.shift)).margin(0.01));
+        CHECK(after[i].landmarks.size() > 0.9 * static_cast<double>(before[i].landmarks.size()));
+    }
+}
+
+TEST_CASE("a plane left and found again has its old id; after a reset ids are new") {
+    const Corner world;
+    PlaneRig rig(world);
+    rig.hover(kFront, 4);
+    const PlaneProposal* wall = find_like(rig.finder->proposals(), -Vector3d::UnitX());
+    REQUIRE(wall != nullptr);
+    const PlaneId id = wall->id;
+    const Se3 away = looking({1.0, 0.0, 1.2}, std::numbers::pi, 0.0);
+    for (int k = 0; k < 25; ++k) {
+        rig.step(away);
+    }
+    CHECK(rig.finder->proposals().empty());
+    rig.hover(kFront, 3);
+    wall = find_like(rig.finder->proposals(), -Vector3d::UnitX());
+    REQUIRE(wall != nullptr);
+    CHECK(wall->id == id);
+    CHECK(rig.finder->counters().found_again >= 1);
+    rig.finder->reset();
+    CHECK(rig.finder->planes().empty());
+    const PlaneProposals& fresh = rig.hover(kFront, 3);
+    REQUIRE(find_like(fresh, -Vector3d::UnitX()) != nullptr);
+    CHECK(find_like(fresh, -Vector3d::UnitX())->id > id);
+}
+
+TEST_CASE("two planes that become equal merge under the older id") {
+    PlaneWorld world;  // one wall whose right part is first seen 12 cm off
+    const int left = world.add({3.0, 2.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
+    const int right = world.add({3.12, 0.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
+    PlaneRig rig(world);
+    const PlaneProposals& proposals = rig.hover(kFront, 5);
+    REQUIRE(proposals.size() == 2);
+    const PlaneId older = proposals[0].id;
+    for (test::WorldPoint& p : world.points) {
+        p.p.x() = 3.06;
+    }
+    rig.hover(kFront, 2);
+    REQUIRE(proposals.size() == 1);
+    CHECK(proposals[0].id == older);
+    CHECK(rig.finder->counters().merged == 1);
+    CHECK(on_surface(world, proposals[0], left) > 60);
+    CHECK(on_surface(world, proposals[0], right) > 60);
+    rig.hover(kFront, 4);
+    REQUIRE(proposals.size() == 1);
+    CHECK(proposals[0].id == older);
+}
+
+TEST_CASE("a landmark that leaves the plane leaves the list; a little is forgiven to those on it") {
+    PlaneWorld world;
+    world.noise_px = 0.05;
+    world.add({3.0, 1.5, 0.0}, {0.0, -3.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
+    PlaneConfig config;
+    config.surface_sigma_m = 0.03;
+    PlaneRig rig(world, config);
+    const PlaneProposals& proposals = rig.hover(kFront, 4);
+    REQUIRE(proposals.size() == 1);
+    const LandmarkId stays = proposals[0].landmarks[proposals[0].landmarks.size() / 2];
+    const LandmarkId leaves = proposals[0].landmarks[proposals[0].landmarks.size() / 3];
+    const auto is_on = [&](LandmarkId id) {
+        return std::binary_search(proposals[0].landmarks.begin(), proposals[0].landmarks.end(), id);
+    };
+    world.points[stays.value].p.x() += 0.5 * (config.join_m + config.stay_m);
+    world.points[leaves.value].p.x() += 1.3 * config.stay_m;
+    rig.hover(kFront, 1);
+    CHECK(is_on(stays));
+    CHECK_FALSE(is_on(leaves));
+}
+
+TEST_CASE("a wall with more landmarks than a plane takes keeps well spread ones, and the same ones") {
+    PlaneWorld world;
+    world.add({3.0, 1.8, 0.1}, {0.0, -3.6, 0.0}, {0.0, 0.0, 2.2}, 0.13);
+    REQUIRE(world.points.size() > 400);
+    PlaneRig rig(world);
+    const PlaneProposals& proposals = rig.hover(kFront, 4);
+    REQUIRE(proposals.size() == 1);
+    REQUIRE(proposals[0].landmarks.size() == kMaxPlaneLandmarks);
+    std::array<int, 12> cells{};
+    for (const LandmarkId id : proposals[0].landmarks) {
+        const Vector3d& p = world.points[id.value].p;
+        const int u = std::clamp(static_cast<int>((p.y() + 1.6) / 0.8), 0, 3);
+        const int v = std::clamp(static_cast<int>((p.z() - 0.3) / 0.6), 0, 2);
+        ++cells[static_cast<std::size_t>(4 * v + u)];
+    }
+    CHECK(*std::min_element(cells.begin(), cells.end()) > 10);
+    const std::vector<LandmarkId> before(proposals[0].landmarks.begin(), proposals[0].landmarks.end());
+    rig.hover(kFront, 1);
+    std::vector<LandmarkId> common;
+    std::set_intersection(before.begin(), before.end(), proposals[0].landmarks.begin(), proposals[0].landmarks.end(),
+                          std::back_inserter(common));
+    CHECK(common.size() > 230);
+}
+
+TEST_CASE("more planes than there is room for: the first ones stay, the others wait until one is lost") {
+    PlaneWorld world;  // a fan of panels around the camera, none equal to another
+    constexpr int kPanels = 22;
+    std::vector<Se3> views;
+    for (int i = 0; i < kPanels; ++i) {
+        const double yaw = 2.0 * std::numbers::pi * i / kPanels;
+        const Vector3d out(std::cos(yaw), std::sin(yaw), 0.0);
+        const Vector3d side(-std::sin(yaw), std::cos(yaw), 0.0);
+        world.add(2.5 * out + 0.36 * side, -0.72 * side, {0.0, 0.0, 1.6}, 0.13);
+        views.push_back(looking({0.0, 0.0, 0.8}, yaw, 0.0));
+    }
+    PlaneRig rig(world);
+    rig.viewer.memory = 1000;
+    for (int i = 0; i < 16; ++i) {
+        rig.hover(views[static_cast<std::size_t>(i)], 3);
+    }
+    const auto first = rig.finder->proposals();
+    REQUIRE(first.size() == kMaxPlanes);
+    for (int i = 17; i < 21; ++i) {
+        rig.hover(views[static_cast<std::size_t>(i)], 3);
+        require_sound(rig.finder->proposals());
+    }
+    REQUIRE(rig.finder->proposals().size() == kMaxPlanes);
+    for (std::size_t i = 0; i < kMaxPlanes; ++i) {
+        CHECK(rig.finder->proposals()[i].id == first[i].id);
+    }
+    CHECK(rig.finder->counters().crowded_out > 0);
+    rig.viewer.memory = 3;
+    rig.hover(views[19], 14);
+    REQUIRE(rig.finder->proposals().size() >= 1);
+    CHECK(rig.finder->proposals()[rig.finder->proposals().size() - 1].id > first[kMaxPlanes - 1].id);
+}
+
+TEST_CASE("equal keyframes give equal planes, without a call to the heap") {
+    const Corner world;
+    PlaneRig a(world);
+    PlaneRig b(world);
+    std::uint64_t allocations = 0;
+    for (int k = 0; k < 6; ++k) {
+        const KeyframeView& view = a.viewer.view(k + 1, kCorner);
+        a.mesher->update(view, {});
+        b.mesher->update(view, {});
+        const test::AllocationGuard guard;
+        a.finder->update(a.mesher->mesh(), view);
+        a.finder->label(a.mesher->mesh());
+        allocations += guard.allocations();
+        b.finder->update(b.mesher->mesh(), view);
+        REQUIRE(a.finder->proposals().size() == b.finder->proposals().size());
+        for (std::size_t i = 0; i < a.finder->proposals().size(); ++i) {
+            const PlaneProposal& p = a.finder->proposals()[i];
+            const PlaneProposal& q = b.finder->proposals()[i];
+            REQUIRE(p.id == q.id);
+            REQUIRE(p.normal_W == q.normal_W);
+            REQUIRE(p.distance_m == q.distance_m);
+            REQUIRE(std::equal(p.landmarks.begin(), p.landmarks.end(), q.landmarks.begin(), q.landmarks.end()));
+        }
+    }
+    CHECK(a.finder->proposals().size() == 3);
+    CHECK(allocations == 0);
+}
+
+TEST_CASE("an empty view and an empty mesh give no planes; parameters out of range are refused") {
+    const auto finder = std::make_unique<PlaneFinder>();
+    REQUIRE(ok(finder->configure({})));
+    const auto view = std::make_unique<KeyframeView>();
+    view->number = 1;
+    CHECK(finder->update(*std::make_unique<HorizonMesh>(), *view).empty());
+    PlaneConfig config;
+    config.join_m = -1.0;
+    CHECK(finder->configure(config) == Status::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace facet
