@@ -6,6 +6,7 @@
 
 #include "estimator/api/health_monitor.h"
 #include "estimator/api/motion_start.h"
+#include "estimator/factors/rest_factor.h"
 #include "estimator/frontend/frontend.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/propagation.h"
@@ -24,6 +25,8 @@ constexpr double kReintegrateAccel = 5e-2;  // m/s^2
 constexpr int kRestartStereo = 20;
 // Before the first estimate is given out the window may take longer: its first guess may be far off, and it is small.
 constexpr int kInitEffort = 4;
+// When a rest ends, a keyframe this old is followed by one at once: inertial data have carried it on for too long.
+constexpr double kStaleKeyframe = 0.5;  // s
 // After divergence nothing but the direction of gravity and the place is kept, and those roughly.
 constexpr double kDivergedTiltSigma = 0.2;      // rad
 constexpr double kDivergedVelocitySigma = 2.0;  // m/s
@@ -68,6 +71,7 @@ struct Estimator::Impl {
     bool is_coasting = false;  ///< `now` no longer comes from the window: inertial history too short, or lost
     bool wants_reset = false;  ///< asked for by the user
     bool rests = false;        ///< inertial samples: at rest at every frame since the newest keyframe
+    bool is_held = false;      ///< `now` is the newest keyframe's place, because the vehicle stands
     Timestamp last_image;      ///< stamp of the last frame as given
     double time_offset_sigma_s = 0.0;
     std::uint32_t reset_counter = 0;
@@ -85,6 +89,7 @@ struct Estimator::Impl {
     Status predict(Timestamp stamp, Preintegration& preintegration);
     Status track(const StereoFrame& frame, Timestamp before, bool wants_keyframe);
     void judge_rest(bool image_is_still);
+    void hold_still();
     void take_keyframe(const Preintegration& preintegration);
     void second_opinion();
     void begin_window(const StateCovariance& information);
@@ -105,7 +110,7 @@ void Estimator::Impl::reset() {
     tracks = {};
     newest = now = {};
     span = {};
-    has_frame = is_coasting = wants_reset = rests = false;
+    has_frame = is_coasting = wants_reset = rests = is_held = false;
     time_offset_sigma_s = 0.0;
     reset_counter = 0;
     summary = {};
@@ -186,6 +191,21 @@ void Estimator::Impl::judge_rest(bool image_is_still) {
     const Status known =
         measure_stationarity(imu, now.stamp, config.imu_noise, now.state.bias, config.stationarity, stationarity);
     rests = rests && image_is_still && ok(known) && stationarity.may_be_at_rest;
+}
+
+/// The vehicle stands where it stood at the newest keyframe: that tells more than what inertial data, with the error of its
+/// velocity and biases, have carried on since.
+void Estimator::Impl::hold_still() {
+    const RestSigmas sigmas;
+    now.state.q_W_B = newest.state.q_W_B;
+    now.state.p_W_B = newest.state.p_W_B;
+    now.state.v_W_B.setZero();
+    now.covariance = newest.covariance;
+    now.covariance.middleRows<3>(kVel).setZero();
+    now.covariance.middleCols<3>(kVel).setZero();
+    now.covariance.diagonal().segment<3>(kTheta).array() += sigmas.theta_rad * sigmas.theta_rad;
+    now.covariance.diagonal().segment<3>(kPos).array() += sigmas.p_m * sigmas.p_m;
+    now.covariance.diagonal().segment<3>(kVel).setConstant(sigmas.v_m_per_s * sigmas.v_m_per_s);
 }
 
 void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
@@ -396,7 +416,8 @@ Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     const bool lost = s.monitor.state() == TrackingState::kLost && s.config.health.auto_reset;
     const bool must_restart = lost || s.wants_reset || s.is_coasting;
     const bool is_imu_poor = s.span.has_gap || s.span.clipped != 0;
-    const Status tracked = s.track(frame, before, must_restart || is_imu_poor);
+    const bool has_moved_off = s.is_held && !s.rests && (stamp - s.newest.stamp).seconds() > kStaleKeyframe;
+    const Status tracked = s.track(frame, before, must_restart || is_imu_poor || has_moved_off);
     s.has_frame = true;
     s.last_image = frame.stamp;
     if (ok(tracked)) {
@@ -405,6 +426,10 @@ Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
             s.restart_in_flight();
         } else if (s.tracks.is_keyframe && !s.is_coasting) {
             s.take_keyframe(preintegration);
+            s.is_held = false;
+        } else if (s.rests && s.tracks.is_still && !s.is_coasting) {
+            s.hold_still();
+            s.is_held = true;
         }
     }
     s.fill(frame, ok(tracked), estimate);
