@@ -104,9 +104,23 @@ void PlaneSet::remove(int plane, WindowState& state) const {
     state.plane_pairs.resize(kept);
 }
 
+/// Takes out the plane unseen for longest if there is no place left. @return false if all are in sight
+bool PlaneSet::make_room(WindowState& state) const {
+    if (state.planes.size() < state.planes.capacity()) {
+        return true;
+    }
+    const auto oldest = std::max_element(
+        state.planes.begin(), state.planes.end(),
+        [](const WindowPlane& a, const WindowPlane& b) { return a.unseen_keyframes < b.unseen_keyframes; });
+    if (oldest->unseen_keyframes == 0) {
+        return false;
+    }
+    remove(static_cast<int>(oldest - state.planes.begin()), state);
+    return true;
+}
+
 void PlaneSet::admit(const PlaneProposal& proposal, WindowState& state, const WindowProblem& problem) {
-    if (state.planes.size() == state.planes.capacity() || is_refused(proposal.id) || !proposal.normal_W.allFinite() ||
-        std::abs(proposal.normal_W.norm() - 1.0) > 1e-3) {
+    if (is_refused(proposal.id) || !proposal.normal_W.allFinite() || std::abs(proposal.normal_W.norm() - 1.0) > 1e-3) {
         return;
     }
     const Plane at_origin = Plane::from(proposal.normal_W, proposal.distance_m, Eigen::Vector3d::Zero());
@@ -134,6 +148,9 @@ void PlaneSet::admit(const PlaneProposal& proposal, WindowState& state, const Wi
     if (narrow_extent(squares - count * mean * mean.transpose(), count) < config_.min_extent_m) {
         return;
     }
+    if (!make_room(state)) {
+        return;
+    }
     WindowPlane plane;
     plane.id = proposal.id;
     plane.kind = proposal.kind;
@@ -150,6 +167,9 @@ void PlaneSet::assign(const PlaneProposals& proposals, WindowState& state, const
     }
     for (int p = 0; p < static_cast<int>(state.planes.size()); ++p) {
         const PlaneProposal* proposal = find(proposals, state.planes[static_cast<std::size_t>(p)].id);
+        if (proposal == nullptr) {
+            continue;
+        }
         for (const LandmarkId id : proposal->landmarks) {
             if (Landmark* landmark = state.landmarks.find(id)) {
                 landmark->proposed_plane = p;
@@ -172,9 +192,11 @@ void PlaneSet::assign(const PlaneProposals& proposals, WindowState& state, const
 
 void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem) {
     for (int p = static_cast<int>(state.planes.size()) - 1; p >= 0; --p) {
-        const WindowPlane& plane = state.planes[static_cast<std::size_t>(p)];
-        const bool is_idle = !plane.is_bound && plane.constraints < config_.keep_constraints;
-        if (is_idle || is_refused(plane.id) || find(proposals, plane.id) == nullptr) {
+        WindowPlane& plane = state.planes[static_cast<std::size_t>(p)];
+        const bool is_seen = find(proposals, plane.id) != nullptr;
+        const bool is_idle = !is_seen || plane.constraints < config_.keep_constraints;
+        plane.unseen_keyframes = is_seen ? 0 : plane.unseen_keyframes + 1;
+        if ((!plane.is_bound && is_idle) || is_refused(plane.id)) {
             remove(p, state);
         }
     }

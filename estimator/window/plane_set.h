@@ -9,9 +9,10 @@
 namespace facet {
 
 /// Keeper of WindowState::planes and Landmark::plane, between what the mesh proposes and what the window finds to be true.
-///   A plane comes in with enough landmarks that fit it and do not lie along a line. It leaves when it is no longer
-/// proposed, when too few landmarks hold it before marginalization has used it, or when its landmarks, were they free,
-/// would not lie on it; the last kind is not taken again. What the prior knew of it is marginalized, its landmarks are free again.
+///   A plane comes in with enough landmarks that fit it and do not lie along a line. Out of sight it stays as a variable
+/// as long as the prior knows something of it and no other needs its place: seen again, it corrects the drift since. It leaves
+/// when too few landmarks hold it before marginalization has used it, or when its landmarks, were they free, would not lie
+/// on it; the last kind is not taken again. What the prior knew of it is marginalized, its landmarks are free again.
 ///   A landmark joins a plane that names it and from which it is nearer than join_sigmas of its own and the plane's
 /// uncertainty; it leaves beyond leave_sigmas, and does not come back after the second time.
 /// Thread-bound. No heap.
@@ -38,6 +39,7 @@ private:
     bool is_refused(PlaneId id) const;
     void refuse(PlaneId id);
     void remove(int plane, WindowState& state) const;
+    bool make_room(WindowState& state) const;
     void admit(const PlaneProposal& proposal, WindowState& state, const WindowProblem& problem);
     void assign(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem) const;
 

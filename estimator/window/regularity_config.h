@@ -37,7 +37,7 @@ struct RegularityConfig {
     double max_plane_chi2 = 3.0;   ///< mean squared height of a plane's landmarks that says it is none [1, 100]
     bool use_pairs = true;         ///< parallel and orthogonal planes as constraints
     bool use_gravity = true;       ///< level floors and upright walls as constraints
-    double pair_sigma_deg = 0.3;   ///< how exact buildings are [0.01, 10]
+    double pair_sigma_deg = 0.15;  ///< how exact buildings are [0.01, 10]
     double pair_gate_deg = 3.0;    ///< pairs nearer than this to parallel or orthogonal are taken for it [0.1, 20]
 
     /// kInvalidArgument if a field is outside its range, or joining is easier than staying.

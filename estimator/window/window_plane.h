@@ -19,6 +19,7 @@ struct WindowPlane {
     int constraints = 0;       ///< landmarks that it held at the last linearization
     double mean_chi2 = 0.0;    ///< of these landmarks' heights, were they free
     int misfit_keyframes = 0;  ///< in a row, at which that was too much
+    int unseen_keyframes = 0;  ///< in a row, at which the mesh did not propose it
 
     const Plane& linearization_point() const { return is_bound ? plane_lin : plane; }
     void bind() {
