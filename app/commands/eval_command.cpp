@@ -98,24 +98,37 @@ std::optional<Consistency> check_claims(const EvalArguments& args, const std::ve
     return consistency;
 }
 
-/// The mesh in the folder of the estimate, or the file given, against the scene.
-MeshEvaluation evaluate_mesh_file(const EvalArguments& args, const std::string& mesh, const Trajectory& truth,
-                                  const Trajectory& estimate, const Se3& T_true_est) {
+SceneTruth load_true_scene(const EvalArguments& args, const Trajectory& truth, const Trajectory& estimate) {
     const std::string root = AslDataset::find_root(args.groundtruth);
     if (root.empty()) {
         throw InputError("--scene: --groundtruth must be a dataset folder then, for its camera");
     }
     const Calibration calibration = load_euroc_calibration(root);
-    const MeshEvalOptions options;
-    const SceneTruth scene =
-        load_scene(args.scene, calibration.rig.left, calibration.rig.T_B_C0,
-                   associate(truth, estimate, EvaluationOptions{}.max_truth_gap), options.pose_interval_s);
-    return evaluate_mesh(load_mesh(mesh), scene, T_true_est, options);
+    return load_scene(args.scene, calibration.rig.left, calibration.rig.T_B_C0,
+                      associate(truth, estimate, EvaluationOptions{}.max_truth_gap), MeshEvalOptions{}.pose_interval_s);
 }
 
-/// The object `member` (JSON text) as last member "mesh" of the object `json`.
-std::string with_member(const std::string& json, const std::string& member) {
-    return json.substr(0, json.rfind('}')) + ",\n\"mesh\": " + member + "\n}\n";
+/// The object `member` (JSON text) as last member `name` of the object `json`.
+std::string with_member(const std::string& json, const std::string& name, const std::string& member) {
+    return json.substr(0, json.rfind('}')) + ",\n\"" + name + "\": " + member + "\n}\n";
+}
+
+/// Prints how mesh and planes compare with the scene, and adds it to `json`. Planes are compared if the folder of the
+/// estimate has planes.csv and the scene a list of its planes.
+std::string evaluate_scene(const EvalArguments& args, const SceneTruth& scene, const Se3& T_true_est,
+                           std::string json) {
+    const std::string mesh = !args.mesh.empty() ? args.mesh : args.estimate + "/mesh.ply";
+    const MeshEvaluation mesh_evaluation = evaluate_mesh(load_mesh(mesh), scene, T_true_est, {});
+    fmt::print("{}", text_report(mesh_evaluation));
+    json = with_member(json, "mesh", json_report(mesh_evaluation, mesh, args.scene));
+    std::error_code ignored;
+    const std::string planes = args.estimate + "/planes.csv";
+    if (!scene.planes.empty() && fs::is_regular_file(planes, ignored)) {
+        const PlaneEvaluation plane_evaluation = evaluate_planes(read_planes(planes), scene, T_true_est, {});
+        fmt::print("{}", text_report(plane_evaluation));
+        json = with_member(json, "planes", json_report(plane_evaluation, planes));
+    }
+    return json;
 }
 
 int evaluate_files(const EvalArguments& args) {
@@ -139,11 +152,7 @@ int evaluate_files(const EvalArguments& args) {
     fmt::print("{}{}", text_report(evaluation), consistency ? text_report(*consistency) : "");
     std::string json = json_report(evaluation, args.groundtruth, tum, consistency ? &*consistency : nullptr);
     if (!args.scene.empty() && evaluation.matched > 0) {
-        const std::string mesh = !args.mesh.empty() ? args.mesh : args.estimate + "/mesh.ply";
-        const MeshEvaluation mesh_evaluation =
-            evaluate_mesh_file(args, mesh, truth, estimate, evaluation.se3.T_true_est);
-        fmt::print("{}", text_report(mesh_evaluation));
-        json = with_member(json, json_report(mesh_evaluation, mesh, args.scene));
+        json = evaluate_scene(args, load_true_scene(args, truth, estimate), evaluation.se3.T_true_est, json);
     }
     if (!args.json.empty()) {
         TextFile file(args.json);
@@ -168,7 +177,8 @@ void add_eval_command(CLI::App& app, int& exit_code) {
     command->add_option("--errors", args->errors,
                         "Also write error, claimed sigma and NEES of each sample with a covariance to this file (CSV)");
     command->add_option("--scene", args->scene,
-                        "True surface (PLY; planes.json beside it is used for holes): also evaluates the mesh");
+                        "True surface (PLY; planes.json beside it is used for holes and planes): also evaluates the "
+                        "mesh, and planes.csv in the folder of --estimate");
     command->add_option("--mesh", args->mesh, "Mesh to evaluate; mesh.ply in the folder of --estimate by default");
     command->add_option("--rpe-lengths", args->rpe_lengths_m, "Path lengths of the relative errors (m)")
         ->delimiter(',')
@@ -182,6 +192,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
         "Mesh: distances of 1000 samples/m^2 to the true surface (accuracy), and of the true surface seen from nearer "
         "than\n"
         "5 m to the mesh (completeness), aligned by the trajectory and by ICP.\n"
+        "Planes: found ones that are of a true plane (precision), and true level or upright ones, of which 1 m^2 was "
+        "in\n"
+        "view from nearer than 5 m for 2 s, that were found (recall).\n"
         "Exit codes: 0 done; 1 no estimate matches the ground truth; 2 bad usage or input.");
     command->callback([args, &exit_code] { exit_code = run_guarded([&] { return evaluate_files(*args); }); });
 }

@@ -84,4 +84,72 @@ std::string json_report(const MeshEvaluation& e, const std::string& mesh, const 
     return json.dump(2);
 }
 
+std::string text_report(const PlaneEvaluation& e) {
+    std::string text =
+        fmt::format("\nplanes       {} found, {} right: precision {:.3f}; {} of {} true ones found: recall {:.3f}\n",
+                    e.found.size(), e.right, e.precision(), e.wanted_found, e.wanted, e.recall()) +
+        fmt::format(
+            "             told {} times, {} right; of these normal median {:.2f}, p90 {:.2f} deg, {:.1f} % good; "
+            "offset median {:.1f}, p90 {:.1f} cm, {:.1f} % good\n",
+            e.told, e.told_right, e.median_angle_deg, e.p90_angle_deg, 100.0 * e.good_angle, 100.0 * e.median_offset_m,
+            100.0 * e.p90_offset_m, 100.0 * e.good_offset) +
+        "  true plane           in view m^2  for s  keyframes  ids\n";
+    for (const TruePlaneResult& t : e.truths) {
+        if (t.is_wanted || t.keyframes > 0) {
+            text +=
+                fmt::format("  {:<20} {:11.1f} {:6.1f} {:10} {:4}{}\n", t.name, t.area_m2, t.seen_s, t.keyframes, t.ids,
+                            !t.is_wanted       ? "  not asked for"
+                            : t.keyframes == 0 ? "  MISSED"
+                                               : "");
+        }
+    }
+    text += "  found id  keyframes  right  true plane            angle deg  offset cm\n";
+    for (const FoundPlaneResult& f : e.found) {
+        const bool is_right = f.last.truth >= 0;
+        const std::string name = is_right ? e.truths[static_cast<std::size_t>(f.last.truth)].name : "-";
+        text += fmt::format("  {:8} {:10} {:6}  {:<20} {:10.2f} {:10.1f}\n", f.id, f.keyframes, f.right, name,
+                            f.last.angle_deg, 100.0 * f.last.offset_m);
+    }
+    return text;
+}
+
+std::string json_report(const PlaneEvaluation& e, const std::string& planes) {
+    Json truths = Json::array();
+    for (const TruePlaneResult& t : e.truths) {
+        if (t.is_wanted || t.keyframes > 0) {
+            truths.push_back({{"name", t.name},
+                              {"area_in_view_m2", t.area_m2},
+                              {"seen_s", t.seen_s},
+                              {"is_wanted", t.is_wanted},
+                              {"keyframes", t.keyframes},
+                              {"ids", t.ids}});
+        }
+    }
+    Json found = Json::array();
+    for (const FoundPlaneResult& f : e.found) {
+        const bool is_right = f.last.truth >= 0;
+        found.push_back({{"id", f.id},
+                         {"keyframes", f.keyframes},
+                         {"right", f.right},
+                         {"true_plane", is_right ? e.truths[static_cast<std::size_t>(f.last.truth)].name : ""},
+                         {"angle_deg", f.last.angle_deg},
+                         {"offset_m", f.last.offset_m}});
+    }
+    const Json json = {
+        {"planes", planes},
+        {"found", e.found.size()},
+        {"right", e.right},
+        {"precision", e.precision()},
+        {"wanted", e.wanted},
+        {"wanted_found", e.wanted_found},
+        {"recall", e.recall()},
+        {"told", e.told},
+        {"told_right", e.told_right},
+        {"angle_deg", {{"median", e.median_angle_deg}, {"p90", e.p90_angle_deg}, {"good", e.good_angle}}},
+        {"offset_m", {{"median", e.median_offset_m}, {"p90", e.p90_offset_m}, {"good", e.good_offset}}},
+        {"true_planes", truths},
+        {"found_planes", found}};
+    return json.dump(2);
+}
+
 }  // namespace facet

@@ -7,10 +7,9 @@
 namespace facet {
 
 std::vector<PlaneColumn> plane_columns(const PlaneCounters& c) {
-    return {{"candidates", c.candidates}, {"refused", c.refused},
-            {"confirmed", c.confirmed},   {"found_again", c.found_again},
-            {"merged", c.merged},         {"doubted", c.doubted},
-            {"forgotten", c.forgotten},   {"crowded_out", c.crowded_out}};
+    return {{"candidates", c.candidates},   {"refused", c.refused},        {"confirmed", c.confirmed},
+            {"found_again", c.found_again}, {"merged", c.merged},          {"doubted", c.doubted},
+            {"forgotten", c.forgotten},     {"crowded_out", c.crowded_out}};
 }
 
 PlaneLog::PlaneLog(const std::string& folder) : file_(folder + "/planes.csv") {

@@ -32,9 +32,8 @@ const Se3 kCorner = looking({0.0, 0.0, 1.3}, 0.25, 0.25);
 const Se3 kFront = looking({1.0, 0.0, 1.2}, 0.0, 0.0);
 
 int on_surface(const PlaneWorld& world, const PlaneProposal& p, int surface) {
-    return static_cast<int>(std::count_if(p.landmarks.begin(), p.landmarks.end(), [&](LandmarkId id) {
-        return world.points[id.value].surface == surface;
-    }));
+    return static_cast<int>(std::count_if(p.landmarks.begin(), p.landmarks.end(),
+                                          [&](LandmarkId id) { return world.points[id.value].surface == surface; }));
 }
 
 const PlaneProposal* find_like(const PlaneProposals& proposals, const Vector3d& n) {
@@ -184,8 +183,8 @@ TEST_CASE("clutter like foliage is no plane") {
         world.random.seed(seed);
         std::uniform_real_distribution<double> uniform(-1.0, 1.0);
         for (int i = 0; i < 500; ++i) {
-            world.add_point({2.4 + 0.5 * uniform(world.random), 1.5 * uniform(world.random),
-                             1.2 + 1.1 * uniform(world.random)});
+            world.add_point(
+                {2.4 + 0.5 * uniform(world.random), 1.5 * uniform(world.random), 1.2 + 1.1 * uniform(world.random)});
         }
         INFO("seed " << seed);
         CHECK(most_planes(world, kFront) == 0);
@@ -197,8 +196,8 @@ TEST_CASE("a real floor with clutter on it is found, the clutter's landmarks are
     const int floor = world.add({1.0, -1.8, 0.0}, {3.5, 0.0, 0.0}, {0.0, 3.6, 0.0}, 0.2);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     for (int i = 0; i < 60; ++i) {
-        world.add_point({2.2 + 0.5 * uniform(world.random), 0.5 * uniform(world.random),
-                         0.35 + 0.25 * uniform(world.random)});
+        world.add_point(
+            {2.2 + 0.5 * uniform(world.random), 0.5 * uniform(world.random), 0.35 + 0.25 * uniform(world.random)});
     }
     PlaneRig rig(world);
     const PlaneProposals& proposals = rig.hover(looking({0.0, 0.0, 1.4}, 0.0, 0.4), 6);

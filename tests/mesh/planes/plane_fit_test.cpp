@@ -58,8 +58,9 @@ TEST_CASE("a plane is recovered, far from the world's origin too, and its claime
         REQUIRE(std::abs(fit.normal_W.norm() - 1.0) < 1e-12);
         REQUIRE(fit.normal_W.dot(n) > 0.999);
         REQUIRE(fit.bend_m == 0.0);
-        offset_nees += std::pow(fit.residual(centre + (fit.centroid_W - centre) - n * n.dot(fit.centroid_W - centre)), 2) /
-                       std::pow(fit.sigma_m, 2);
+        offset_nees +=
+            std::pow(fit.residual(centre + (fit.centroid_W - centre) - n * n.dot(fit.centroid_W - centre)), 2) /
+            std::pow(fit.sigma_m, 2);
         turn_nees += std::pow(fit.along_W.dot(n) / fit.sigma_along_rad, 2) +
                      std::pow(fit.across_W.dot(n) / fit.sigma_across_rad, 2);
     }

@@ -48,8 +48,9 @@ struct PlaneWorld {
 
     /// Landmarks on corner + u a + v b + h(u, v) n, u in [0, |a|), v in [0, |b|) along the sides, n = a x b; a jittered grid.
     /// @return number of the surface
-    int add(const Eigen::Vector3d& corner, const Eigen::Vector3d& a, const Eigen::Vector3d& b, double step,
-            const std::function<double(double, double)>& h = [](double, double) { return 0.0; }) {
+    int add(
+        const Eigen::Vector3d& corner, const Eigen::Vector3d& a, const Eigen::Vector3d& b, double step,
+        const std::function<double(double, double)>& h = [](double, double) { return 0.0; }) {
         std::uniform_real_distribution<double> jitter(-0.3, 0.3);
         const Eigen::Vector3d n = a.cross(b).normalized();
         for (double u = 0.5 * step; u < a.norm(); u += step) {
@@ -70,8 +71,8 @@ struct PlaneWorld {
         points.push_back(point);
     }
     int count(int surface) const {
-        return static_cast<int>(std::count_if(points.begin(), points.end(),
-                                              [=](const WorldPoint& p) { return p.surface == surface; }));
+        return static_cast<int>(
+            std::count_if(points.begin(), points.end(), [=](const WorldPoint& p) { return p.surface == surface; }));
     }
 };
 
@@ -94,7 +95,8 @@ public:
         for (std::size_t i = 0; i < world_.points.size() && !v.landmarks.full(); ++i) {
             const Eigen::Vector3d p_C = T_W_C0.inverse() * world_.points[i].p;
             Eigen::Vector2d uv;
-            const bool is_seen = ok(plane_camera().project(p_C, uv)) && plane_camera().in_image(uv, 1.0) && p_C.z() < 7.0;
+            const bool is_seen =
+                ok(plane_camera().project(p_C, uv)) && plane_camera().in_image(uv, 1.0) && p_C.z() < 7.0;
             last_seen_[i] = is_seen ? number : last_seen_[i];
             if (number - last_seen_[i] <= memory) {
                 add(i, number, T_W_C0, p_C, uv, is_seen);
