@@ -368,17 +368,18 @@ void PlaneFinder::propose() {
 }
 
 void PlaneFinder::label(HorizonMesh& mesh) const {
-    const auto find = [this](PlaneSerial serial) {
-        return std::find_if(planes_.begin(), planes_.end(), [=](const TrackedPlane& p) { return p.serial == serial; });
+    const TrackedPlane* plane = nullptr;  // neighbouring faces are mostly of one plane
+    const auto fit_of = [&](PlaneSerial serial) -> const PlaneFit* {
+        if (plane == nullptr || plane->serial != serial) {
+            const auto* const at = std::find_if(planes_.begin(), planes_.end(),
+                                                [=](const TrackedPlane& p) { return p.serial == serial; });
+            plane = at != planes_.end() ? at : nullptr;
+        }
+        return plane != nullptr && plane->id.valid() ? &plane->fit : nullptr;
     };
-    evidence_.for_faces(
-        [&](PlaneSerial serial) -> const PlaneFit* {
-            const auto at = find(serial);
-            return at != planes_.end() && at->id.valid() ? &at->fit : nullptr;
-        },
-        [&](FaceIndex face, PlaneSerial serial) {
-            mesh.face(face).plane = serial != 0 ? find(serial)->id : PlaneId{};
-        });
+    evidence_.for_faces(fit_of, [&](FaceIndex face, PlaneSerial serial) {
+        mesh.face(face).plane = serial != 0 ? plane->id : PlaneId{};
+    });
 }
 
 }  // namespace facet

@@ -111,8 +111,8 @@ TEST_CASE("timing.csv has a column for every stage") {
     REQUIRE(rows.size() == 2);
     CHECK(rows[0] ==
           "stamp_ns,is_keyframe,total_ms,propagation_ms,tracking_ms,triangulation_ms,linearization_ms,solve_ms,"
-          "marginalization_ms,landmarks_ms,mesh_ms");
-    CHECK(rows[1] == "42,1,10.0000,0.0000,0.0000,0.0000,0.0000,2.5000,0.0000,0.0000,0.0000");
+          "marginalization_ms,landmarks_ms,mesh_ms,planes_ms");
+    CHECK(rows[1] == "42,1,10.0000,0.0000,0.0000,0.0000,0.0000,2.5000,0.0000,0.0000,0.0000,0.0000");
     CHECK(columns(rows[0]) == 3 + kStageCount);
 }
 

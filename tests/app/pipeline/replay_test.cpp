@@ -49,7 +49,8 @@ TEST_CASE("a replay writes one row a frame and gives the same bytes twice") {
     CHECK(rows(dir.file("a/timing.csv")) == kFrames + 1);
     CHECK(rows(dir.file("a/trajectory.tum")) == run.estimates);
     CHECK(rows(dir.file("a/trajectory.csv")) == run.estimates + 1);
-    for (const char* name : {"trajectory.tum", "trajectory.csv", "health.csv", "warnings.txt"}) {
+    for (const char* name :
+         {"trajectory.tum", "trajectory.csv", "health.csv", "planes.csv", "planes.json", "warnings.txt"}) {
         INFO(name);
         CHECK(test::read_file(dir.file(std::string("a/") + name)) ==
               test::read_file(dir.file(std::string("b/") + name)));
