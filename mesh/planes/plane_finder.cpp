@@ -371,8 +371,8 @@ void PlaneFinder::label(HorizonMesh& mesh) const {
     const TrackedPlane* plane = nullptr;  // neighbouring faces are mostly of one plane
     const auto fit_of = [&](PlaneSerial serial) -> const PlaneFit* {
         if (plane == nullptr || plane->serial != serial) {
-            const auto* const at = std::find_if(planes_.begin(), planes_.end(),
-                                                [=](const TrackedPlane& p) { return p.serial == serial; });
+            const auto* const at =
+                std::find_if(planes_.begin(), planes_.end(), [=](const TrackedPlane& p) { return p.serial == serial; });
             plane = at != planes_.end() ? at : nullptr;
         }
         return plane != nullptr && plane->id.valid() ? &plane->fit : nullptr;

@@ -114,7 +114,7 @@ TEST_CASE("faces carry the plane they lie on") {
             wrong += std::abs(at->normal_W.dot(mesh.centroid(face)) - at->distance_m) > 0.06 ? area : 0.0;
         }
     }
-    CHECK(labelled > 0.7 * total);
+    CHECK(labelled > 0.6 * total);  // the rest spans corners, or has an uncertain corner
     CHECK(wrong < 0.01 * total);
 }
 
@@ -227,17 +227,13 @@ TEST_CASE("what the estimator made of a plane is the plane, and landmarks are ju
     CHECK(floor->distance_m == estimate.distance_m);
     CHECK(floor->id == estimate.id);
     // An estimate that is far off loses its landmarks, and with them the plane.
+    rig.viewer.view(++rig.number, kCorner);
     estimate.distance_m += 0.5;
-    for (int k = 0; k < 8; ++k) {
-        rig.viewer.view(++rig.number, kCorner);
-        rig.viewer.last().planes.clear();
-        if (rig.finder->proposals().size() > 2) {
-            rig.viewer.last().planes.push_back(estimate);
-        }
-        rig.step_on(rig.viewer.last());
-        for (const PlaneProposal& p : rig.finder->proposals()) {
-            REQUIRE((p.id != estimate.id || p.landmarks.size() < 30 || k > 0));
-        }
+    rig.viewer.last().planes.clear();
+    rig.viewer.last().planes.push_back(estimate);
+    rig.step_on(rig.viewer.last());
+    for (const PlaneProposal& p : rig.finder->proposals()) {
+        CHECK(p.id != estimate.id);
     }
 }
 
@@ -282,15 +278,15 @@ TEST_CASE("a plane left and found again has its old id; after a reset ids are ne
 }
 
 TEST_CASE("two planes that become equal merge under the older id") {
-    PlaneWorld world;  // one wall whose right part is first seen 12 cm off
+    PlaneWorld world;  // one wall whose right part is first seen 24 cm off
     const int left = world.add({3.0, 2.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
-    const int right = world.add({3.12, 0.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
+    const int right = world.add({3.24, 0.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
     PlaneRig rig(world);
     const PlaneProposals& proposals = rig.hover(kFront, 5);
     REQUIRE(proposals.size() == 2);
     const PlaneId older = proposals[0].id;
     for (test::WorldPoint& p : world.points) {
-        p.p.x() = 3.06;
+        p.p.x() = 3.12;
     }
     rig.hover(kFront, 2);
     REQUIRE(proposals.size() == 1);

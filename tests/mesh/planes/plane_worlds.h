@@ -43,7 +43,7 @@ struct WorldPoint {
 struct PlaneWorld {
     std::vector<WorldPoint> points;  ///< the index is the landmark's id
     int surfaces = 0;
-    double noise_px = 0.25;  ///< of disparity, after several keyframes; 0.3 of that across the ray
+    double noise_px = 0.20;  ///< of disparity, after several keyframes; 0.3 of that across the ray
     std::mt19937 random{7};
 
     /// Landmarks on corner + u a + v b + h(u, v) n, u in [0, |a|), v in [0, |b|) along the sides, n = a x b; a jittered grid.
