@@ -70,7 +70,7 @@ bool PlaneSet::measure(const Landmark& landmark, const Plane& plane, const Windo
         return false;
     }
     out.m = plane.height(p_W);
-    out.variance_m2 = llt.matrixL().solve(plane.normal_W()).squaredNorm();
+    out.variance_m2 = problem.observation_variance() * llt.matrixL().solve(plane.normal_W()).squaredNorm();
     return true;
 }
 

@@ -55,6 +55,10 @@ double WindowProblem::linearize(ReducedSystem& system) {
             cost += add_landmark(system, state_->landmarks[i]);
         }
     }
+    constexpr int kEnoughRows = 100;
+    if (fit_.vision_rows >= kEnoughRows) {
+        observation_variance_ = std::clamp(fit_.vision_squared_error / fit_.vision_rows, 0.05, 1.0);
+    }
     add_calibration(system);
     cost += add_prior(system);
     cost += add_planes(system);

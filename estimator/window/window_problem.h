@@ -61,6 +61,9 @@ public:
     }
 
     const WindowFit& fit() const { return fit_; }
+    /// Variance of observations as measured at the last linearization of the whole window, in units of the configured one,
+    /// within [0.05, 1]. The configured one is cautious: tests that ask whether things agree must not be.
+    double observation_variance() const { return observation_variance_; }
     const StereoGeometry& geometry() const { return geometry_; }
     /// Standard deviations in a pixel.
     double pixels_to_sigmas() const { return 1.0 / config_->pixel_sigma_px; }
@@ -97,6 +100,7 @@ private:
     Se3 T_B_C0_;  ///< as calibrated
     Se3 T_B_C1_;
     WindowFit fit_;
+    double observation_variance_ = 1.0;
     LandmarkSchur schur_;
     std::array<CameraPose, kMaxKeyframes> left_;
     std::array<CameraPose, kMaxKeyframes> right_;

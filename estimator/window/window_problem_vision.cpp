@@ -104,9 +104,9 @@ double WindowProblem::add_plane_height(Landmark& landmark, const CameraPose& hos
         return 0.0;
     }
     // At the optimum images pull the point off the plane as much as the plane pulls it back, so that with q = w s / sigma^2,
-    // s the height's variance by images alone, the free height is e = r (1 + q), of variance sigma^2 + s.
+    // s the height's variance by images alone, the free height is e = r (1 + q); its variance is sigma^2 + s, s as measured.
     const double q = schur_.point_variance(l.d_r_d_point);
-    landmark.plane_chi2 = l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (1.0 + q / l.weight);
+    landmark.plane_chi2 = l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (1.0 + observation_variance_ * q / l.weight);
     schur_.add_plane(plane_row(landmark.plane), l);
     return l.cost;
 }
