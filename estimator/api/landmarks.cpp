@@ -82,6 +82,7 @@ void fill_keyframe_view(const Window& window, const FrontendOutput& tracks, Keyf
     view.stamp = state.keyframes.back().stamp;
     view.oldest_stamp = state.keyframes.front().stamp;
     view.T_W_C0 = {Eigen::Quaterniond(camera.R_C_W.transpose()), camera.p_W_C};
+    view.observation_variance = window.problem().observation_variance();
     view.landmarks.clear();
     for (int i = 0; i < state.landmarks.size(); ++i) {
         LandmarkSnapshot snapshot;

@@ -45,6 +45,9 @@ struct KeyframeView {
     Timestamp stamp;           ///< of the newest keyframe
     Timestamp oldest_stamp;    ///< of the oldest one in the window
     Se3 T_W_C0;                ///< left camera of the newest keyframe
+    /// Variance of the sightings as measured, in units of the configured one, which is cautious and which covariance_W
+    /// counts with: to ask whether points agree, multiply.
+    double observation_variance = 1.0;
     FixedVector<LandmarkSnapshot, kMaxLandmarks> landmarks;
     PlaneEstimates planes;  ///< that the estimator uses; empty in mode S
 };

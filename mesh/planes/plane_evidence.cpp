@@ -40,7 +40,7 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
         if (const auto slot = mesh.find_vertex(s.id); slot.ok()) {
             point_of_vertex_[slot.value()] = static_cast<std::uint16_t>(points_.size());
         }
-        points_.push_back({s.p_W, s.covariance_W});
+        points_.push_back({s.p_W, static_cast<float>(view.observation_variance) * s.covariance_W});
         state_.push_back(state);
     }
     take_faces(mesh);
