@@ -15,11 +15,13 @@ namespace {
 constexpr double kLeastCovered = 0.5;  // m^2: smaller patches say nothing about a wall
 constexpr double kOnPlane = 0.03;      // m: true surface that belongs to the plane
 constexpr double kFar = 1e3;           // m: any view counts
+constexpr double kSamePlane = 0.02;    // m, and as sine of the angle between normals
 
 /// Cells of a plane: 0 uncovered, 1 covered, 2 uncovered and open to the outside.
 class Raster {
 public:
-    Raster(const EvalPlane& plane, double cell) : plane_(plane), cell_(cell) {
+    Raster(const EvalPlane& plane, double cell, double gap)
+        : plane_(plane), cell_(cell), reach_(static_cast<int>(0.5 * gap / cell)) {
         u_ = plane.normal.unitOrthogonal();
         v_ = plane.normal.cross(u_);
     }
@@ -37,19 +39,23 @@ public:
                 high = high.cwiseMax(p);
             }
         }
-        low_ = low.array().floor() - 1.0;
-        width_ = static_cast<int>(high.x() - low_.x()) + 3;
-        height_ = static_cast<int>(high.y() - low_.y()) + 3;
+        const int border = 2 * reach_ + 1;  // room for the square to go round
+        low_ = low.array().floor() - static_cast<double>(border);
+        width_ = static_cast<int>(high.x() - low_.x()) + border + 2;
+        height_ = static_cast<int>(high.y() - low_.y()) + border + 2;
         cells_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
         for (const Flat& t : triangles) {
             draw(t);
         }
     }
 
-    /// Marks what can be reached from the border without crossing covered cells.
+    /// Marks the uncovered cells that a square, of half width reach_, reaches from the border without touching covered
+    /// ones: the square's middle moves over cells that are far enough from covered ones, and marks all under it.
     void flood() {
+        const std::vector<char> blocked = dilated([this](std::size_t i) { return cells_[i] == 1; });
+        std::vector<char> passed(cells_.size(), 0);
         std::vector<int> front{0};
-        cells_[0] = 2;
+        passed[0] = 1;
         while (!front.empty()) {
             const int at = front.back();
             front.pop_back();
@@ -57,11 +63,16 @@ public:
             const int y = at / width_;
             const std::array<std::pair<int, int>, 4> around{{{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}}};
             for (const auto& [nx, ny] : around) {
-                if (nx >= 0 && ny >= 0 && nx < width_ && ny < height_ && at_cell(nx, ny) == 0) {
-                    at_cell(nx, ny) = 2;
-                    front.push_back(ny * width_ + nx);
+                const auto next = index(nx, ny);
+                if (nx >= 0 && ny >= 0 && nx < width_ && ny < height_ && blocked[next] == 0 && passed[next] == 0) {
+                    passed[next] = 1;
+                    front.push_back(static_cast<int>(next));
                 }
             }
+        }
+        const std::vector<char> open = dilated([&](std::size_t i) { return passed[i] == 1; });
+        for (std::size_t i = 0; i < cells_.size(); ++i) {
+            cells_[i] = open[i] != 0 && cells_[i] == 0 ? char{2} : cells_[i];
         }
     }
 
@@ -70,8 +81,7 @@ public:
     void for_each(char mark, Visit visit) const {
         for (int y = 0; y < height_; ++y) {
             for (int x = 0; x < width_; ++x) {
-                if (cells_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                           static_cast<std::size_t>(x)] == mark) {
+                if (cells_[index(x, y)] == mark) {
                     const Eigen::Vector2d c = cell_ * (low_ + Eigen::Vector2d(x + 0.5, y + 0.5));
                     visit(c.x() * u_ + c.y() * v_ + plane_.offset * plane_.normal);
                 }
@@ -80,8 +90,35 @@ public:
     }
 
 private:
-    char& at_cell(int x, int y) {
-        return cells_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
+    std::size_t index(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+    }
+    char& at_cell(int x, int y) { return cells_[index(x, y)]; }
+
+    /// Cells within reach_, in both directions, of one for which is_set(index) holds.
+    template <class IsSet>
+    std::vector<char> dilated(IsSet is_set) const {
+        std::vector<char> rows(cells_.size(), 0);
+        for (int y = 0; y < height_; ++y) {
+            for (int x = 0; x < width_; ++x) {
+                if (is_set(index(x, y))) {
+                    const auto first = rows.begin() + static_cast<std::ptrdiff_t>(index(std::max(0, x - reach_), y));
+                    std::fill(
+                        first,
+                        rows.begin() + static_cast<std::ptrdiff_t>(index(std::min(width_ - 1, x + reach_), y)) + 1,
+                        char{1});
+                }
+            }
+        }
+        std::vector<char> both(cells_.size(), 0);
+        for (int y = 0; y < height_; ++y) {
+            for (int near = std::max(0, y - reach_); near <= std::min(height_ - 1, y + reach_); ++near) {
+                for (int x = 0; x < width_; ++x) {
+                    both[index(x, y)] = static_cast<char>(both[index(x, y)] | rows[index(x, near)]);
+                }
+            }
+        }
+        return both;
     }
 
     void draw(const Flat& t) {
@@ -105,6 +142,7 @@ private:
 
     const EvalPlane& plane_;
     double cell_;
+    int reach_;
     Eigen::Vector3d u_;
     Eigen::Vector3d v_;
     Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
@@ -131,14 +169,23 @@ std::vector<Raster::Flat> faces_on(const EvalPlane& plane, const TriangleSoup& m
     return flat;
 }
 
+bool coincide(const EvalPlane& a, const EvalPlane& b) {
+    const double side = a.normal.dot(b.normal) < 0.0 ? -1.0 : 1.0;
+    return a.normal.cross(b.normal).norm() < kSamePlane && std::abs(a.offset - side * b.offset) < kSamePlane;
+}
+
 }  // namespace
 
 FlatHoles find_flat_holes(const TriangleSoup& mesh, const SceneTruth& truth, const TriangleTree& truth_tree,
                           const MeshEvalOptions& options) {
     FlatHoles holes;
     const double cell_m2 = options.wall_cell_m * options.wall_cell_m;
-    for (const EvalPlane& plane : truth.planes) {
-        Raster raster(plane, options.wall_cell_m);
+    for (auto at = truth.planes.begin(); at != truth.planes.end(); ++at) {
+        const EvalPlane& plane = *at;
+        if (std::any_of(truth.planes.begin(), at, [&](const EvalPlane& other) { return coincide(other, plane); })) {
+            continue;
+        }
+        Raster raster(plane, options.wall_cell_m, options.wall_gap_m);
         double area = 0.0;
         const std::vector<Raster::Flat> faces = faces_on(plane, mesh, raster, options, area);
         if (area < kLeastCovered) {

@@ -24,6 +24,7 @@ struct MeshEvalOptions {
     double wall_distance_m = 0.10;        ///< a face within this of a true plane, and turned like it, covers it
     double wall_angle_deg = 20.0;
     double wall_cell_m = 0.02;  ///< raster of the search for holes
+    double wall_gap_m = 0.10;   ///< a hole that opens to the outside through a gap narrower than this is still a hole
 };
 
 /// Distances of a set of samples.
@@ -57,7 +58,8 @@ struct EvalPlane {
     double offset = 0.0;
 };
 
-/// Holes of the mesh on the true planes: uncovered cells enclosed by covered ones, where there is a surface that was seen.
+/// Holes of the mesh on the true planes: cells that it does not cover and that a square of wall_gap_m cannot reach from
+/// outside without touching covered ones, where there is a surface that was seen. Planes that coincide count once.
 struct FlatHoles {
     double covered_m2 = 0.0;
     double hole_m2 = 0.0;

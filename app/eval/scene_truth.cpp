@@ -20,7 +20,8 @@ std::vector<EvalPlane> load_planes(const std::string& path) {
         return planes;
     }
     try {
-        for (const auto& item : nlohmann::json::parse(file).at("planes")) {
+        const auto json = nlohmann::json::parse(file);  // outlives the loop, which a temporary here would not
+        for (const auto& item : json.at("planes")) {
             EvalPlane plane;
             plane.name = item.value("name", "");
             const auto normal = item.at("normal").get<std::array<double, 3>>();

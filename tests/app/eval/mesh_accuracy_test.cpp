@@ -5,6 +5,11 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "app/eval/scene_truth.h"
+#include "app/io/ply_writer.h"
+#include "tests/support/input_error_text.h"
+#include "tests/support/temp_dir.h"
+
 namespace facet {
 namespace {
 
@@ -97,6 +102,47 @@ TEST_CASE("holes inside the mesh's outline count, gaps at its border do not") {
     CHECK(holed.holes.covered_m2 == Approx(16.0 - 0.375).epsilon(0.03));
     const auto notch = [](double y, double z) { return std::abs(y - 0.375) < 0.3 && z > -0.3; };
     CHECK(evaluate_mesh(wall(3.0, 2.0, 0.25, notch), truth, Se3{}, {}).holes.hole_m2 == 0.0);
+}
+
+TEST_CASE("a crack does not make a hole part of the outside, a passage does, and planes that coincide count once") {
+    SceneTruth truth = scene();
+    truth.planes.push_back({"the same from behind", Vector3d(1.0, 0.0, 0.0), 3.005});
+    const auto hole = [](double y, double z) { return std::abs(y - 0.025) < 0.3 && std::abs(z - 0.025) < 0.3; };
+    const auto with_gap = [&](double width) {
+        return wall(3.0, 2.0, 0.05,
+                    [=](double y, double z) { return hole(y, z) || (z > 0.2 && y > -0.01 && y < width - 0.01); });
+    };
+    const double whole = evaluate_mesh(with_gap(0.0), truth, Se3{}, {}).holes.hole_m2;
+    CHECK(whole == Approx(0.36).epsilon(0.1));
+    const FlatHoles crack = evaluate_mesh(with_gap(0.05), truth, Se3{}, {}).holes;
+    CHECK(crack.planes == 1);
+    CHECK(crack.hole_m2 == Approx(whole + 0.05 * 1.65).epsilon(0.1));
+    const FlatHoles passage = evaluate_mesh(with_gap(0.25), truth, Se3{}, {}).holes;
+    CHECK(passage.hole_m2 == 0.0);
+}
+
+TEST_CASE("a scene's planes are read from the file beside it") {
+    const test::TempDir folder;
+    const TriangleSoup surface = whole_wall(3.0, 2.0);
+    std::vector<Eigen::Vector3f> vertices;
+    for (const Vector3d& v : surface.vertices) {
+        vertices.push_back(v.cast<float>());
+    }
+    const std::string path = folder.file("scene.ply");
+    REQUIRE(ok(write_ply(path, "", vertices, surface.triangles)));
+    CHECK(load_scene(path, scene().camera, Se3{}, {}, 0.2).planes.empty());
+    folder.write("planes.json", R"({"planes": [{"name": "wall", "normal": [-1, 0, 0], "offset": -3},
+                                               {"name": "floor", "normal": [0, 0, 1], "offset": 0.25}]})");
+    const SceneTruth truth = load_scene(path, scene().camera, Se3{}, {}, 0.2);
+    REQUIRE(truth.surface.triangles.size() == surface.triangles.size());
+    REQUIRE(truth.planes.size() == 2);
+    CHECK(truth.planes[0].name == "wall");
+    CHECK(truth.planes[0].offset == -3.0);
+    CHECK(truth.planes[1].normal == Vector3d::UnitZ());
+    CHECK(truth.planes[1].offset == 0.25);
+    folder.write("planes.json", R"({"planes": [{"normal": [0, 0, 2], "offset": 1}]})");
+    CHECK_THAT(test::input_error_text([&] { load_scene(path, scene().camera, Se3{}, {}, 0.2); }),
+               Catch::Contains("planes.json") && Catch::Contains("unit"));
 }
 
 TEST_CASE("the tree finds the nearest point and what is in the way, as brute force does") {
