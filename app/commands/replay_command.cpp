@@ -150,10 +150,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     auto args = std::make_shared<ReplayArguments>();
     command->add_option("DATASET", args->dataset, "Folder that holds mav0/, or is it (cam0, cam1, imu0)")->required();
     command
-        ->add_option(
-            "--out", args->out,
-            "Folder for the results, created if missing: trajectory.tum, trajectory.csv, timing.csv, "
-            "health.csv, mesh.csv, mesh.ply, mesh_live.ply, planes.csv, planes.json, summary.json, warnings.txt")
+        ->add_option("--out", args->out,
+                     "Folder for the results, created if missing: trajectory.tum, trajectory.csv, covariance.csv, "
+                     "timing.csv, health.csv, mesh.ply, mesh_live.ply, mesh.csv, planes.csv, planes.json, "
+                     "summary.json, warnings.txt")
         ->required();
     command
         ->add_option("--mode", args->mode,
