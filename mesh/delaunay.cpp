@@ -10,6 +10,8 @@ namespace facet {
 namespace {
 
 constexpr double kMaxCoordinate = 1e9;
+constexpr std::int16_t kOutside = -1;
+constexpr std::int16_t kNotVisited = -2;
 
 }  // namespace
 
@@ -24,22 +26,20 @@ bool Delaunay::right_of(std::uint16_t p, Edge e) const {
 /// Order by x, then y, then index; equal points are merged into the first.
 void Delaunay::sort(std::span<const Eigen::Vector2d> points) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-        index_[i] = static_cast<std::uint16_t>(i);
+        keys_[i] = {points[i].x(), points[i].y(), static_cast<std::uint16_t>(i)};
     }
-    std::sort(index_.begin(), index_.begin() + static_cast<std::ptrdiff_t>(points.size()),
-              [&](std::uint16_t i, std::uint16_t j) {
-                  const Eigen::Vector2d& a = points[i];
-                  const Eigen::Vector2d& b = points[j];
-                  return a.x() != b.x() ? a.x() < b.x() : a.y() != b.y() ? a.y() < b.y() : i < j;
+    std::sort(keys_.begin(), keys_.begin() + static_cast<std::ptrdiff_t>(points.size()),
+              [](const Key& a, const Key& b) {
+                  return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.index < b.index;
               });
     count_ = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const auto n = static_cast<std::size_t>(count_);
-        if (n > 0 && sorted_[n - 1] == points[index_[i]]) {
+        if (n > 0 && sorted_[n - 1].x() == keys_[i].x && sorted_[n - 1].y() == keys_[i].y) {
             continue;
         }
-        sorted_[n] = points[index_[i]];
-        index_[n] = index_[i];
+        sorted_[n] = {keys_[i].x, keys_[i].y};
+        index_[n] = keys_[i].index;
         ++count_;
     }
     duplicates_ = static_cast<int>(points.size()) - count_;
@@ -117,30 +117,36 @@ Delaunay::Hull Delaunay::build(int first, int count) {
 }
 
 /// Deletes edges out of the base's destination that fail the circle test; the next candidate on the left side.
-Delaunay::Edge Delaunay::drop_left_candidates(Edge base) {
+Delaunay::Candidate Delaunay::left_candidate(Edge base) {
     Edge candidate = next_[reverse(base)];
-    if (right_of(destination(candidate), base)) {
-        while (in_circle(at(destination(base)), at(origin_[base]), at(destination(candidate)),
-                         at(destination(next_[candidate]))) > 0.0) {
-            const Edge following = next_[candidate];
-            remove(candidate);
-            candidate = following;
-        }
+    if (!right_of(destination(candidate), base)) {
+        return {candidate, false};
     }
-    return candidate;
+    bool is_first = true;
+    while (in_circle(at(destination(base)), at(origin_[base]), at(destination(candidate)),
+                     at(destination(next_[candidate]))) > 0.0) {
+        const Edge following = next_[candidate];
+        remove(candidate);
+        candidate = following;
+        is_first = false;
+    }
+    return {candidate, is_first || right_of(destination(candidate), base)};
 }
 
-Delaunay::Edge Delaunay::drop_right_candidates(Edge base) {
+Delaunay::Candidate Delaunay::right_candidate(Edge base) {
     Edge candidate = previous_[base];
-    if (right_of(destination(candidate), base)) {
-        while (in_circle(at(destination(base)), at(origin_[base]), at(destination(candidate)),
-                         at(destination(previous_[candidate]))) > 0.0) {
-            const Edge following = previous_[candidate];
-            remove(candidate);
-            candidate = following;
-        }
+    if (!right_of(destination(candidate), base)) {
+        return {candidate, false};
     }
-    return candidate;
+    bool is_first = true;
+    while (in_circle(at(destination(base)), at(origin_[base]), at(destination(candidate)),
+                     at(destination(previous_[candidate]))) > 0.0) {
+        const Edge following = previous_[candidate];
+        remove(candidate);
+        candidate = following;
+        is_first = false;
+    }
+    return {candidate, is_first || right_of(destination(candidate), base)};
 }
 
 Delaunay::Hull Delaunay::merge(Hull l, Hull r) {
@@ -164,10 +170,8 @@ Delaunay::Hull Delaunay::merge(Hull l, Hull r) {
         r.right = base;
     }
     for (;;) {  // the rising bubble
-        const Edge from_left = drop_left_candidates(base);
-        const Edge from_right = drop_right_candidates(base);
-        const bool left_valid = right_of(destination(from_left), base);
-        const bool right_valid = right_of(destination(from_right), base);
+        const auto [from_left, left_valid] = left_candidate(base);
+        const auto [from_right, right_valid] = right_candidate(base);
         if (!left_valid && !right_valid) {
             return {l.left, r.right};
         }
@@ -178,34 +182,34 @@ Delaunay::Hull Delaunay::merge(Hull l, Hull r) {
     }
 }
 
-/// Walks around the left face of every edge: three edges that turn left are a triangle, anything else is the outside.
-void Delaunay::collect() {
+/// Walks around the outside first; every other face is a triangle.
+void Delaunay::collect(const Hull& hull) {
     const auto end = static_cast<Edge>(edges_);
-    std::fill_n(left_face_.begin(), edges_, std::int16_t{-1});
+    std::fill_n(left_face_.begin(), edges_, kNotVisited);
+    const Edge begin = reverse(hull.left);
+    Edge outside = begin;
+    do {
+        left_face_[outside] = kOutside;
+        outside = left_next(outside);
+    } while (outside != begin);
     for (Edge e = 0; e < end; ++e) {
-        if (!alive_[e] || left_face_[e] >= 0) {
+        if (!alive_[e] || left_face_[e] != kNotVisited) {
             continue;
         }
         const std::array<Edge, 3> side{e, left_next(e), left_next(left_next(e))};
-        if (left_next(side[2]) != e ||
-            orientation(at(origin_[side[0]]), at(origin_[side[1]]), at(origin_[side[2]])) <= 0.0) {
-            continue;
-        }
+        first_edge_[triangles_.size()] = e;
         for (const Edge s : side) {
             left_face_[s] = static_cast<std::int16_t>(triangles_.size());
         }
         triangles_.push_back({{origin_[side[0]], origin_[side[1]], origin_[side[2]]}, {}});
     }
-    for (Edge e = 0; e < end; ++e) {
-        if (alive_[e] && left_face_[e] >= 0) {
-            Triangle& t = triangles_[static_cast<std::size_t>(left_face_[e])];
-            const auto corner = std::find(t.point.begin(), t.point.end(), origin_[e]) - t.point.begin();
-            t.neighbour[static_cast<std::size_t>(corner)] = left_face_[reverse(e)];
-        }
-    }
-    for (Triangle& t : triangles_) {
-        for (std::uint16_t& p : t.point) {
-            p = index_[p];
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+        Triangle& t = triangles_[i];
+        Edge e = first_edge_[i];
+        for (std::size_t k = 0; k < 3; ++k) {
+            t.point[k] = index_[t.point[k]];
+            t.neighbour[k] = left_face_[reverse(e)];
+            e = left_next(e);
         }
         const auto least = std::min_element(t.point.begin(), t.point.end()) - t.point.begin();
         std::rotate(t.point.begin(), t.point.begin() + least, t.point.end());
@@ -228,8 +232,7 @@ Status Delaunay::triangulate(std::span<const Eigen::Vector2d> points) {
     }
     sort(points);
     if (count_ >= 3) {
-        build(0, count_);
-        collect();
+        collect(build(0, count_));
     }
     return Status::kOk;
 }

@@ -61,9 +61,14 @@ private:
     Hull build(int first, int count);
     Hull build_three(std::uint16_t first);
     Hull merge(Hull left, Hull right);
-    Edge drop_left_candidates(Edge base);
-    Edge drop_right_candidates(Edge base);
-    void collect();
+    /// An edge that may be the next across the seam, and whether it rises above the base.
+    struct Candidate {
+        Edge edge;
+        bool is_valid;
+    };
+    Candidate left_candidate(Edge base);
+    Candidate right_candidate(Edge base);
+    void collect(const Hull& hull);
 
     int duplicates_ = 0;
     int count_ = 0;  ///< distinct points
@@ -74,6 +79,13 @@ private:
     std::array<Edge, kMaxEdges> previous_{};         ///< clockwise
     std::array<bool, kMaxEdges> alive_{};
     std::array<std::int16_t, kMaxEdges> left_face_{};
+    std::array<Edge, kMaxTriangles> first_edge_{};  ///< of each triangle
+    struct Key {
+        double x;
+        double y;
+        std::uint16_t index;
+    };
+    std::array<Key, kMaxMeshPoints> keys_{};              ///< scratch of sort()
     std::array<Eigen::Vector2d, kMaxMeshPoints> sorted_;  ///< distinct points by x, then y
     std::array<std::uint16_t, kMaxMeshPoints> index_{};   ///< of each of them in the input
     FixedVector<Triangle, kMaxTriangles> triangles_;

@@ -58,8 +58,11 @@ private:
 
     Eigen::Vector3d corner(std::size_t i, std::size_t k) const { return corners_[i][k].cast<double>(); }
     RangeHit found(double distance, const Eigen::Vector3d& p, std::size_t i) const;
-    void select_for_sweep(const SweepRequest& request);
-    static void sweep_face(const std::array<Eigen::Vector3d, 3>& corner, const SweepRequest& request, Sweep& sweep);
+    void bound_for_sweep(const SweepRequest& request, float start_turns);
+    std::size_t order_for_sweep(double max_range_m);
+    static std::size_t cut_at_height(std::array<Eigen::Vector3d, 5>& polygon, std::size_t count, double side,
+                                     double limit);
+    void sweep_face(std::size_t face, const Eigen::Vector3d& q, const SweepRequest& request, Sweep& sweep);
 
     int count_ = 0;
     Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
@@ -74,8 +77,9 @@ private:
     std::array<FaceIndex, kMaxMeshFaces> face_{};
     // Scratch of sweep(): lower bound of the distance, and the sectors that the face may touch.
     alignas(32) std::array<float, kMaxMeshFaces> bound_{};
-    alignas(32) std::array<float, kMaxMeshFaces> first_sector_{};
-    alignas(32) std::array<float, kMaxMeshFaces> last_sector_{};
+    alignas(32) std::array<std::int32_t, kMaxMeshFaces> first_sector_{};
+    alignas(32) std::array<std::int32_t, kMaxMeshFaces> last_sector_{};
+    std::array<std::uint16_t, std::size_t{kMaxMeshFaces} + 1> selected_{};
     std::array<std::uint16_t, kMaxMeshFaces> order_{};
 };
 
