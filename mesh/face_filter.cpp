@@ -63,7 +63,7 @@ FaceVerdict judge_shape(const MeshConfig& config, const Corners& c) {
         along_high = std::max(along_high, along);
         across = std::max(across, (side - ray.dot(side) * ray).norm());
     }
-    if (longest > config.max_side_m) {
+    if (longest > std::max(config.max_side_m, config.max_flat_side_m)) {
         return FaceVerdict::kSideLength;
     }
     if (shortest < config.min_side_ratio * longest) {
@@ -136,16 +136,17 @@ void filter_faces(const MeshConfig& config, std::span<const Triangle> triangles,
             continue;
         }
         const Corners c = corners_of(triangles[i], points);
-        const FaceVerdict steps = judge_steps(config, c, image);
-        const double longest =
-            std::max({(c.at(1) - c.at(0)).norm(), (c.at(2) - c.at(1)).norm(), (c.at(0) - c.at(2)).norm()});
-        const bool is_large = longest > config.lonely_side_m;
-        if (steps == FaceVerdict::kAccepted && !is_large) {
+        const double longest2 = std::max(
+            {(c.at(1) - c.at(0)).squaredNorm(), (c.at(2) - c.at(1)).squaredNorm(), (c.at(0) - c.at(2)).squaredNorm()});
+        const bool is_large = longest2 > config.lonely_side_m * config.lonely_side_m;
+        const FaceVerdict doubt =
+            longest2 > config.max_side_m * config.max_side_m ? FaceVerdict::kSideLength : judge_steps(config, c, image);
+        if (doubt == FaceVerdict::kAccepted && !is_large) {
             continue;
         }
         const int support = coplanar_neighbours(config, triangles, points, verdicts, i);
-        if (steps != FaceVerdict::kAccepted && support < 2) {
-            verdicts[i] = steps;
+        if (doubt != FaceVerdict::kAccepted && support < 2) {
+            verdicts[i] = doubt;
         } else if (is_large && support < config.lonely_neighbours) {
             verdicts[i] = FaceVerdict::kLonely;
         }

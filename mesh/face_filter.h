@@ -59,7 +59,8 @@ struct MeshPoint {
 ///                standard deviations of it, gap / lateral <= max_step_slope, or gradient_step_slope if the image changes by
 ///                strong_gradient within two pixels somewhere between the corners
 /// A triangle that only fails a step test is kept if at least two neighbours lie in its plane within coplanar_m: then it
-/// is a piece of a slanted surface. A triangle with a side beyond lonely_side_m needs lonely_neighbours such neighbours in
+/// is a piece of a slanted surface. The same goes for one with a side between max_side_m and max_flat_side_m: on a bare wall
+/// points are far apart. A triangle with a side beyond lonely_side_m needs lonely_neighbours such neighbours in
 /// any case: three points far apart say little about what is between them. Last, a triangle without any neighbour that
 /// passed is left out (unless lonely_neighbours is 0): at the fringe of a surface these are mostly bridges to the next one.
 /// Reentrant. No heap.

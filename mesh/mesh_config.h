@@ -18,9 +18,10 @@ struct MeshConfig {
     double min_side_ratio = 0.1;       ///< least shortest over longest side of a face [0, 1]; the paper has 0.2
     double min_elongation = 0.2;       ///< least extent across over extent along the ray [0, 10]; the paper's value
     double max_side_m = 1.2;           ///< longest side of a face [0.05, 100]; the paper has 2
-    double max_grazing_deg = 80.0;     ///< largest angle between a face's normal and the ray [1, 90]
-    double step_sigmas = 3.0;          ///< a difference of depth counts beyond this many standard deviations [0, 20]
-    double max_step_slope = 2.0;       ///< largest depth step over lateral distance along a side [0.1, 100]
+    double max_flat_side_m = 3.0;   ///< longest side of a face with two neighbours in its plane [0.05, 100]: bare walls
+    double max_grazing_deg = 80.0;  ///< largest angle between a face's normal and the ray [1, 90]
+    double step_sigmas = 3.0;       ///< a difference of depth counts beyond this many standard deviations [0, 20]
+    double max_step_slope = 2.0;    ///< largest depth step over lateral distance along a side [0.1, 100]
     double gradient_step_slope = 0.8;  ///< the same if the side crosses a strong image gradient [0.1, 100]
     double strong_gradient = 60.0;     ///< grey levels over two pixels that count as strong [1, 255]
     double coplanar_m = 0.03;          ///< a steep face is kept if its neighbours lie in its plane this closely [0, 1]

@@ -40,6 +40,11 @@ void Mesher::update(const KeyframeView& view, const ImageView& left) {
     const CameraPose camera = CameraPose::from(view.T_W_C0);
     R_C_W_ = camera.R_C_W;
     p_W_C_ = camera.p_W_C;
+    // A window always holds the keyframe before its newest one, unless it began in between.
+    if (update_ > 1 && view.oldest_stamp > last_stamp_) {
+        leave_all();
+    }
+    last_stamp_ = view.stamp;
     move_vertices(view);
     remove_leaving(view);
     refresh_faces();
@@ -56,6 +61,20 @@ void Mesher::update(const KeyframeView& view, const ImageView& left) {
     counters_.holes_filled += static_cast<std::uint64_t>(filled.holes);
     counters_.fill_faces += static_cast<std::uint64_t>(filled.faces);
     prune_vertices();
+}
+
+void Mesher::leave_all() {
+    for (int i = 0; i < mesh_.face_end(); ++i) {
+        if (!mesh_.is_face(i)) {
+            continue;
+        }
+        const MeshFace& face = mesh_.face(static_cast<FaceIndex>(i));
+        ++counters_.departed;
+        if (!face.is_fill) {
+            departed_.push_back(describe(face));
+        }
+    }
+    mesh_.clear();
 }
 
 void Mesher::move_vertices(const KeyframeView& view) {
@@ -115,7 +134,8 @@ DepartedFace Mesher::describe(const MeshFace& face) const {
 
 /// Geometry of all faces where their vertices are now; those that broke a limit go.
 void Mesher::refresh_faces() {
-    const double limit = config_.max_side_m * config_.max_side_m;
+    const double longest_allowed = std::max(config_.max_side_m, config_.max_flat_side_m);
+    const double limit = longest_allowed * longest_allowed;
     for (int i = 0; i < mesh_.face_end(); ++i) {
         if (!mesh_.is_face(i)) {
             continue;
@@ -150,6 +170,7 @@ void Mesher::add_point(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C, co
     landmarks_.push_back({&s, slot.value_or(0), slot.ok()});
     image_points_.push_back(xy);
     points_.push_back(point);
+    grid_.add(pixel);
 }
 
 /// All tracked landmarks take part in the triangulation, also those no face may use: a far point between near ones shows
@@ -158,6 +179,7 @@ void Mesher::collect_tracked(const KeyframeView& view) {
     landmarks_.clear();
     image_points_.clear();
     points_.clear();
+    grid_.clear(config_.recent_distance_px, camera_.intrinsics().width, camera_.intrinsics().height);
     for (const LandmarkSnapshot& s : view.landmarks) {
         if (s.is_tracked && !landmarks_.full()) {
             add_point(s, R_C_W_ * (s.p_W - p_W_C_), s.left_xy, s.left_px);
@@ -178,8 +200,9 @@ void Mesher::collect_recent(const KeyframeView& view) {
             continue;
         }
         const Eigen::Vector2d xy = p_C.head<2>() / p_C.z();
-        if (!is_hidden(s, p_C) && !is_crowded(xy)) {
-            add_point(s, p_C, xy, uv.cast<float>());
+        const Eigen::Vector2f pixel = uv.cast<float>();
+        if (!grid_.has_near(pixel) && !is_hidden(s, p_C)) {
+            add_point(s, p_C, xy, pixel);
         }
     }
 }
@@ -199,12 +222,6 @@ bool Mesher::is_hidden(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C) co
     }
     const double margin = 3.0 * s.depth_sigma_m + config_.conflict_margin_m;
     return p_C.z() < low - margin || p_C.z() > high + margin;
-}
-
-bool Mesher::is_crowded(const Eigen::Vector2d& xy) const {
-    const double least = config_.recent_distance_px / camera_.focal_px();
-    return std::any_of(image_points_.begin(), image_points_.end(),
-                       [&](const Eigen::Vector2d& other) { return (other - xy).squaredNorm() < least * least; });
 }
 
 /// Makes sure that the corners of a triangle are vertices; false if there is no room.

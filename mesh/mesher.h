@@ -13,6 +13,7 @@
 #include "mesh/hole_filler.h"
 #include "mesh/horizon_mesh.h"
 #include "mesh/mesh_config.h"
+#include "mesh/point_grid.h"
 #include "mesh/triangle_locator.h"
 #include "platform/base/image_view.h"
 
@@ -47,7 +48,8 @@ struct DepartedFace {
 };
 
 /// Incremental mesher [Rosinol19], called at each keyframe:
-///   1 vertices move with their landmarks; landmarks that left the horizon, or were judged bad, take their faces along;
+///   1 vertices move with their landmarks; landmarks that left the horizon, or were judged bad, take their faces along; if
+///     the window began anew since the last keyframe, the whole mesh leaves: tracks may go on, but not where they were;
 ///   2 the tracked landmarks are triangulated in the image (normalised, undistorted plane) and lifted; beyond the paper,
 ///     landmarks lost from tracking a few keyframes ago join where the tracked ones show nothing in front of them;
 ///   3 triangles that pass the filters are merged into the mesh: a face that exists is confirmed, not doubled;
@@ -84,6 +86,7 @@ private:
     };
 
     bool is_usable(const LandmarkSnapshot& s, double slack) const;
+    void leave_all();
     void move_vertices(const KeyframeView& view);
     void remove_leaving(const KeyframeView& view);
     void leave(VertexSlot slot, bool is_good);
@@ -91,7 +94,6 @@ private:
     void collect_tracked(const KeyframeView& view);
     void collect_recent(const KeyframeView& view);
     bool is_hidden(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C) const;
-    bool is_crowded(const Eigen::Vector2d& xy) const;
     void add_point(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C, const Eigen::Vector2d& xy,
                    const Eigen::Vector2f& pixel);
     void triangulate();
@@ -109,9 +111,11 @@ private:
     CameraModel camera_;
     MeshCounters counters_;
     std::uint32_t update_ = 0;
+    Timestamp last_stamp_;  ///< of the last update's keyframe
     HorizonMesh mesh_;
     Delaunay delaunay_;
     TriangleLocator locator_;
+    PointGrid grid_;  ///< of points_
     HoleFiller holes_;
     Eigen::Matrix3d R_C_W_ = Eigen::Matrix3d::Identity();
     Eigen::Vector3d p_W_C_ = Eigen::Vector3d::Zero();

@@ -105,6 +105,7 @@ const std::array kTable{
     ConfigEntry{FACET_FIELD(mesh.min_side_ratio), "-", 0, 1, "least shortest over longest side of a face"},
     ConfigEntry{FACET_FIELD(mesh.min_elongation), "-", 0, 10, "least extent of a face across the ray over that along it"},
     ConfigEntry{FACET_FIELD(mesh.max_side_m), "m", 0.05, 100, "longest side of a face"},
+    ConfigEntry{FACET_FIELD(mesh.max_flat_side_m), "m", 0.05, 100, "the same for a face with two neighbours in its plane"},
     ConfigEntry{FACET_FIELD(mesh.max_grazing_deg), "deg", 1, 90, "largest angle between a face's normal and the ray"},
     ConfigEntry{FACET_FIELD(mesh.step_sigmas), "-", 0, 20, "a depth step counts beyond this many standard deviations"},
     ConfigEntry{FACET_FIELD(mesh.max_step_slope), "-", 0.1, 100, "largest depth step over lateral distance along a side"},

@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "tests/mesh/keyframe_samples.h"
 #include "tests/support/allocation_guard.h"
 
 namespace facet {
@@ -17,22 +18,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-CameraModel camera() {
-    CameraIntrinsics k;
-    k.width = 752;
-    k.height = 480;
-    k.fx = k.fy = 450.0;
-    k.cx = 376.0;
-    k.cy = 240.0;
-    return CameraModel(k);
-}
+using test::looking_along_x;
 
-/// Camera at p looking along x, z up: its axes are (-y, -z, x) of W.
-Se3 looking_along_x(const Vector3d& p) {
-    Eigen::Matrix3d R;
-    R << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-    return {Eigen::Quaterniond(R), p};
-}
+const CameraModel& camera() { return test::mesh_camera(); }
 
 struct World {
     std::vector<std::pair<std::uint32_t, Vector3d>> points;
@@ -208,7 +196,7 @@ TEST_CASE("a landmark that leaves the horizon takes its faces, and the hole it l
     }
     const int degree = mesher->mesh().faces_at(mesher->mesh().find_vertex({middle}).value());
     // The camera looks away when it leaves: nothing else could close the hole. The others are still known.
-    auto view = view_of(world, looking_along_x({0.0, 0.0, 0.0}), 18, [=](std::uint32_t id) { return id != middle; });
+    auto view = view_of(world, looking_along_x({0.0, 0.0, 0.0}), 14, [=](std::uint32_t id) { return id != middle; });
     for (LandmarkSnapshot& s : view->landmarks) {
         s.is_tracked = false;
         s.unseen_keyframes = 10;
@@ -241,6 +229,90 @@ TEST_CASE("a landmark that the smoother rejects takes its faces, which do not co
     CHECK(mesher->departed().empty());
     CHECK(mesher->counters().judged_bad > 0);
     CHECK_FALSE(mesher->mesh().find_vertex({20}).ok());
+}
+
+TEST_CASE("when the window begins anew, the whole mesh departs and no face spans the restart") {
+    const test::WallFlight flight;
+    const auto mesher = make_mesher();
+    for (int k = 0; k < 10; ++k) {
+        mesher->update(*flight.view(k), {});
+    }
+    const HorizonMesh& mesh = mesher->mesh();
+    std::size_t before = 0;
+    std::set<std::set<std::uint32_t>> old;
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        if (mesh.is_face(i)) {
+            const auto& f = mesh.face(static_cast<FaceIndex>(i));
+            before += f.is_fill ? 0 : 1;
+            old.insert(
+                {mesh.landmark(f.vertex[0]).value, mesh.landmark(f.vertex[1]).value, mesh.landmark(f.vertex[2]).value});
+        }
+    }
+    REQUIRE(before > 200);
+    const std::uint64_t departed = mesher->counters().departed;
+    // The next view is of a window that began at keyframe 11. Tracks went on: landmarks keep their ids, but the new
+    // estimate puts them 20 cm farther.
+    auto view = flight.view(12, 11);
+    std::size_t known = 0;
+    for (LandmarkSnapshot& s : view->landmarks) {
+        s.p_W.x() += 0.2;
+        known += mesh.find_vertex(s.id).ok() ? 1 : 0;
+    }
+    view->T_W_C0.p.x() += 0.2;
+    REQUIRE(known > 100);
+    mesher->update(*view, {});
+    CHECK(mesher->departed().size() == before);
+    CHECK(mesher->counters().departed == departed + old.size());
+    for (const DepartedFace& face : mesher->departed()) {
+        REQUIRE(old.count({face.landmark[0].value, face.landmark[1].value, face.landmark[2].value}) == 1);
+        for (const Eigen::Vector3f& p : face.p_W) {
+            REQUIRE(p.x() < 3.1F);  // as it stood
+        }
+    }
+    int faces = 0;
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        if (mesh.is_face(i)) {
+            ++faces;
+            const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
+            REQUIRE(face.born == mesher->counters().updates);
+            for (int k = 0; k < 3; ++k) {
+                REQUIRE(mesh.corner(face, k).x() > 2.75);
+            }
+        }
+    }
+    CHECK(faces > 100);
+    mesher->update(*flight.view(13, 11), {});
+    CHECK(mesher->departed().size() < before / 10);  // only once
+}
+
+TEST_CASE("over a long run the mesh stays as large as its horizon, and nothing allocates") {
+    const test::WallFlight flight;
+    const auto mesher = make_mesher();
+    std::array<int, 2> most_faces{};
+    std::array<int, 2> most_vertices{};
+    std::uint64_t allocations = 0;
+    constexpr int kUpdates = 400;
+    for (int k = 0; k < kUpdates; ++k) {
+        const auto view = flight.view(k);
+        const test::AllocationGuard guard;
+        mesher->update(*view, {});
+        allocations += guard.allocations();
+        const std::size_t half = k < kUpdates / 2 ? 0 : 1;
+        most_faces[half] = std::max(most_faces[half], mesher->mesh().face_count());
+        most_vertices[half] = std::max(most_vertices[half], mesher->mesh().vertex_count());
+        REQUIRE(mesher->mesh().vertex_count() <= static_cast<int>(view->landmarks.size()));
+    }
+    CHECK(allocations == 0);
+    CHECK(mesher->counters().departed > 5000);  // the camera flew along 60 m of wall
+    CHECK(mesher->counters().dropped == 0);
+    CHECK(most_faces[0] < 3000);
+    CHECK(most_faces[1] <= 1.15 * most_faces[0]);
+    CHECK(most_vertices[1] <= 1.15 * most_vertices[0]);
+    CHECK(mesher->mesh().face_end() <= 2 * most_faces[0]);  // indices are used again
+    // What came has gone again or is there.
+    const MeshCounters& c = mesher->counters();
+    CHECK(c.added + c.fill_faces == c.superseded + c.contradicted + c.misshapen + c.judged_bad + c.departed +
+                                        c.dropped + static_cast<std::uint64_t>(mesher->mesh().face_count()));
 }
 
 TEST_CASE("a face with things seen behind it leaves after enough contradictions") {
@@ -349,6 +421,69 @@ TEST_CASE("a large face needs a neighbour in its plane") {
     const auto pair = make_mesher();
     pair->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
     CHECK(pair->mesh().face_count() == 2);
+}
+
+TEST_CASE("a bare wall with points far apart is one surface, something bent is none") {
+    // Columns and rows 1.3 m apart: every side is beyond max_side_m, the diagonals are 1.84 m.
+    const auto posts = [](double bend) {
+        World world;
+        for (int column = 0; column < 4; ++column) {
+            for (int row = 0; row < 3; ++row) {
+                world.points.push_back({world.next++,
+                                        {4.0 + (column > 1 ? bend * (row + 1) * (row + 1) : 0.0), 1.3 * (column - 1.5),
+                                         1.3 * (row - 1.0)}});
+            }
+        }
+        return world;
+    };
+    MeshConfig config;
+    const auto flat = make_mesher(config);
+    flat->update(*view_of(posts(0.0), looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    const double whole = 3.9 * 2.6;
+    CHECK(area_of(flat->mesh()) > 0.6 * whole);
+    CHECK(area_of(flat->mesh()) <= Approx(whole));
+    // The right half is bent back: what is or leads there has at most one neighbour in its plane.
+    const auto stepped = make_mesher(config);
+    stepped->update(*view_of(posts(0.3), looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    for (int i = 0; i < stepped->mesh().face_end(); ++i) {
+        const MeshFace& face = stepped->mesh().face(static_cast<FaceIndex>(i));
+        REQUIRE((!stepped->mesh().is_face(i) || std::abs(face.normal_W.x()) > 0.999F));
+    }
+    config.max_flat_side_m = 1.5;
+    const auto shorter = make_mesher(config);
+    shorter->update(*view_of(posts(0.0), looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    CHECK(shorter->mesh().face_count() == 0);
+    config.max_flat_side_m = 0.0;
+    CHECK(config.validate() == Status::kInvalidArgument);
+}
+
+TEST_CASE("a face stays as long as newer ones do not cover it up to its corners") {
+    // Two triangles of landmarks 0 to 3, then a finer mesh over all but the last 10 cm of corner 1.
+    World world;
+    for (const Vector3d& p :
+         {Vector3d(3.0, 0.0, 0.0), Vector3d(3.0, 0.6, 0.0), Vector3d(3.0, 0.3, 0.5), Vector3d(3.0, -0.3, 0.5)}) {
+        world.points.push_back({world.next++, p});
+    }
+    const auto mesher = make_mesher();
+    mesher->update(*view_of(world, looking_along_x({0.0, 0.0, 0.0}), 10), {});
+    REQUIRE(mesher->mesh().face_count() == 2);
+    for (int i = -5; i <= 5; ++i) {
+        for (int j = -1; j <= 6; ++j) {
+            world.points.push_back({world.next++, {3.0, 0.1 * i, 0.1 * j + 0.01}});
+        }
+    }
+    auto view = view_of(world, looking_along_x({0.0, 0.0, 0.0}), 11);
+    for (LandmarkSnapshot& s : view->landmarks) {
+        s.is_tracked = s.id.value > 3;
+        s.unseen_keyframes = s.is_tracked ? 0 : 20;
+    }
+    mesher->update(*view, {});
+    const HorizonMesh& mesh = mesher->mesh();
+    const auto slot = [&](std::uint32_t id) { return mesh.find_vertex({id}).value_or(0); };
+    CHECK(mesher->counters().superseded == 1);
+    CHECK_FALSE(mesh.find_vertex({3}).ok());  // its only face was covered whole
+    REQUIRE(mesh.find_vertex({1}).ok());
+    CHECK(mesh.find_face({slot(0), slot(1), slot(2)}) != HorizonMesh::kNoFace);
 }
 
 TEST_CASE("no landmark at all, and a configuration out of range") {
