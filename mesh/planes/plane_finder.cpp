@@ -335,7 +335,7 @@ void PlaneFinder::confirm() {
             ++counters_.crowded_out;
             return;
         }
-        // Making room may have moved it towards the front.
+        i = std::min(i, planes_.size() - 1);  // making room may have moved it towards the front
         while (planes_[i].serial != serial) {
             --i;
         }

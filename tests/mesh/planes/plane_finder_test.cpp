@@ -278,15 +278,18 @@ TEST_CASE("a plane left and found again has its old id; after a reset ids are ne
 }
 
 TEST_CASE("two planes that become equal merge under the older id") {
-    PlaneWorld world;  // one wall whose right part is first seen 24 cm off
+    PlaneWorld world;  // one wall whose right part is first seen half a metre off, and moves into place
     const int left = world.add({3.0, 2.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
-    const int right = world.add({3.24, 0.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
+    const int right = world.add({3.5, 0.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
     PlaneRig rig(world);
     const PlaneProposals& proposals = rig.hover(kFront, 5);
     REQUIRE(proposals.size() == 2);
     const PlaneId older = proposals[0].id;
-    for (test::WorldPoint& p : world.points) {
-        p.p.x() = 3.12;
+    for (int step = 0; step < 25; ++step) {
+        for (test::WorldPoint& p : world.points) {
+            p.p.x() -= p.p.x() > 3.01 ? 0.02 : 0.0;
+        }
+        rig.hover(kFront, 1);
     }
     rig.hover(kFront, 2);
     REQUIRE(proposals.size() == 1);
