@@ -3,16 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
-#include <opencv2/imgproc.hpp>
 
+#include "estimator/frontend/simd.h"
 #include "platform/base/assert.h"
 
 namespace facet {
 namespace {
 
-constexpr int kBlock = 5;           // window of the gradient matrix (px)
-constexpr float kMinScore = 1e-5F;  // of an image of range 0..255 in OpenCV's scaling: about 1.3 grey levels a pixel
+constexpr float kMinScore = 1e-5F;  // about 1.3 grey levels a pixel
 
 }  // namespace
 
@@ -20,12 +20,12 @@ void Detector::configure(const FrontendConfig& config, int width, int height, do
     config_ = config;
     width_ = width;
     height_ = height;
-    border_ = std::max(2, static_cast<int>(std::ceil(border_px)));
+    border_ = std::max(CornerScore::kReach + 1, static_cast<int>(std::ceil(border_px)));
     const std::size_t area = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     const std::size_t cells =
         static_cast<std::size_t>(config.grid_columns) * static_cast<std::size_t>(config.grid_rows);
-    score_.assign(area, 0.0F);
-    blocked_.assign(area, 0);
+    score_.configure(width, height);
+    blocked_.assign(area + simd::kOverread, 0);
     candidates_.assign(cells * kPerCell, Candidate{});
     count_.assign(cells, 0);
     next_.assign(cells, 0);
@@ -60,35 +60,55 @@ void Detector::occupy(const Eigen::Vector2d& uv) {
     }
 }
 
+bool Detector::may_peak(int u, int v, float threshold) const {
+    const std::uint8_t* const blocked = blocked_.data() + static_cast<std::ptrdiff_t>(v) * width_ + u;
+    if (std::memchr(blocked, 0, simd::kLanes) == nullptr) {
+        return false;
+    }
+    const float* const row = score_.row(v) + u;
+    const float* const up = score_.row(v - 1) + u;
+    const float* const down = score_.row(v + 1) + u;
+    const simd::Floats s = simd::load(row);
+    // Ties go to the first in reading order.
+    const simd::Ints peak = (s >= threshold) & (s > simd::load(row - 1)) & (s >= simd::load(row + 1)) &
+                            (s > simd::load(up - 1)) & (s > simd::load(up)) & (s > simd::load(up + 1)) &
+                            (s >= simd::load(down - 1)) & (s >= simd::load(down)) & (s >= simd::load(down + 1));
+    return simd::any(peak);
+}
+
+void Detector::offer(int u, int v, float score) {
+    const std::size_t cell = static_cast<std::size_t>(cell_of(u, v));
+    Candidate* list = candidates_.data() + cell * kPerCell;
+    int& n = count_[cell];
+    if (n == kPerCell && !(score > list[n - 1].score)) {
+        return;
+    }
+    int at = n < kPerCell ? n++ : n - 1;
+    for (; at > 0 && list[at - 1].score < score; --at) {
+        list[at] = list[at - 1];
+    }
+    list[at] = {score, static_cast<std::int16_t>(u), static_cast<std::int16_t>(v)};
+}
+
 void Detector::collect(float threshold) {
     std::fill(count_.begin(), count_.end(), 0);
     for (int v = border_; v < height_ - border_; ++v) {
-        const float* row = score_.data() + static_cast<std::ptrdiff_t>(v) * width_;
-        const float* up = row - width_;
-        const float* down = row + width_;
+        const float* const row = score_.row(v);
+        const float* const up = score_.row(v - 1);
+        const float* const down = score_.row(v + 1);
         const std::uint8_t* blocked = blocked_.data() + static_cast<std::ptrdiff_t>(v) * width_;
-        for (int u = border_; u < width_ - border_; ++u) {
-            const float s = row[u];
-            if (s < threshold || blocked[u] != 0) {
+        for (int first = border_; first < width_ - border_; first += simd::kLanes) {
+            if (!may_peak(first, v, threshold)) {
                 continue;
             }
-            // Ties go to the first in reading order.
-            const bool peak = s > row[u - 1] && s >= row[u + 1] && s > up[u - 1] && s > up[u] && s > up[u + 1] &&
-                              s >= down[u - 1] && s >= down[u] && s >= down[u + 1];
-            if (!peak) {
-                continue;
+            const int last = std::min(first + simd::kLanes, width_ - border_);
+            for (int u = first; u < last; ++u) {
+                const float s = row[u];
+                if (blocked[u] == 0 && s >= threshold && s > row[u - 1] && s >= row[u + 1] && s > up[u - 1] &&
+                    s > up[u] && s > up[u + 1] && s >= down[u - 1] && s >= down[u] && s >= down[u + 1]) {
+                    offer(u, v, s);
+                }
             }
-            const std::size_t cell = static_cast<std::size_t>(cell_of(u, v));
-            Candidate* list = candidates_.data() + cell * kPerCell;
-            int& n = count_[cell];
-            if (n == kPerCell && !(s > list[n - 1].score)) {
-                continue;
-            }
-            int at = n < kPerCell ? n++ : n - 1;
-            for (; at > 0 && list[at - 1].score < s; --at) {
-                list[at] = list[at - 1];
-            }
-            list[at] = {s, static_cast<std::int16_t>(u), static_cast<std::int16_t>(v)};
         }
     }
 }
@@ -118,12 +138,8 @@ void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> o
         const int v = std::clamp(static_cast<int>(uv.y()), 0, height_ - 1);
         ++tracks_[static_cast<std::size_t>(cell_of(u, v))];
     }
-    const cv::Mat source(height_, width_, CV_8UC1, const_cast<std::uint8_t*>(image.data),
-                         static_cast<std::size_t>(image.stride));
-    cv::Mat score(height_, width_, CV_32FC1, score_.data());
-    cv::cornerMinEigenVal(source, score, kBlock, 3);
-    const float best = *std::max_element(score_.begin(), score_.end());
-    collect(std::max(kMinScore, static_cast<float>(config_.corner_quality) * best));
+    score_.compute(image);
+    collect(std::max(kMinScore, static_cast<float>(config_.corner_quality) * score_.best()));
 
     std::fill(next_.begin(), next_.end(), 0);
     bool progress = true;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estimator/api/capacity.h"
+#include "estimator/frontend/corner_score.h"
 #include "estimator/frontend/frontend_config.h"
 #include "platform/base/image_view.h"
 
@@ -20,14 +21,13 @@ using CornerList = boost::container::static_vector<Eigen::Vector2d, kMaxFeatures
 /// into cells; cells with the fewest tracks are served first, one corner a cell and round. Corners stand on whole
 /// pixels: what a track follows is the patch about its corner, so moving the corner by part of a pixel makes it no more
 /// accurate, and a patch cut on whole pixels needs no interpolation.
-/// Heap: in configure(); detect() only what OpenCV takes for its buffers. Thread-bound.
+/// Heap: in configure() only. Thread-bound.
 class Detector {
 public:
     /// @param border_px  corners keep this distance to the image border
     void configure(const FrontendConfig& config, int width, int height, double border_px);
 
     /// Appends at most `wanted` corners of `image`, no nearer than min_distance_px to `occupied` and to each other.
-    /// May throw cv::Exception.
     void detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners);
 
 private:
@@ -39,6 +39,9 @@ private:
     static constexpr int kPerCell = 24;  ///< strongest candidates kept a cell: bounds the work
 
     void collect(float threshold);
+    /// Whether pixels (u ... u + kLanes - 1, v) may hold a corner: not all are blocked, and one is a local maximum.
+    bool may_peak(int u, int v, float threshold) const;
+    void offer(int u, int v, float score);
     /// Next candidate of a cell that is not blocked; nullptr if there is none.
     const Candidate* next_free(std::size_t cell);
     void occupy(const Eigen::Vector2d& uv);
@@ -48,7 +51,7 @@ private:
     int width_ = 0;
     int height_ = 0;
     int border_ = 0;
-    std::vector<float> score_;
+    CornerScore score_;
     std::vector<std::uint8_t> blocked_;
     std::vector<int> disc_;              ///< half width of the blocked disc, a row each
     std::vector<Candidate> candidates_;  ///< kPerCell a cell, strongest first

@@ -13,13 +13,13 @@ constexpr std::size_t kEnoughForMedian = 4;
 /// Without a median a point must be this near its prediction (px).
 constexpr double kSureShift = 2.0;
 
-const LandmarkPrediction* find(std::span<const LandmarkPrediction> predictions, LandmarkId id) {
+}  // namespace
+
+const LandmarkPrediction* find_prediction(std::span<const LandmarkPrediction> predictions, LandmarkId id) {
     const auto at = std::lower_bound(predictions.begin(), predictions.end(), id,
                                      [](const LandmarkPrediction& p, LandmarkId i) { return p.landmark < i; });
     return at != predictions.end() && at->landmark == id ? &*at : nullptr;
 }
-
-}  // namespace
 
 void DormantTracks::configure(const FrontendConfig& config, const StereoRig& rig) {
     config_ = config;
@@ -46,7 +46,7 @@ bool DormantTracks::forget_oldest(Tracker& tracker) {
 void DormantTracks::forget_unknown(std::span<const LandmarkPrediction> predictions, Tracker& tracker) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < dormant_.size(); ++i) {
-        if (find(predictions, dormant_[i].track.id) != nullptr) {
+        if (find_prediction(predictions, dormant_[i].track.id) != nullptr) {
             dormant_[kept++] = dormant_[i];
         } else {
             tracker.stop(dormant_[i].track);
@@ -76,7 +76,7 @@ void DormantTracks::recall(const ImagePyramid& image, std::span<const LandmarkPr
                            const Eigen::Quaterniond& q_B0_B, int most, Tracker& tracker, TrackList& tracks) {
     found_.clear();
     for (std::size_t i = 0; i < dormant_.size(); ++i) {
-        const LandmarkPrediction* prediction = find(predictions, dormant_[i].track.id);
+        const LandmarkPrediction* prediction = find_prediction(predictions, dormant_[i].track.id);
         if (prediction == nullptr || !prediction->in_view) {
             continue;
         }

@@ -15,6 +15,9 @@
 
 namespace facet {
 
+/// The prediction of a landmark among those sorted by id; nullptr if there is none. Reentrant.
+const LandmarkPrediction* find_prediction(std::span<const LandmarkPrediction> predictions, LandmarkId id);
+
 using TrackList = boost::container::static_vector<Track, kMaxFeatures>;
 
 /// A track ends when its point leaves the image, is hidden, or when the image goes dark. Its template is kept here. If the

@@ -15,7 +15,7 @@
 namespace facet {
 
 /// Usage: configure once; process every frame in order of time. Thread-bound: one thread at a time, no globals.
-/// Deterministic: equal inputs give equal outputs to the bit. OpenCV stays behind this class; its exceptions become kCorrupt.
+/// Deterministic: equal inputs give equal outputs to the bit. Heap: in configure() only; no exceptions.
 class Frontend {
 public:
     Frontend();
@@ -34,7 +34,7 @@ public:
     /// @param hints      rotation from the gyroscope, and what the smoother knows
     /// @param output     filled on kOk; an image that cannot be tracked is kOk too: see FrontendOutput::image
     /// @return kInvalidArgument on a wrong image size or a rotation that is not one, kOutOfOrder if the stamp does not
-    ///         increase: the tracks stay as they were; kCorrupt if OpenCV threw: the tracks are forgotten.
+    ///         increase: the tracks stay as they were.
     Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
 
     /// Ends the tracks the smoother has judged to be outliers; unknown ids are ignored.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the front-end takes and gives: plain values, no OpenCV.
+// What the front-end takes and gives: plain values.
 #pragma once
 
 #include <Eigen/Core>

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/api/capacity.h"
+#include "estimator/frontend/simd.h"
 #include "platform/base/assert.h"
 
 namespace facet {
@@ -34,9 +34,6 @@ void OutlierTest::configure(const FrontendConfig& config, double focal_px, doubl
     config_ = config;
     focal_px_ = focal_px;
     baseline_m_ = std::max(baseline_m, 1e-3);
-    normals_.assign(kMaxFeatures, Eigen::Vector3d::Zero());
-    covariances_.assign(kMaxFeatures, Eigen::Matrix3d::Zero());
-    parallax_.assign(kMaxFeatures, 0.0);
 }
 
 std::uint32_t OutlierTest::draw(std::uint32_t below) {
@@ -44,15 +41,42 @@ std::uint32_t OutlierTest::draw(std::uint32_t below) {
     return static_cast<std::uint32_t>(((random_ >> 32U) * below) >> 32U);
 }
 
-double OutlierTest::score_mono(std::span<const MonoPair> pairs, const Eigen::Vector3d& t,
-                               const Eigen::Vector3d& theta) const {
-    const double limit = config_.ransac_threshold_px / focal_px_;
-    double score = 0.0;
-    for (const MonoPair& pair : pairs) {
-        const double e = epipolar_distance(pair, t, pair.rotated + theta.cross(pair.rotated));
-        score += std::max(0.0, 1.0 - e * e / (limit * limit));
+void OutlierTest::load_mono(std::span<const MonoPair> pairs, const Eigen::Vector3d& theta) {
+    static_assert(kMaxFeatures % simd::kLanes == 0);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const Eigen::Vector3f f = (pairs[i].rotated + theta.cross(pairs[i].rotated)).cast<float>();
+        rays_.fx[i] = f.x();
+        rays_.fy[i] = f.y();
+        rays_.fz[i] = f.z();
+        rays_.x[i] = static_cast<float>(pairs[i].xy.x());
+        rays_.y[i] = static_cast<float>(pairs[i].xy.y());
     }
-    return score;
+    rays_used_ = pairs.size();
+    for (; rays_used_ % simd::kLanes != 0; ++rays_used_) {
+        rays_.fx[rays_used_] = rays_.fy[rays_used_] = rays_.fz[rays_used_] = 0.0F;
+    }
+}
+
+double OutlierTest::score_mono(const Eigen::Vector3d& direction) const {
+    using simd::Floats;
+    const Eigen::Vector3f t = direction.cast<float>();
+    const auto limit = static_cast<float>(config_.ransac_threshold_px / focal_px_);
+    const float inverse_limit2 = 1.0F / (limit * limit);
+    Floats score{};
+    for (std::size_t i = 0; i < rays_used_; i += simd::kLanes) {
+        const Floats fx = simd::load(&rays_.fx[i]);
+        const Floats fy = simd::load(&rays_.fy[i]);
+        const Floats fz = simd::load(&rays_.fz[i]);
+        // The epipolar line t x f, and its distance from x.
+        const Floats lx = t.y() * fz - t.z() * fy;
+        const Floats ly = t.z() * fx - t.x() * fz;
+        const Floats lz = t.x() * fy - t.y() * fx;
+        const Floats e = lx * simd::load(&rays_.x[i]) + ly * simd::load(&rays_.y[i]) + lz;
+        const Floats norm2 = lx * lx + ly * ly;
+        const Floats gone = e * e * inverse_limit2 / (norm2 > 1e-14F ? norm2 : simd::splat(1e-14F));
+        score += 1.0F - (gone < 1.0F ? gone : simd::splat(1.0F));
+    }
+    return static_cast<double>(simd::sum(score));
 }
 
 void OutlierTest::refine_mono(std::span<const MonoPair> pairs, Eigen::Vector3d& t, Eigen::Vector3d& theta) const {
@@ -96,6 +120,26 @@ void OutlierTest::refine_mono(std::span<const MonoPair> pairs, Eigen::Vector3d& 
     }
 }
 
+bool OutlierTest::draw_direction(std::size_t n, Eigen::Vector3d& best_t, double& best_score) {
+    random_ = config_.seed;
+    best_score = -1.0;
+    for (int k = 0; k < config_.ransac_iterations; ++k) {
+        const std::size_t i = draw(static_cast<std::uint32_t>(n));
+        const std::size_t j = draw(static_cast<std::uint32_t>(n));
+        const Eigen::Vector3d t = normals_[i].cross(normals_[j]);
+        const double norm = t.norm();
+        if (i == j || !(norm > 1e-3 * normals_[i].norm() * normals_[j].norm()) || norm < 1e-12) {
+            continue;
+        }
+        const double score = score_mono(t / norm);
+        if (score > best_score) {
+            best_score = score;
+            best_t = t / norm;
+        }
+    }
+    return best_score >= 0.0;
+}
+
 Status OutlierTest::mono(std::span<const MonoPair> pairs, std::span<std::uint8_t> inlier) {
     FACET_ASSERT(pairs.size() == inlier.size() && pairs.size() <= normals_.size());
     std::fill(inlier.begin(), inlier.end(), std::uint8_t{1});
@@ -112,30 +156,17 @@ Status OutlierTest::mono(std::span<const MonoPair> pairs, std::span<std::uint8_t
     if (!(*middle > kMinParallaxPx)) {
         return Status::kDegenerate;
     }
-    random_ = config_.seed;
+    load_mono(pairs, Eigen::Vector3d::Zero());
+    Eigen::Vector3d best_t;
     double best_score = -1.0;
-    Eigen::Vector3d best_t = Eigen::Vector3d::UnitZ();
-    for (int k = 0; k < config_.ransac_iterations; ++k) {
-        const std::size_t i = draw(static_cast<std::uint32_t>(n));
-        const std::size_t j = draw(static_cast<std::uint32_t>(n));
-        const Eigen::Vector3d t = normals_[i].cross(normals_[j]);
-        const double norm = t.norm();
-        if (i == j || !(norm > 1e-3 * normals_[i].norm() * normals_[j].norm()) || norm < 1e-12) {
-            continue;
-        }
-        const double score = score_mono(pairs, t / norm, Eigen::Vector3d::Zero());
-        if (score > best_score) {
-            best_score = score;
-            best_t = t / norm;
-        }
-    }
-    if (best_score < 0.0) {
+    if (!draw_direction(n, best_t, best_score)) {
         return Status::kDegenerate;
     }
     Eigen::Vector3d theta = Eigen::Vector3d::Zero();
     Eigen::Vector3d t = best_t;
     refine_mono(pairs, t, theta);
-    if (score_mono(pairs, t, theta) < best_score) {
+    load_mono(pairs, theta);
+    if (score_mono(t) < best_score) {
         t = best_t;
         theta.setZero();
     }
@@ -160,29 +191,58 @@ Eigen::Matrix3d OutlierTest::covariance(const Eigen::Vector3d& p) const {
     return lateral * lateral * Eigen::Matrix3d::Identity() + along * along * ray * ray.transpose();
 }
 
-Status OutlierTest::stereo(std::span<const StereoPair> pairs, std::span<std::uint8_t> inlier) {
-    FACET_ASSERT(pairs.size() == inlier.size() && pairs.size() <= normals_.size());
-    std::fill(inlier.begin(), inlier.end(), std::uint8_t{1});
-    const std::size_t n = pairs.size();
-    if (n < kMinStereoPairs) {
-        return Status::kDegenerate;
+void OutlierTest::load_stereo(std::span<const StereoPair> pairs) {
+    Translations& to = translations_;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const Eigen::Vector3d t = pairs[i].now - pairs[i].rotated;
+        const Eigen::Matrix3d c = covariance(pairs[i].now) + covariance(pairs[i].rotated);
+        normals_[i] = t;
+        covariances_[i] = c;
+        to.x[i] = t.x();
+        to.y[i] = t.y();
+        to.z[i] = t.z();
+        to.xx[i] = c(0, 0);
+        to.xy[i] = c(0, 1);
+        to.xz[i] = c(0, 2);
+        to.yy[i] = c(1, 1);
+        to.yz[i] = c(1, 2);
+        to.zz[i] = c(2, 2);
     }
+}
+
+void OutlierTest::measure_stereo(std::size_t n, const Eigen::Vector3d& t, const Eigen::Matrix3d& c) {
+    // d' C^-1 d by the adjugate of the symmetric C.
+    const Translations& all = translations_;
     for (std::size_t i = 0; i < n; ++i) {
-        normals_[i] = pairs[i].now - pairs[i].rotated;
-        covariances_[i] = covariance(pairs[i].now) + covariance(pairs[i].rotated);
+        const double x = all.x[i] - t.x();
+        const double y = all.y[i] - t.y();
+        const double z = all.z[i] - t.z();
+        const double xx = all.xx[i] + c(0, 0);
+        const double xy = all.xy[i] + c(0, 1);
+        const double xz = all.xz[i] + c(0, 2);
+        const double yy = all.yy[i] + c(1, 1);
+        const double yz = all.yz[i] + c(1, 2);
+        const double zz = all.zz[i] + c(2, 2);
+        const double a = yy * zz - yz * yz;
+        const double b = xz * yz - xy * zz;
+        const double d = xy * yz - xz * yy;
+        const double determinant = xx * a + xy * b + xz * d;
+        const double quadratic = a * x * x + (xx * zz - xz * xz) * y * y + (xx * yy - xy * xy) * z * z +
+                                 2.0 * (b * x * y + d * x * z + (xy * xz - xx * yz) * y * z);
+        distances_[i] = quadratic / determinant;
     }
-    const auto distance = [this](std::size_t i, const Eigen::Vector3d& t, const Eigen::Matrix3d& cov) {
-        const Eigen::Vector3d d = normals_[i] - t;
-        return d.dot((covariances_[i] + cov).inverse() * d);
-    };
+}
+
+std::size_t OutlierTest::draw_translation(std::size_t n) {
     random_ = config_.seed;
     std::size_t best = n;
     double best_score = -1.0;
     for (int k = 0; k < config_.ransac_iterations; ++k) {
         const std::size_t i = draw(static_cast<std::uint32_t>(n));
+        measure_stereo(n, normals_[i], covariances_[i]);
         double score = 0.0;
         for (std::size_t j = 0; j < n; ++j) {
-            score += std::max(0.0, 1.0 - distance(j, normals_[i], covariances_[i]) / kChiSquared3);
+            score += std::max(0.0, 1.0 - distances_[j] / kChiSquared3);
         }
         // A far point agrees with everything: its wide covariance is paid for by its volume.
         score /= 1.0 + std::sqrt(covariances_[i].trace()) / baseline_m_;
@@ -191,13 +251,26 @@ Status OutlierTest::stereo(std::span<const StereoPair> pairs, std::span<std::uin
             best = i;
         }
     }
+    return best;
+}
+
+Status OutlierTest::stereo(std::span<const StereoPair> pairs, std::span<std::uint8_t> inlier) {
+    FACET_ASSERT(pairs.size() == inlier.size() && pairs.size() <= normals_.size());
+    std::fill(inlier.begin(), inlier.end(), std::uint8_t{1});
+    const std::size_t n = pairs.size();
+    if (n < kMinStereoPairs) {
+        return Status::kDegenerate;
+    }
+    load_stereo(pairs);
+    const std::size_t best = draw_translation(n);
     Eigen::Vector3d t = normals_[best];
     Eigen::Matrix3d cov = covariances_[best];
     for (int step = 0; step < 2; ++step) {
         Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
         Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
+        measure_stereo(n, t, cov);
         for (std::size_t j = 0; j < n; ++j) {
-            if (distance(j, t, cov) < kChiSquared3) {
+            if (distances_[j] < kChiSquared3) {
                 const Eigen::Matrix3d w = covariances_[j].inverse();
                 information += w;
                 weighted += w * normals_[j];
@@ -207,8 +280,9 @@ Status OutlierTest::stereo(std::span<const StereoPair> pairs, std::span<std::uin
         t = cov * weighted;
     }
     std::size_t inliers = 0;
+    measure_stereo(n, t, cov);
     for (std::size_t j = 0; j < n; ++j) {
-        inlier[j] = distance(j, t, cov) < kChiSquared3 ? 1 : 0;
+        inlier[j] = distances_[j] < kChiSquared3 ? 1 : 0;
         inliers += inlier[j];
     }
     if (2 * inliers < n) {

@@ -3,10 +3,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
+#include "estimator/api/capacity.h"
 #include "estimator/frontend/frontend_config.h"
 #include "platform/base/status.h"
 
@@ -26,7 +27,8 @@ struct StereoPair {
 
 /// Both tests take the rotation as known from the gyroscope, so that two (one) correspondences fix a hypothesis. They
 /// draw a fixed number of hypotheses from a generator that is seeded anew in every call: equal inputs give equal
-/// verdicts. When the data cannot tell, nothing is rejected. Heap: in configure() only. Thread-bound.
+/// verdicts. When the data cannot tell, nothing is rejected. Hypotheses are scored on arrays of single components, which the
+/// compiler turns into vectors. No heap. Thread-bound.
 class OutlierTest {
 public:
     /// @param focal_px    turns normalised distances into pixels
@@ -48,17 +50,38 @@ public:
 
 private:
     std::uint32_t draw(std::uint32_t below);
-    double score_mono(std::span<const MonoPair> pairs, const Eigen::Vector3d& t, const Eigen::Vector3d& theta) const;
+    /// Fills rays_ with the pairs, their bearings turned by a small rotation.
+    void load_mono(std::span<const MonoPair> pairs, const Eigen::Vector3d& theta);
+    double score_mono(const Eigen::Vector3d& t) const;
     void refine_mono(std::span<const MonoPair> pairs, Eigen::Vector3d& t, Eigen::Vector3d& theta) const;
+    /// Best of the drawn hypotheses; false if there was none.
+    bool draw_direction(std::size_t pairs, Eigen::Vector3d& t, double& score);
     Eigen::Matrix3d covariance(const Eigen::Vector3d& point) const;
+    void load_stereo(std::span<const StereoPair> pairs);
+    /// Fills distances_: squared Mahalanobis distance of each pair's translation from t.
+    void measure_stereo(std::size_t pairs, const Eigen::Vector3d& t, const Eigen::Matrix3d& covariance);
+    std::size_t draw_translation(std::size_t pairs);
+
+    /// Bearings f then, points x now, as one array each; padded with pairs that agree with everything.
+    struct Rays {
+        std::array<float, kMaxFeatures> fx, fy, fz, x, y;
+    };
+    /// Translations and the upper triangles of their covariances, likewise.
+    struct Translations {
+        std::array<double, kMaxFeatures> x, y, z, xx, xy, xz, yy, yz, zz;
+    };
 
     FrontendConfig config_;
     double focal_px_ = 1.0;
     double baseline_m_ = 1.0;
     std::uint64_t random_ = 0;
-    std::vector<Eigen::Vector3d> normals_;
-    std::vector<Eigen::Matrix3d> covariances_;
-    std::vector<double> parallax_;
+    std::size_t rays_used_ = 0;  ///< a multiple of the vector width
+    Rays rays_{};
+    Translations translations_{};
+    std::array<double, kMaxFeatures> distances_{};
+    std::array<Eigen::Vector3d, kMaxFeatures> normals_;
+    std::array<Eigen::Matrix3d, kMaxFeatures> covariances_;
+    std::array<double, kMaxFeatures> parallax_{};
 };
 
 }  // namespace facet

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estimator/frontend/image_pyramid.h"
+#include "estimator/frontend/patch_window.h"
 #include "platform/base/status.h"
 
 namespace facet {
@@ -43,14 +44,21 @@ struct AlignOptions {
     int finest = 0;                ///< level to end at
     bool affine = false;           ///< on level 0, estimate A too (extracted with affine); else keep it
     float min_correlation = 0.8F;  ///< least normalised correlation on the last level
+    float enough_px = 0.0F;        ///< precision that suffices, if it is less than the aligner's own (px)
 };
 
 /// Lucas-Kanade alignment, inverse compositional [Baker04], of
 ///   I(A x + uv) = alpha T(x) + beta      for x in a Gaussian-weighted disc,
 /// over uv (and A on request). Gain and offset are eliminated exactly: the steepest-descent images J are projected onto
-/// the complement of {1, T}, so that J^T W I / alpha is the right hand side of the normal equations. Fixed storage after configure(); no heap, no exceptions. Thread-bound.
+/// the complement of {1, T}, so that J^T W I / alpha is the right hand side of the normal equations. The iteration
+/// converges linearly: it ends when the step is below the epsilon or, where AlignOptions::enough_px suffices, what the
+/// rate of the last two steps leaves to go.
+/// Heap: in configure() and allocate() only. Thread-bound.
 class PatchAligner {
 public:
+    /// A check against a threshold needs this share of it as precision.
+    static constexpr float kCheckPrecision = 0.1F;
+
     /// @param window_px  side of the window, odd
     Status configure(int window_px, int levels, int max_iterations, double epsilon_px);
 
@@ -72,32 +80,35 @@ public:
     /// Weighted normalised correlation of one level at a pose, -1 if outside.
     float correlate(const PatchTemplate& patch, const ImagePyramid& image, int level, const PatchPose& pose) const;
 
-    int window_px() const { return window_; }
+    int window_px() const { return window_.side(); }
     /// Distance to the border a point must keep so that extract() succeeds on level 0 (px).
-    double border_px() const { return half_window() + 2.0; }
-    /// Pixels from the centre to the edge of the (odd) window.
-    int half_window() const { return window_ / 2; }
+    double border_px() const { return window_.half() + 2.0; }
 
 private:
-    Status align_level(const PatchTemplate& patch, const ImageView& image, int level, bool affine, PatchPose& pose,
-                       float& correlation) const;
-    bool extract_level(const ImageView& image, const Eigen::Vector2d& at, bool affine, PatchTemplate::Level& level,
-                       float* planes, Eigen::Matrix<float, 6, 6>& inverse6);
-    bool covers(const ImageView& image, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A) const;
+    struct Found {
+        Eigen::Vector2f at;
+        Eigen::Matrix2f A;
+        float correlation = 0.0F;
+    };
+    Status align_level(const PatchTemplate& patch, const RowPairs& image, int level, bool affine, float epsilon_px,
+                       bool by_rate, Found& found) const;
+    bool step(const PatchTemplate& patch, const PatchTemplate::Level& level, bool affine, const float* sums,
+              Found& found, float& length) const;
+    template <bool kAffine>
+    bool extract_level(const ImageView& image, const Eigen::Vector2d& at, PatchTemplate::Level& level, float* planes,
+                       Eigen::Matrix<float, 6, 6>& inverse6);
+    void cut(const ImageView& image, int u, int v);
+    bool covers(const RowPairs& image, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A) const;
+    std::ptrdiff_t plane_offset(int level) const { return (level == 0 ? 0 : 7 + 3 * (level - 1)) * window_.count(); }
     const float* planes(const PatchTemplate& patch, int level) const {
-        return patch.planes.data() + (level == 0 ? 0 : 7 + 3 * (level - 1)) * count_;
+        return patch.planes.data() + plane_offset(level);
     }
 
-    int window_ = 0;
     int levels_ = 0;
-    int count_ = 0;  ///< pixels of the disc, padded to a multiple of kLanes with pixels of weight 0
     int max_iterations_ = 0;
     float epsilon_px_ = 0.0F;
-    float weight_sum_ = 0.0F;
-    std::vector<float> weights_;
-    std::vector<float> grid_u_;  ///< offsets from the patch centre (px)
-    std::vector<float> grid_v_;
-    std::vector<float> work_;  ///< 3 * count_: grey values and gradients while extracting
+    PatchWindow window_;
+    std::vector<float> work_;  ///< grey values and gradients while extracting
 };
 
 }  // namespace facet

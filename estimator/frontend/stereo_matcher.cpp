@@ -30,6 +30,7 @@ Status StereoMatcher::configure(const FrontendConfig& config, const StereoRig& r
     FACET_TRY(aligner_.configure(config.window_px, config.pyramid_levels, config.lk_iterations, config.lk_epsilon_px));
     aligner_.allocate(patch_);
     aligner_.allocate(back_);
+    scan_.configure(config.window_px);
     scores_.assign(kMaxSteps, 0.0F);
     return Status::kOk;
 }
@@ -50,58 +51,92 @@ float StereoMatcher::score_at(const ImagePyramid& right, const Ray& ray, double 
     return place(ray, inverse_depth, pose) ? aligner_.correlate(patch_, right, kSearchLevel, pose) : -1.0F;
 }
 
-Status StereoMatcher::search(const ImagePyramid& right, const Ray& ray, double& inverse_depth) {
+void StereoMatcher::score_curve(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray, double step,
+                                int steps) {
+    const float scale = 1.0F / static_cast<float>(1 << kSearchLevel);
+    PatchPose first;
+    bool has_first = place(ray, 0.0, first);
+    for (int begin = 0; begin < steps; begin += CurveStretch::kMaxPlaces) {
+        const int count = std::min(CurveStretch::kMaxPlaces, steps - begin);
+        PatchPose middle;
+        PatchPose last;
+        const bool has_middle = place(ray, step * (begin + 0.5 * count), middle);
+        const bool has_last = place(ray, step * (begin + count), last);
+        const CurveStretch stretch{scale * first.uv.cast<float>(), scale * middle.uv.cast<float>(),
+                                   scale * last.uv.cast<float>(), middle.A, count};
+        if (has_first && has_middle && has_last && EpipolarScan::suits(stretch)) {
+            scan_.correlate(left.pairs(kSearchLevel), scale * ray.uv.cast<float>(), right.pairs(kSearchLevel), stretch,
+                            scores_.data() + begin);
+        } else {
+            for (int i = begin; i < begin + count; ++i) {
+                scores_[static_cast<std::size_t>(i)] = score_at(right, ray, step * i);
+            }
+        }
+        first = last;
+        has_first = has_last;
+    }
+}
+
+float StereoMatcher::peak(const ImagePyramid& right, const Ray& ray, double step, int i, double& inverse_depth) const {
+    float top = -1.0F;
+    for (const double part : {0.0, -0.5, -0.25, 0.25, 0.5}) {
+        const double rho = std::max(0.0, step * (i + part));
+        const float score = score_at(right, ray, rho);
+        if (score > top) {
+            top = score;
+            inverse_depth = rho;
+        }
+    }
+    return top;
+}
+
+bool StereoMatcher::is_unique(const ImagePyramid& right, const Ray& ray, double step, std::span<const float> scores,
+                              int best, float best_score, int apart) const {
+    const int steps = static_cast<int>(scores.size());
+    const float least = scores[static_cast<std::size_t>(best)] - kRivalMargin;
+    for (int i = 0; i < steps; ++i) {
+        const std::size_t k = static_cast<std::size_t>(i);
+        const bool local_top = (i == 0 || scores[k] >= scores[k - 1]) && (i + 1 == steps || scores[k] >= scores[k + 1]);
+        if (std::abs(i - best) < apart || !local_top || scores[k] < least) {
+            continue;
+        }
+        double ignored = 0.0;
+        if (1.0F - best_score + kSlack > kUniqueness * (1.0F - peak(right, ray, step, i, ignored) + kSlack)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+Status StereoMatcher::search(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray,
+                             double& inverse_depth) {
     const double nearest = 1.0 / config_.min_depth_m;
     PatchPose first;
     PatchPose last;
-    if (!place(ray, 0.0, first) || !place(ray, nearest, last)) {
+    if (!patch_.levels[kSearchLevel].valid || !place(ray, 0.0, first) || !place(ray, nearest, last)) {
         return Status::kNotFound;
     }
     const double length = (last.uv - first.uv).norm();
     const int steps = std::clamp(static_cast<int>(std::ceil(length / kSearchStepPx)) + 1, 3, kMaxSteps);
     const double step = nearest / (steps - 1);
-    std::vector<float>& scores = scores_;
-    for (int i = 0; i < steps; ++i) {
-        scores[static_cast<std::size_t>(i)] = score_at(right, ray, step * i);
-    }
-    const int best = static_cast<int>(std::max_element(scores.begin(), scores.begin() + steps) - scores.begin());
-    const float coarse_best = scores[static_cast<std::size_t>(best)];
-    if (coarse_best < kMinSearchCorrelation) {
+    score_curve(left, right, ray, step, steps);
+    const std::span<const float> scores(scores_.data(), static_cast<std::size_t>(steps));
+    const int best = static_cast<int>(std::max_element(scores.begin(), scores.end()) - scores.begin());
+    if (scores[static_cast<std::size_t>(best)] < kMinSearchCorrelation) {
         return Status::kNotFound;
     }
-    // The peak of a fine texture may fall between two samples: look there before comparing the best with its rivals.
-    const auto peak = [&](int i, double& rho) {
-        float top = scores[static_cast<std::size_t>(i)];
-        rho = step * i;
-        for (const double part : {-0.5, -0.25, 0.25, 0.5}) {
-            const float score = score_at(right, ray, std::max(0.0, step * (i + part)));
-            if (score > top) {
-                top = score;
-                rho = std::max(0.0, step * (i + part));
-            }
-        }
-        return top;
-    };
     double rho = 0.0;
-    const float best_score = peak(best, rho);
+    const float best_score = peak(right, ray, step, best, rho);
     const int apart = std::max(1, static_cast<int>(kDistinctPx * (steps - 1) / std::max(length, 1.0)));
-    for (int i = 0; i < steps; ++i) {
-        const std::size_t k = static_cast<std::size_t>(i);
-        const bool local_top = (i == 0 || scores[k] >= scores[k - 1]) && (i + 1 == steps || scores[k] >= scores[k + 1]);
-        if (std::abs(i - best) < apart || !local_top || scores[k] < coarse_best - kRivalMargin) {
-            continue;
-        }
-        double ignored = 0.0;
-        if (1.0F - best_score + kSlack > kUniqueness * (1.0F - peak(i, ignored) + kSlack)) {
-            return Status::kDegenerate;
-        }
+    if (!is_unique(right, ray, step, scores, best, best_score, apart)) {
+        return Status::kDegenerate;
     }
     inverse_depth = rho;
     return Status::kOk;
 }
 
-Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray,
-                             const Eigen::Vector2d& left_uv, double inverse_depth, StereoMatch& match) {
+Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray, double inverse_depth,
+                             StereoMatch& match) {
     PatchPose pose;
     if (!place(ray, inverse_depth, pose)) {
         return Status::kNotFound;
@@ -133,12 +168,12 @@ Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right
     }
     found.p_C0 = ray.xy.homogeneous() / found.inverse_depth;
 
-    FACET_TRY(aligner_.extract(right, pose.uv, {1, false}, back_));
-    PatchPose back{pose.A.inverse(), left_uv};
-    AlignOptions back_options;
-    back_options.coarsest = 1;
+    FACET_TRY(aligner_.extract(right, pose.uv, {0, false}, back_));
+    PatchPose back{pose.A.inverse(), ray.uv};
+    const AlignOptions back_options{
+        .coarsest = 0, .enough_px = PatchAligner::kCheckPrecision * static_cast<float>(config_.forward_backward_px)};
     FACET_TRY(aligner_.align(back_, left, back_options, back, correlation));
-    if (!((back.uv - left_uv).norm() < config_.forward_backward_px)) {
+    if (!((back.uv - ray.uv).norm() < config_.forward_backward_px)) {
         return Status::kDegenerate;
     }
     match = found;
@@ -149,16 +184,17 @@ Status StereoMatcher::match(const ImagePyramid& left, const ImagePyramid& right,
                             double known_inverse_depth, StereoMatch& match) {
     Ray ray;
     Eigen::Matrix2d d_xy_d_uv;
+    ray.uv = left_uv;
     FACET_TRY(rig_.left.unproject(left_uv, ray.xy, &d_xy_d_uv));
     ray.direction_C1 = R_C1_C0_ * ray.xy.homogeneous();
     ray.d_direction_d_uv = R_C1_C0_.leftCols<2>() * d_xy_d_uv;
     FACET_TRY(aligner_.extract(left, left_uv, {1, true}, patch_));
-    if (known_inverse_depth >= 0.0 && ok(refine(left, right, ray, left_uv, known_inverse_depth, match))) {
+    if (known_inverse_depth >= 0.0 && ok(refine(left, right, ray, known_inverse_depth, match))) {
         return Status::kOk;
     }
     double inverse_depth = 0.0;
-    FACET_TRY(search(right, ray, inverse_depth));
-    return refine(left, right, ray, left_uv, inverse_depth, match);
+    FACET_TRY(search(left, right, ray, inverse_depth));
+    return refine(left, right, ray, inverse_depth, match);
 }
 
 }  // namespace facet

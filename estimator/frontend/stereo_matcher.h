@@ -3,8 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
+#include "estimator/frontend/epipolar_scan.h"
 #include "estimator/frontend/frontend_config.h"
 #include "estimator/frontend/image_pyramid.h"
 #include "estimator/frontend/patch_aligner.h"
@@ -23,8 +25,8 @@ struct StereoMatch {
 /// The point at inverse depth rho on the ray of xy is seen in the right image along
 ///   p_C1(rho) = R_C1_C0 [xy; 1] + rho p_C1_C0
 /// (a curve, through the distortion). Unless the depth is about known, the curve is searched for rho in
-/// [0, 1 / min_depth] by normalised correlation on level 1; the best place must stand out from every other one, so that
-/// repeated patterns are left alone rather than matched wrongly. The place is refined by Lucas-Kanade to level 0, and
+/// [0, 1 / min_depth] by normalised correlation on level 1, a stretch at a time (EpipolarScan); the best place must stand
+/// out from every other one, so that repeated patterns are left alone rather than matched wrongly. The place is refined by Lucas-Kanade to level 0, and
 /// must survive the way back, the epipolar distance, and positive depth. Both images are distorted ones; the patch is
 /// warped by the map between the two views. Heap: in configure() only. Thread-bound.
 class StereoMatcher {
@@ -40,21 +42,29 @@ public:
 
 private:
     struct Ray {
+        Eigen::Vector2d uv;            ///< left, pixel
         Eigen::Vector2d xy;            ///< left, normalised
         Eigen::Vector3d direction_C1;  ///< R_C1_C0 [xy; 1]
         Eigen::Matrix<double, 3, 2> d_direction_d_uv;
     };
     bool place(const Ray& ray, double inverse_depth, PatchPose& pose) const;
     float score_at(const ImagePyramid& right, const Ray& ray, double inverse_depth) const;
-    Status search(const ImagePyramid& right, const Ray& ray, double& inverse_depth);
-    Status refine(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray, const Eigen::Vector2d& left_uv,
-                  double inverse_depth, StereoMatch& match);
+    /// Fills scores_ at inverse depths 0, step, 2 step ...
+    void score_curve(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray, double step, int steps);
+    /// Best score near scores_[i], between whose neighbours the peak of a fine texture may fall, and where it is.
+    float peak(const ImagePyramid& right, const Ray& ray, double step, int i, double& inverse_depth) const;
+    bool is_unique(const ImagePyramid& right, const Ray& ray, double step, std::span<const float> scores, int best,
+                   float best_score, int apart) const;
+    Status search(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray, double& inverse_depth);
+    Status refine(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray, double inverse_depth,
+                  StereoMatch& match);
 
     FrontendConfig config_;
     StereoRig rig_;
     Eigen::Matrix3d R_C1_C0_ = Eigen::Matrix3d::Identity();
     Eigen::Vector3d p_C1_C0_ = Eigen::Vector3d::Zero();
     PatchAligner aligner_;
+    EpipolarScan scan_;
     PatchTemplate patch_;
     PatchTemplate back_;
     std::vector<float> scores_;  ///< along the curve

@@ -53,9 +53,12 @@ Status Tracker::start(const ImagePyramid& image, const Eigen::Vector2d& uv, Trac
     return Status::kOk;
 }
 
-Status Tracker::turn(const Eigen::Vector2d& uv, const Eigen::Quaterniond& q, TurnedPoint& point) const {
-    Eigen::Vector2d xy;
-    FACET_TRY(camera_.unproject(uv, xy, &point.d_xy_d_uv));
+Status Tracker::turn(const Eigen::Vector2d& xy, const Eigen::Quaterniond& q, TurnedPoint& point) const {
+    // The bearing is known from the frame before: inverting the projection's derivative spares inverting the distortion.
+    Eigen::Vector2d uv;
+    Eigen::Matrix<double, 2, 3> d_uv_d_p;
+    FACET_TRY(camera_.project(xy.homogeneous(), uv, &d_uv_d_p));
+    point.d_xy_d_uv = d_uv_d_p.leftCols<2>().inverse();
     point.R = q.toRotationMatrix();
     const Eigen::Vector3d rotated = point.R * xy.homogeneous();
     if (!(rotated.z() > 0.1)) {
@@ -84,7 +87,7 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
     TurnedPoint turned;
     Eigen::Vector2d predicted_uv;
     Eigen::Matrix2f step;
-    FACET_TRY(turn(track.pose.uv, motion.q_C_Cp, turned));
+    FACET_TRY(turn(track.xy, motion.q_C_Cp, turned));
     FACET_TRY(land(turned, turned.xy + motion.dt_s * track.velocity, 1.0, predicted_uv, step));
 
     PatchPose pose{step * track.pose.A, predicted_uv};
@@ -100,7 +103,9 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
     FACET_TRY(aligner_.extract(present, pose.uv, {0, false}, probe_));
     PatchPose back{track.pose.A * pose.A.inverse(), track.pose.uv};
     float back_correlation = 0.0F;
-    FACET_TRY(aligner_.align(probe_, previous, {.coarsest = 0}, back, back_correlation));
+    const AlignOptions back_options{
+        .coarsest = 0, .enough_px = PatchAligner::kCheckPrecision * static_cast<float>(config_.forward_backward_px)};
+    FACET_TRY(aligner_.align(probe_, previous, back_options, back, back_correlation));
     if (!((back.uv - track.pose.uv).norm() < config_.forward_backward_px)) {
         return Status::kDegenerate;
     }
@@ -121,7 +126,7 @@ Status Tracker::find_again(const ImagePyramid& image, const LandmarkPrediction& 
     TurnedPoint turned;
     Eigen::Vector2d predicted_uv;
     Eigen::Matrix2f step;
-    FACET_TRY(turn(track.pose.uv, q_C_Cl, turned));
+    FACET_TRY(turn(track.xy, q_C_Cl, turned));
     FACET_TRY(land(turned, prediction.left_xy, grown, predicted_uv, step));
     if (!camera_.in_image(predicted_uv, border_px())) {
         return Status::kNotFound;

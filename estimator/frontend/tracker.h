@@ -55,15 +55,16 @@ public:
     double border_px() const { return aligner_.border_px(); }
 
 private:
-    /// A point of one image seen after the camera has turned.
+    /// A point of one image, as the camera sees it after it has turned.
     struct TurnedPoint {
         Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
         Eigen::Vector2d xy = Eigen::Vector2d::Zero();  ///< its bearing, turned, normalised
         Eigen::Matrix<double, 2, 3> d_xy_d_rotated = Eigen::Matrix<double, 2, 3>::Zero();
         Eigen::Matrix2d d_xy_d_uv = Eigen::Matrix2d::Zero();  ///< of the bearing before the turn
     };
+    /// @param xy  its bearing before the turn, normalised
     /// @return kNotFound if it is then beside or behind the camera.
-    Status turn(const Eigen::Vector2d& uv, const Eigen::Quaterniond& q, TurnedPoint& point) const;
+    Status turn(const Eigen::Vector2d& xy, const Eigen::Quaterniond& q, TurnedPoint& point) const;
     /// Pixel at which the turned point is seen if it has moved on to xy, and the affine map of its neighbourhood from the
     /// first image to this one, grown by a factor. @return kNotFound if no pixel sees xy.
     Status land(const TurnedPoint& point, const Eigen::Vector2d& xy, double grown, Eigen::Vector2d& uv,

@@ -39,6 +39,31 @@ TEST_CASE("pixel (u, v) of a level is pixel (2u, 2v) of the one below", "[fronte
     }
 }
 
+TEST_CASE("a level is the binomial filter of the one below, mirrored at the border", "[frontend]") {
+    const auto [width, height] = GENERATE(std::pair{96, 64}, std::pair{75, 53});
+    synthetic::Image image = synthetic::warp(synthetic::Texture(3.0, 20.0, 9), width, height, {0.0, 0.0});
+    std::fill_n(image.pixels.begin(), 5 * width, std::uint8_t{255});  // the greatest sums there can be
+    ImagePyramid pyramid;
+    REQUIRE(ok(pyramid.configure(width, height, 2)));
+    pyramid.build(image.view());
+    REQUIRE(pyramid.level(1).width == (width + 1) / 2);
+    REQUIRE(pyramid.level(1).height == (height + 1) / 2);
+    const int weights[] = {1, 4, 6, 4, 1};
+    const auto mirrored = [](int i, int size) { return i < 0 ? -i : (i >= size ? 2 * size - 2 - i : i); };
+    for (int v = 0; v < pyramid.level(1).height; ++v) {
+        for (int u = 0; u < pyramid.level(1).width; ++u) {
+            int sum = 0;
+            for (int y = -2; y <= 2; ++y) {
+                for (int x = -2; x <= 2; ++x) {
+                    sum += weights[x + 2] * weights[y + 2] *
+                           image.view().at(mirrored(2 * u + x, width), mirrored(2 * v + y, height));
+                }
+            }
+            REQUIRE(static_cast<int>(pyramid.level(1).at(u, v)) == (sum + 128) / 256);
+        }
+    }
+}
+
 TEST_CASE("pyramid keeps no reference to the image", "[frontend]") {
     ImagePyramid pyramid;
     REQUIRE(ok(pyramid.configure(64, 48, 2)));

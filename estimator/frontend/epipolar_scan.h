@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Correlates a patch of one image with a stretch of a curve in another.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimator/frontend/patch_window.h"
+#include "estimator/frontend/row_pairs.h"
+
+namespace facet {
+
+/// A short piece of the curve on which a point of the first image may be seen in the second one.
+struct CurveStretch {
+    static constexpr int kMaxPlaces = 32;
+
+    Eigen::Vector2f first;   ///< place 0 (px)
+    Eigen::Vector2f middle;  ///< place count / 2
+    Eigen::Vector2f last;    ///< place count, the first one of the next stretch
+    Eigen::Matrix2f A;       ///< derivative of the place in the middle with respect to the point in the first image
+    int count = 0;           ///< places looked at, at most kMaxPlaces
+};
+
+/// Neighbouring places of a curve see nearly the same pixels. So the second image is interpolated once, in a strip along
+/// the stretch: column j is centred on place j, rows run across. The patch is cut from the first image as the strip
+/// would show it, turned and scaled by A; correlating is then sliding it over the columns, a vector of places at a time,
+/// without interpolation. The places are taken from the parabola through the three given, and the scale is the middle's:
+/// good enough to find the best place, not to refine it.
+/// Heap: in configure() only. Thread-bound.
+class EpipolarScan {
+public:
+    /// @param window_px  side of the window, odd
+    void configure(int window_px);
+
+    /// Whether the places are about a pixel apart, as the scan's grid needs them.
+    static bool suits(const CurveStretch& stretch);
+
+    /// Weighted normalised correlation of the patch about `at` with each place; -1 where the patch would leave the second
+    /// image, and everywhere if the patch, or the place, has no texture. The stretch must suit.
+    void correlate(const RowPairs& first, const Eigen::Vector2f& at, const RowPairs& second,
+                   const CurveStretch& stretch, float* scores);
+
+private:
+    bool cut_patch(const RowPairs& image, const Eigen::Vector2f& at, const CurveStretch& stretch);
+    void cut_strip(const RowPairs& image, const CurveStretch& stretch);
+    void slide(int count, float* scores) const;
+
+    PatchWindow window_;
+    int pitch_ = 0;          ///< columns of patch and strip in storage
+    float contrast_ = 0.0F;  ///< weighted sum of squared grey values of the patch about their mean
+    Eigen::Vector2f along_ = Eigen::Vector2f::Zero();   ///< from place to place (px)
+    Eigen::Vector2f across_ = Eigen::Vector2f::Zero();  ///< unit vector normal to it
+    std::vector<float> weights_;                        ///< of the square window, 0 outside its disc
+    std::vector<float> patch_;                          ///< times weights
+    std::vector<float> strip_;
+    std::vector<float> column_u_;  ///< places of the strip's columns (px)
+    std::vector<float> column_v_;
+};
+
+}  // namespace facet

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What stands behind Frontend: its parts, the tracks, and the steps of one frame.
+#pragma once
+
+#include <algorithm>
+#include <boost/container/static_vector.hpp>
+#include <cstdint>
+
+#include "estimator/frontend/detector.h"
+#include "estimator/frontend/dormant_tracks.h"
+#include "estimator/frontend/frontend.h"
+#include "estimator/frontend/image_pyramid.h"
+#include "estimator/frontend/keyframe_policy.h"
+#include "estimator/frontend/outlier_test.h"
+#include "estimator/frontend/stereo_matcher.h"
+#include "estimator/frontend/track.h"
+#include "estimator/frontend/tracker.h"
+
+namespace facet {
+
+/// frontend.cpp has the order of the steps, frontend_tracking.cpp those of every frame, frontend_keyframe.cpp those of
+/// keyframes. Heap: in configure() only. Thread-bound.
+struct Frontend::Impl {
+    FrontendConfig config;
+    StereoRig rig;
+    bool configured = false;
+    ImagePyramid left;
+    ImagePyramid previous_left;
+    ImagePyramid right;
+    Detector detector;
+    Tracker tracker;
+    StereoMatcher stereo_matcher;
+    OutlierTest outlier_test;
+    KeyframePolicy policy;
+
+    TrackList tracks;
+    DormantTracks dormant;
+    std::uint32_t next_landmark = 0;
+    bool has_previous = false;
+    bool was_still = false;
+    Timestamp previous_stamp;
+    Timestamp keyframe_stamp;
+    Eigen::Quaterniond q_Bk_B = Eigen::Quaterniond::Identity();   ///< body now to body at the last keyframe
+    Eigen::Quaterniond q_B0_B = Eigen::Quaterniond::Identity();   ///< body now to body at the first frame
+    Eigen::Quaterniond q_B0_Bp = Eigen::Quaterniond::Identity();  ///< likewise, at the previous frame
+    int keyframe_tracks = 0;                                      ///< tracks the last keyframe had
+
+    boost::container::static_vector<MonoPair, kMaxFeatures> mono_pairs;
+    boost::container::static_vector<StereoPair, kMaxFeatures> stereo_pairs;
+    boost::container::static_vector<std::uint16_t, kMaxFeatures> pair_tracks;  ///< index of each pair's track
+    boost::container::static_vector<std::uint8_t, kMaxFeatures> inlier;
+    boost::container::static_vector<double, kMaxFeatures> values;
+    boost::container::static_vector<Eigen::Vector2d, kMaxFeatures> positions;
+    CornerList corners;
+
+    void reset();
+    Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
+    ImageState judge_image(const Eigen::Quaterniond& q_Bp_B) const;
+    void recall(const FrameHints& hints, FrontendOutput& output);
+    void follow_and_choose(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
+    Eigen::Vector3d camera_velocity() const;
+    double median();  ///< of `values`, which it reorders; 0 if there are none
+    double median_inverse_depth();
+    void follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output);
+    void reject_mono_outliers(FrontendOutput& output);
+    void measure_disparity(FrontendOutput& output);
+    void make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output);
+    void begin_tracks(FrontendOutput& output);
+    void match_stereo(const FrameHints& hints);
+    void reject_stereo_outliers();
+    void fill_observations(FrontendOutput& output) const;
+    int live() const {
+        return static_cast<int>(
+            std::count_if(tracks.begin(), tracks.end(), [](const Track& t) { return t.in_keyframe; }));
+    }
+    void remove(std::size_t index);
+    bool image_ok(const ImageView& view, const CameraModel& camera) const {
+        return !view.empty() && view.width == camera.intrinsics().width && view.height == camera.intrinsics().height &&
+               view.stride >= view.width;
+    }
+    /// Turns bearings of the left camera at the last keyframe into bearings now.
+    Eigen::Quaterniond q_C_Ck() const { return rig.T_B_C0.q.conjugate() * q_Bk_B.conjugate() * rig.T_B_C0.q; }
+};
+
+}  // namespace facet

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/frontend/frontend_impl.h"
+
+namespace facet {
+
+void Frontend::Impl::recall(const FrameHints& hints, FrontendOutput& output) {
+    if (hints.landmarks.empty() || config.recall_radius_px <= 0.0) {
+        return;
+    }
+    const std::size_t before = tracks.size();
+    dormant.forget_unknown(hints.landmarks, tracker);
+    dormant.recall(left, hints.landmarks, q_B0_B, config.max_features, tracker, tracks);
+    output.recalled += static_cast<int>(tracks.size() - before);
+}
+
+void Frontend::Impl::begin_tracks(FrontendOutput& output) {
+    positions.clear();
+    for (const Track& track : tracks) {
+        positions.push_back(track.pose.uv);
+    }
+    corners.clear();
+    detector.detect(left.level(0), {positions.data(), positions.size()},
+                    config.max_features - static_cast<int>(tracks.size()), corners);
+    for (const Eigen::Vector2d& uv : corners) {
+        Track track;
+        Status started = tracker.start(left, uv, track);
+        if (started == Status::kFull && dormant.forget_oldest(tracker)) {
+            started = tracker.start(left, uv, track);
+        }
+        if (ok(started)) {
+            track.id.value = next_landmark++;
+            tracks.push_back(track);
+            ++output.detected;
+        }
+    }
+}
+
+void Frontend::Impl::match_stereo(const FrameHints& hints) {
+    stereo_pairs.clear();
+    pair_tracks.clear();
+    const Eigen::Matrix3d R = q_C_Ck().toRotationMatrix();
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+        Track& track = tracks[i];
+        const bool had_depth = track.has_depth;
+        const Eigen::Vector3d before =
+            had_depth ? (track.keyframe_xy.homogeneous() / track.inverse_depth).eval() : Eigen::Vector3d::Zero();
+        // The camera has moved since the last keyframe: the smoother knows better than the old depth. What was never
+        // matched is searched, so that the match is independent of what the smoother believes.
+        const LandmarkPrediction* predicted = had_depth ? find_prediction(hints.landmarks, track.id) : nullptr;
+        const bool is_predicted = predicted != nullptr && predicted->in_view;
+        const double usual = had_depth ? track.inverse_depth : -1.0;
+        StereoMatch match;
+        track.has_right = ok(stereo_matcher.match(left, right, track.pose.uv,
+                                                  is_predicted ? predicted->inverse_depth : usual, match));
+        track.has_depth = track.has_right;
+        if (!track.has_right) {
+            continue;
+        }
+        track.right_uv = match.right_uv;
+        track.right_xy = match.right_xy;
+        track.inverse_depth = match.inverse_depth;
+        if (had_depth) {
+            stereo_pairs.push_back({R * before, match.p_C0});
+            pair_tracks.push_back(static_cast<std::uint16_t>(i));
+        }
+    }
+    reject_stereo_outliers();
+}
+
+void Frontend::Impl::reject_stereo_outliers() {
+    inlier.resize(stereo_pairs.size());
+    if (!ok(outlier_test.stereo({stereo_pairs.data(), stereo_pairs.size()}, {inlier.data(), inlier.size()}))) {
+        return;
+    }
+    for (std::size_t k = 0; k < pair_tracks.size(); ++k) {
+        if (inlier[k] == 0) {
+            tracks[pair_tracks[k]].has_right = false;
+            tracks[pair_tracks[k]].has_depth = false;
+        }
+    }
+}
+
+void Frontend::Impl::make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output) {
+    recall(hints, output);
+    begin_tracks(output);
+    if (has_right) {
+        match_stereo(hints);
+    } else {
+        for (Track& track : tracks) {
+            track.has_depth = false;
+        }
+    }
+    for (Track& track : tracks) {
+        track.in_keyframe = true;
+        track.keyframe_xy = track.xy;
+    }
+    dormant.leave_keyframe();
+    keyframe_tracks = static_cast<int>(tracks.size());
+    q_Bk_B.setIdentity();
+    keyframe_stamp = output.stamp;
+}
+
+void Frontend::Impl::fill_observations(FrontendOutput& output) const {
+    for (const Track& track : tracks) {
+        FeatureObservation o;
+        o.landmark = track.id;
+        o.left_xy = track.xy;
+        o.left_px = track.pose.uv.cast<float>();
+        o.age_frames = track.age_frames;
+        o.has_right = track.has_right;
+        if (track.has_right) {
+            o.right_xy = track.right_xy;
+            o.right_px = track.right_uv.cast<float>();
+            ++output.stereo;
+        }
+        output.observations.push_back(o);
+    }
+}
+
+}  // namespace facet

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/frontend/frontend_impl.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+namespace facet {
+
+Eigen::Vector3d Frontend::Impl::camera_velocity() const {
+    // Rotation apart, a point of inverse depth rho moves by xy' = rho (v.z() xy - v.head<2>()), v the velocity of the
+    // camera in its own frame: linear in v. Robust least squares over the tracks that have both; Cauchy weights.
+    constexpr double kScale = 0.05;  // 1/s: about 1 px a frame at 20 Hz
+    Eigen::Vector3d v = Eigen::Vector3d::Zero();
+    for (int step = 0; step < 4; ++step) {
+        Eigen::Matrix3d h = 1e-6 * Eigen::Matrix3d::Identity();
+        Eigen::Vector3d g = Eigen::Vector3d::Zero();
+        for (const Track& track : tracks) {
+            if (track.has_depth && track.has_velocity) {
+                Eigen::Matrix<double, 2, 3> j;
+                j << -1.0, 0.0, track.xy.x(), 0.0, -1.0, track.xy.y();
+                j *= track.inverse_depth;
+                const double w =
+                    step == 0 ? 1.0 : 1.0 / (1.0 + (track.velocity - j * v).squaredNorm() / (kScale * kScale));
+                h += w * j.transpose() * j;
+                g += w * j.transpose() * track.velocity;
+            }
+        }
+        v = h.ldlt().solve(g);
+    }
+    return v;
+}
+
+double Frontend::Impl::median() {
+    if (values.empty()) {
+        return 0.0;
+    }
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+double Frontend::Impl::median_inverse_depth() {
+    values.clear();
+    for (const Track& track : tracks) {
+        if (track.has_depth) {
+            values.push_back(track.inverse_depth);
+        }
+    }
+    return median();
+}
+
+void Frontend::Impl::follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output) {
+    FrameMotion motion;
+    motion.q_C_Cp = (rig.T_B_C0.q.conjugate() * q_Bp_B.conjugate() * rig.T_B_C0.q).normalized();
+    motion.dt_s = dt_s;
+    // New tracks have no velocity of their own: that of the camera, and their depth, give them one.
+    const double usual = median_inverse_depth();
+    const Eigen::Vector3d v = camera_velocity();
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+        Track track = tracks[i];
+        track.has_right = false;
+        if (!track.has_velocity) {
+            const double rho = track.has_depth ? track.inverse_depth : usual;
+            track.velocity = rho * (v.z() * track.xy - v.head<2>());
+        }
+        if (ok(tracker.follow(previous_left, left, motion, track))) {
+            tracks[kept++] = track;
+        } else {
+            dormant.add(track, q_B0_Bp, tracker);
+            ++output.lost;
+        }
+    }
+    tracks.resize(kept);
+}
+
+void Frontend::Impl::reject_mono_outliers(FrontendOutput& output) {
+    mono_pairs.clear();
+    pair_tracks.clear();
+    const Eigen::Matrix3d R = q_C_Ck().toRotationMatrix();
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+        if (tracks[i].in_keyframe) {
+            mono_pairs.push_back({R * tracks[i].keyframe_xy.homogeneous(), tracks[i].xy});
+            pair_tracks.push_back(static_cast<std::uint16_t>(i));
+        }
+    }
+    inlier.resize(mono_pairs.size());
+    if (!ok(outlier_test.mono({mono_pairs.data(), mono_pairs.size()}, {inlier.data(), inlier.size()}))) {
+        return;
+    }
+    for (std::size_t k = pair_tracks.size(); k-- > 0;) {
+        if (inlier[k] == 0) {
+            remove(pair_tracks[k]);
+            ++output.outliers;
+            ++output.lost;
+        }
+    }
+}
+
+void Frontend::Impl::measure_disparity(FrontendOutput& output) {
+    // Without a good gyroscope bias (before initialization) the compensated disparity of a vehicle at rest is not
+    // small, but the plain one is: standing still is either.
+    const auto disparity_after = [this](const Eigen::Matrix3d& R) {
+        values.clear();
+        for (const Track& track : tracks) {
+            const Eigen::Vector3d rotated = R * track.keyframe_xy.homogeneous();
+            if (track.in_keyframe && rotated.z() > 0.1) {
+                values.push_back((rotated.hnormalized() - track.xy).norm() * rig.left.focal_px());
+            }
+        }
+        return median();
+    };
+    output.median_disparity_px = disparity_after(q_C_Ck().toRotationMatrix());
+    const bool any = !values.empty();
+    const double plain_px = disparity_after(Eigen::Matrix3d::Identity());
+    const bool small = any && std::min(output.median_disparity_px, plain_px) < config.still_disparity_px;
+    // Shortly after a keyframe the disparity is small at any speed: the verdict of the keyframe stands.
+    const bool long_enough = (output.stamp - keyframe_stamp).seconds() >= config.keyframe_min_interval_s - 1e-3;
+    output.is_still = small && (long_enough || was_still);
+    was_still = output.is_still;
+}
+
+}  // namespace facet

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Vectors of floats in the compiler's own notation: one source for AVX2, SSE and NEON.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+#include "estimator/frontend/row_pairs.h"
+
+namespace facet::simd {
+
+#ifdef __AVX2__
+inline constexpr int kLanes = 8;
+#else
+inline constexpr int kLanes = 4;
+#endif
+
+/// Bytes that load_bytes() may read past the last pixel they use: image buffers have that much to spare.
+inline constexpr std::size_t kOverread = 16;
+
+using Floats = float __attribute__((vector_size(4 * kLanes)));
+using Ints = std::int32_t __attribute__((vector_size(4 * kLanes)));
+
+inline Floats load(const float* p) {
+    Floats v;
+    std::memcpy(&v, p, sizeof(v));
+    return v;
+}
+
+inline void store(float* p, const Floats& v) { std::memcpy(p, &v, sizeof(v)); }
+
+inline Floats splat(float x) { return Floats{} + x; }
+
+inline Floats to_floats(const Ints& v) { return __builtin_convertvector(v, Floats); }
+/// Towards zero.
+inline Ints to_ints(const Floats& v) { return __builtin_convertvector(v, Ints); }
+
+inline Floats clamp(const Floats& v, float least, float most) {
+    const Floats low = splat(least);
+    const Floats high = splat(most);
+    const Floats raised = v < low ? low : v;
+    return raised > high ? high : raised;
+}
+
+inline float sum(const Floats& v) {
+    if constexpr (kLanes == 8) {
+        return ((v[0] + v[4 % kLanes]) + (v[2] + v[6 % kLanes])) + ((v[1] + v[5 % kLanes]) + (v[3] + v[7 % kLanes]));
+    }
+    return (v[0] + v[2]) + (v[1] + v[3]);
+}
+
+inline float greatest(const Floats& v) {
+    float best = v[0];
+    for (int i = 1; i < kLanes; ++i) {
+        best = v[i] > best ? v[i] : best;
+    }
+    return best;
+}
+
+/// Whether any lane of a comparison's result holds.
+inline bool any(const Ints& mask) {
+    std::uint64_t parts[sizeof(Ints) / 8];
+    std::memcpy(parts, &mask, sizeof(mask));
+    std::uint64_t all = 0;
+    for (const std::uint64_t part : parts) {
+        all |= part;
+    }
+    return all != 0;
+}
+
+/// Pixels p[0] ... p[kLanes - 1] as floats.
+inline Floats load_bytes(const std::uint8_t* p) {
+#ifdef __AVX2__
+    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
+#else
+    return Floats{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]),
+                  static_cast<float>(p[3])};
+#endif
+}
+
+/// Grey values at (u, v), bilinearly interpolated. 0 <= u < width - 1 and 0 <= v < height - 1. One load of four bytes a lane
+/// brings all four neighbours; gathering instructions were tried and are slower than the loads one by one. Offsets are exact
+/// in float: images have fewer than 2^24 pixels.
+inline Floats sample(const RowPairs& image, const Floats& u, const Floats& v) {
+    const Floats iu = to_floats(to_ints(u));
+    const Floats iv = to_floats(to_ints(v));
+    const Floats fu = u - iu;
+    const Floats fv = v - iv;
+    const Ints at = to_ints(iv * static_cast<float>(image.stride) + iu);
+    std::uint64_t index[kLanes / 2];  // two a word: fewer moves from vector to scalar registers
+    std::memcpy(index, &at, sizeof(at));
+    Ints quad;
+    for (int i = 0; i < kLanes; ++i) {
+        const std::uint64_t offset = i % 2 == 0 ? index[i / 2] & 0xffffffffU : index[i / 2] >> 32U;
+        std::int32_t word = 0;
+        std::memcpy(&word, image.data + offset, sizeof(word));
+        quad[i] = word;
+    }
+    // Bytes from the lowest: (u, v), (u, v + 1), (u + 1, v), (u + 1, v + 1).
+    const Floats p0 = to_floats(quad & 255);
+    const Floats q0 = to_floats((quad >> 8) & 255);
+    const Floats p1 = to_floats((quad >> 16) & 255);
+    const Floats q1 = to_floats((quad >> 24) & 255);
+    const Floats top = p0 + fu * (p1 - p0);
+    const Floats bottom = q0 + fu * (q1 - q0);
+    return top + fv * (bottom - top);
+}
+
+}  // namespace facet::simd

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/frontend/simd.h"
+
+#include <catch2/catch.hpp>
+
+#include "estimator/frontend/image_pyramid.h"
+#include "tests/estimator/frontend/synthetic.h"
+
+using namespace facet;
+
+TEST_CASE("sampling interpolates bilinearly up to the last pixels", "[frontend]") {
+    const int width = 37;
+    const int height = 29;
+    const synthetic::Image image = synthetic::warp(synthetic::Texture(4.0, 20.0, 8), width, height, {0.0, 0.0});
+    ImagePyramid pyramid;
+    REQUIRE(ok(pyramid.configure(width, height, 1)));
+    pyramid.build(image.view());
+    const ImageView view = image.view();
+    for (float v = 0.0F; v < static_cast<float>(height - 1); v += 0.37F) {
+        for (float u = 0.0F; u + 0.31F * simd::kLanes < static_cast<float>(width - 1); u += 0.83F) {
+            simd::Floats us = simd::splat(u);
+            for (int i = 0; i < simd::kLanes; ++i) {
+                us[i] += 0.31F * static_cast<float>(i);
+            }
+            const simd::Floats found = simd::sample(pyramid.pairs(0), us, simd::splat(v));
+            for (int i = 0; i < simd::kLanes; ++i) {
+                const int iu = static_cast<int>(us[i]);
+                const int iv = static_cast<int>(v);
+                const double fu = us[i] - static_cast<float>(iu);
+                const double fv = v - static_cast<float>(iv);
+                const double expected = (1.0 - fv) * ((1.0 - fu) * view.at(iu, iv) + fu * view.at(iu + 1, iv)) +
+                                        fv * ((1.0 - fu) * view.at(iu, iv + 1) + fu * view.at(iu + 1, iv + 1));
+                REQUIRE(std::abs(found[i] - expected) < 1e-3);
+            }
+        }
+    }
+}
+
+TEST_CASE("vectors load, store, add up and compare like their lanes", "[frontend]") {
+    std::uint8_t bytes[simd::kOverread] = {};
+    float floats[simd::kLanes] = {};
+    float sum = 0.0F;
+    for (int i = 0; i < simd::kLanes; ++i) {
+        bytes[i] = static_cast<std::uint8_t>(250 - 17 * i);
+        sum += bytes[i];
+    }
+    const simd::Floats v = simd::load_bytes(bytes);
+    simd::store(floats, v);
+    for (int i = 0; i < simd::kLanes; ++i) {
+        CHECK(floats[i] == bytes[i]);
+        CHECK(simd::load(floats)[i] == bytes[i]);
+        CHECK(simd::clamp(v, 140.0F, 240.0F)[i] == std::clamp(floats[i], 140.0F, 240.0F));
+        simd::Floats one{};
+        one[i] = 1.0F;
+        CHECK(simd::any(one > 0.5F));
+        CHECK(simd::greatest(one) == 1.0F);
+        CHECK(simd::sum(one) == 1.0F);
+    }
+    CHECK(simd::sum(v) == sum);
+    CHECK(!simd::any(v > 250.0F));
+}
