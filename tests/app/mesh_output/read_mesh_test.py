@@ -15,7 +15,7 @@ import tempfile
 def read(path):
     """What assimp says of a file: {'Vertices': '502', 'Minimum point': '(...)', ...}."""
     done = subprocess.run(["assimp", "info", str(path), "-r", "-v"], check=True, stdout=subprocess.PIPE, text=True)
-    return dict(re.findall(r"^([A-Z][\w ]+?): +(\S.*?)\s*$", done.stdout, re.MULTILINE))
+    return dict(re.findall(r"^([A-Z][\w ]+?):? {2,}(\S.*?)\s*$", done.stdout, re.MULTILINE))
 
 
 def check(path, faces, vertices):
