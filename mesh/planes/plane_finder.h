@@ -79,7 +79,8 @@ public:
     const PlaneCounters& counters() const { return counters_; }
 
 private:
-    static constexpr int kMaxCandidates = 8;  // without id; and looked at in one update
+    static constexpr int kMaxCandidates = 8;   // without id; and looked at in one update
+    static constexpr double kKeepSlack = 1.5;  // a known plane may miss the limits by this factor
     enum class Verdict { kPlane, kSmall, kMisshapen };
 
     PlaneGate join_gate() const { return {config_.join_m, config_.join_sigmas}; }

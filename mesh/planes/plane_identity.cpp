@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Which planes are the same one, and which have an id.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mesh/planes/plane_finder.h"
+
+namespace facet {
+namespace {
+
+constexpr double kRadian = std::numbers::pi / 180.0;
+constexpr double kEqualSigmas = 3.0;    // of the difference of two planes
+constexpr double kEqualFloor = 0.015;   // m: planes nearer than this at each other's landmarks are equal anyway
+constexpr double kEqualTurn = 1.0;      // deg, likewise
+constexpr double kDriftPerLoss = 2e-3;  // m a keyframe, of a plane that is not seen
+
+}  // namespace
+
+/// Equal by normal and distance at the place of each other's landmarks.
+bool PlaneFinder::may_be_same(const TrackedPlane& a, PlaneKind kind, const PlaneFit& fit) const {
+    if (a.kind != kind) {
+        return false;
+    }
+    const double drift = kDriftPerLoss * a.lost;
+    const auto turn_variance = [](const PlaneFit& f) {
+        return f.sigma_along_rad * f.sigma_along_rad + f.sigma_across_rad * f.sigma_across_rad;
+    };
+    const double turn_sigma = std::sqrt(turn_variance(a.fit) + turn_variance(fit));
+    const double turn = std::min(kRadian * config_.same_angle_deg, kRadian * kEqualTurn + kEqualSigmas * turn_sigma);
+    if (a.fit.normal_W.dot(fit.normal_W) < std::cos(turn)) {
+        return false;
+    }
+    const auto is_near = [&](const PlaneFit& plane, const PlaneFit& other) {
+        const double sigma = std::hypot(plane.sigma_at(other.centroid_W), other.sigma_m, drift);
+        return std::abs(plane.residual(other.centroid_W)) <=
+               std::min(config_.same_distance_m, kEqualFloor + kEqualSigmas * sigma);
+    };
+    return is_near(a.fit, fit) && is_near(fit, a.fit);
+}
+
+/// Whether one plane fits the landmarks of both; true if one has none.
+bool PlaneFinder::is_one(std::span<const std::uint16_t> a, std::span<const std::uint16_t> b, const PlaneFit& start) {
+    if (a.empty() || b.empty()) {
+        return true;
+    }
+    points_.clear();
+    for (const auto part : {a, b}) {
+        for (const std::uint16_t p : part) {
+            static_cast<void>(points_.try_push_back(p));
+        }
+    }
+    PlaneFit fit = start;
+    return ok(fit_plane(evidence_.points(), {points_.data(), points_.size()}, config_.surface_sigma_m, fit)) &&
+           fit.chi2 <= kKeepSlack * config_.max_chi2 && fit.bend_m <= kKeepSlack * config_.max_bend_m;
+}
+
+/// Merges the younger of two equal planes into the older one.
+bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
+    if (!may_be_same(older, younger.kind, younger.fit)) {
+        return false;
+    }
+    evidence_.collect_owned(older.serial, support_.points);
+    evidence_.collect_owned(younger.serial, others_);
+    if (!is_one({support_.points.data(), support_.points.size()}, {others_.data(), others_.size()}, younger.fit)) {
+        return false;
+    }
+    evidence_.hand_over(younger.serial, older.serial);
+    if (older.lost > younger.lost) {
+        older.fit = older.is_held ? older.fit : younger.fit;
+        older.lost = younger.lost;
+        older.doubts = 0;
+    }
+    older.landmarks += younger.landmarks;
+    older.area_m2 += younger.area_m2;
+    counters_.merged += younger.id.valid() ? 1 : 0;
+    return true;
+}
+
+void PlaneFinder::merge_equal() {
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        for (std::size_t j = i + 1; j < planes_.size();) {
+            // By serial the first is older; but one with an id stays before one without.
+            const bool keeps_first = planes_[i].id <= planes_[j].id;
+            if (!merge(keeps_first ? planes_[i] : planes_[j], keeps_first ? planes_[j] : planes_[i])) {
+                ++j;
+                continue;
+            }
+            if (!keeps_first) {
+                planes_[i] = planes_[j];
+            }
+            planes_.erase_at(j);
+        }
+    }
+}
+
+void PlaneFinder::retire() {
+    for (std::size_t i = 0; i < planes_.size();) {
+        TrackedPlane& plane = planes_[i];
+        const bool is_doubtful = plane.doubts >= config_.leave_keyframes;
+        const bool is_gone = plane.id.valid() ? plane.lost > config_.leave_keyframes + config_.forget_keyframes
+                                              : plane.lost >= config_.confirm_keyframes;
+        if (plane.lost == config_.leave_keyframes + 1 || is_doubtful || is_gone) {
+            evidence_.release(plane.serial);
+        }
+        if (is_doubtful || is_gone) {
+            counters_.doubted += is_doubtful && plane.id.valid() ? 1 : 0;
+            counters_.forgotten += !is_doubtful && plane.id.valid() ? 1 : 0;
+            planes_.erase_at(i);
+        } else {
+            ++i;
+        }
+    }
+}
+
+int PlaneFinder::confirmed() const {
+    return static_cast<int>(
+        std::count_if(planes_.begin(), planes_.end(), [](const TrackedPlane& p) { return p.id.valid(); }));
+}
+
+/// A place for one more plane with an id: the one lost for longest goes. @return false if none is lost
+bool PlaneFinder::make_room() {
+    if (confirmed() < kMaxPlanes) {
+        return true;
+    }
+    std::size_t longest = planes_.size();
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        if (planes_[i].id.valid() && planes_[i].lost > config_.leave_keyframes &&
+            (longest == planes_.size() || planes_[i].lost > planes_[longest].lost)) {
+            longest = i;
+        }
+    }
+    if (longest == planes_.size()) {
+        return false;
+    }
+    ++counters_.forgotten;
+    planes_.erase_at(longest);
+    return true;
+}
+
+void PlaneFinder::confirm() {
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        if (planes_[i].id.valid() || planes_[i].lost > 0 || planes_[i].found < config_.confirm_keyframes) {
+            continue;
+        }
+        const PlaneSerial serial = planes_[i].serial;
+        if (!make_room()) {
+            ++counters_.crowded_out;
+            return;
+        }
+        i = std::min(i, planes_.size() - 1);  // making room may have moved it towards the front
+        while (planes_[i].serial != serial) {
+            --i;
+        }
+        planes_[i].id = PlaneId{next_id_++};
+        ++counters_.confirmed;
+    }
+}
+
+}  // namespace facet
