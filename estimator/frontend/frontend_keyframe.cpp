@@ -50,8 +50,8 @@ void Frontend::Impl::match_stereo(const FrameHints& hints) {
         const bool is_predicted = predicted != nullptr && predicted->in_view;
         const double usual = had_depth ? track.inverse_depth : -1.0;
         StereoMatch match;
-        track.has_right = ok(stereo_matcher.match(left, right, track.pose.uv,
-                                                  is_predicted ? predicted->inverse_depth : usual, match));
+        track.has_right = ok(
+            stereo_matcher.match(left, right, track.pose.uv, is_predicted ? predicted->inverse_depth : usual, match));
         track.has_depth = track.has_right;
         if (!track.has_right) {
             continue;

@@ -16,8 +16,8 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// A side that nobody moves: its normal points up.
 const Plane& vertical() {
-    static const Plane plane;
-    return plane;
+    static const Plane kUpwards;
+    return kUpwards;
 }
 
 PlaneSide side(const WindowPlanes& planes, int index) {

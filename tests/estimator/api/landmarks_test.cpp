@@ -34,7 +34,8 @@ struct Flown {
         const auto first = flight.observe(0.0);
         const Eigen::Matrix<double, kStateDim, kStateDim> information =
             1e6 * Eigen::Matrix<double, kStateDim, kStateDim>::Identity();
-        window->start({test::at(0.0), {}, false, {first.data(), first.size()}}, start, information);
+        window->start({test::at(0.0), Eigen::Vector3d::Zero(), false, {first.data(), first.size()}}, start,
+                      information);
         for (int k = 1; k < kKeyframes; ++k) {
             const double t = k * kStep_s;
             const Preintegration p = flight.preintegrate(t - kStep_s, t, window->newest().state.bias, noise);

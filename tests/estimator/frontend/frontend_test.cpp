@@ -268,7 +268,7 @@ TEST_CASE("front-end forgets lost tracks whose landmarks the smoother has droppe
     const Image black(320, 240, 0);
     REQUIRE(ok(frontend.process({f.frames[6].stamp, black.view(), black.view()}, f.hints(6), out)));
     FrameHints hints = f.hints(7);
-    const LandmarkPrediction other{LandmarkId{newest.value + 1000}, false, {}, 0.0};
+    const LandmarkPrediction other{LandmarkId{newest.value + 1000}, false, Eigen::Vector2d::Zero(), 0.0};
     hints.landmarks = {&other, 1};
     hints.wants_keyframe = true;
     REQUIRE(ok(frontend.process(f.frames[7].view(), hints, out)));

@@ -326,7 +326,8 @@ TEST_CASE("a true shock beyond the range is within the noise of its bridge") {
             const double phase = (0.005 * k - begin_s) / width_s;
             const double shock = phase > 0.0 && phase < 1.0 ? peak * std::sin(M_PI * phase) : 0.0;
             const double range = limits.accel_range_m_per_s2;
-            REQUIRE(ok(buffer->push({ms(5.0 * k), {}, {0.0, std::clamp(shock, -range, range), 9.81}})));
+            REQUIRE(ok(
+                buffer->push({ms(5.0 * k), Eigen::Vector3d::Zero(), {0.0, std::clamp(shock, -range, range), 9.81}})));
         }
         if (buffer->counters().clipped_accel == 0) {
             continue;

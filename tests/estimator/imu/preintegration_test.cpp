@@ -252,7 +252,8 @@ TEST_CASE("a resting IMU stays where it is, a falling one falls") {
     for (std::int64_t k = 0; k < 200; ++k) {
         const Timestamp a{k * 5'000'000};
         const Timestamp b{(k + 1) * 5'000'000};
-        REQUIRE(ok(rest.integrate({a, {}, -kGravity_W}, {b, {}, -kGravity_W}, ImuNoise{})));
+        REQUIRE(ok(rest.integrate({a, Eigen::Vector3d::Zero(), -kGravity_W}, {b, Eigen::Vector3d::Zero(), -kGravity_W},
+                                  ImuNoise{})));
         const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
         REQUIRE(ok(fall.integrate({a, zero, zero}, {b, zero, zero}, ImuNoise{})));
     }

@@ -154,9 +154,9 @@ TEST_CASE("too little data is not ready, broken data tells nothing") {
     CHECK(measure(0.4) == Status::kNotReady);
     CHECK(measure(1.1) == Status::kNotReady);
     CHECK(rest.measure == -1.0);
-    REQUIRE(ok(buffer->push({Timestamp{1'100'000'000}, {}, -kGravity_W})));
+    REQUIRE(ok(buffer->push({Timestamp{1'100'000'000}, Eigen::Vector3d::Zero(), -kGravity_W})));
     CHECK(measure(1.1) == Status::kDegenerate);
-    REQUIRE(ok(buffer->push({Timestamp{1'105'000'000}, {}, {0.0, 0.0, 1e3}})));
+    REQUIRE(ok(buffer->push({Timestamp{1'105'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 1e3}})));
     CHECK(measure(1.105) == Status::kDegenerate);
     CHECK(rest.measure == -1.0);
     CHECK(measure_stationarity(*std::make_unique<ImuBuffer>(), Timestamp{0}, ImuNoise{}, {}, StationarityConfig{},

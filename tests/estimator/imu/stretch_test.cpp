@@ -44,7 +44,7 @@ TEST_CASE("gaps and clipped readings are told, too few samples are not ready") {
     const auto buffer = std::make_unique<ImuBuffer>(200.0);
     for (int k = 0; k < 40; ++k) {
         const double force = k == 30 ? 1e3 : 9.81;
-        REQUIRE(ok(buffer->push({at_step(k < 20 ? k : k + 10), {}, {0.0, 0.0, force}})));
+        REQUIRE(ok(buffer->push({at_step(k < 20 ? k : k + 10), Eigen::Vector3d::Zero(), {0.0, 0.0, force}})));
     }
     StretchStatistics s;
     REQUIRE(ok(stretch_statistics(*buffer, at_step(0), at_step(19), s)));

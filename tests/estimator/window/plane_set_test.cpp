@@ -49,7 +49,8 @@ public:
         }
         const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
         const auto first = flight_.observe(0.0);
-        window_->start({test::at(0.0), {}, false, {first.data(), first.size()}}, start.box_plus(d), information);
+        window_->start({test::at(0.0), Eigen::Vector3d::Zero(), false, {first.data(), first.size()}}, start.box_plus(d),
+                       information);
     }
 
     /// One keyframe on, with these planes proposed.

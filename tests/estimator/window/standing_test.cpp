@@ -41,7 +41,7 @@ struct Standing {
         StateVector sigma;
         sigma << 0.02, 0.02, 1e-4, 1e-4, 1e-4, 1e-4, 0.05, 0.05, 0.05, 0.005, 0.005, 0.005, 0.1, 0.1, 0.1;
         const auto seen = flight.observe(0.0);
-        window->start({test::at(0.0), {}, false, {seen.data(), seen.size()}}, truth,
+        window->start({test::at(0.0), Eigen::Vector3d::Zero(), false, {seen.data(), seen.size()}}, truth,
                       sigma.cwiseAbs2().cwiseInverse().asDiagonal());
     }
     Eigen::Vector3d gaussian() {
@@ -66,8 +66,8 @@ struct Standing {
                 a = b;
             }
             const auto seen = flight.observe(0.0);  // the same view, fresh noise
-            REQUIRE(
-                ok(window->add_keyframe({test::at(kStep_s * k), {}, is_known_to_rest, {seen.data(), seen.size()}}, p)));
+            REQUIRE(ok(window->add_keyframe(
+                {test::at(kStep_s * k), Eigen::Vector3d::Zero(), is_known_to_rest, {seen.data(), seen.size()}}, p)));
             const WindowSummary summary = window->optimize();
             REQUIRE_FALSE(summary.solver.solver_failed);
             REQUIRE_FALSE(summary.marginalization_failed);

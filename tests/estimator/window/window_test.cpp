@@ -63,7 +63,7 @@ Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, in
     }
     const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
     const auto first = flight.observe(0.0);
-    smoother->start({test::at(0.0), {}, false, {first.data(), first.size()}}, start, information);
+    smoother->start({test::at(0.0), Eigen::Vector3d::Zero(), false, {first.data(), first.size()}}, start, information);
     Run run;
     double sum = 0.0;
     constexpr double kStep = 0.2;
@@ -140,7 +140,7 @@ TEST_CASE("a start in motion with gravity far off is worked out within a second"
     StateMatrix information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
     information.topLeftCorner<3, 3>() = R.transpose() * Eigen::Vector3d(25.0, 25.0, 1e8).asDiagonal() * R;
     const auto first = flight.observe(0.0);
-    smoother->start({test::at(0.0), {}, false, {first.data(), first.size()}}, start, information);
+    smoother->start({test::at(0.0), Eigen::Vector3d::Zero(), false, {first.data(), first.size()}}, start, information);
     for (int k = 1; k <= 6; ++k) {
         const double t = 0.2 * k;
         const Preintegration p = flight.preintegrate(t - 0.2, t, smoother->newest().state.bias, noise);
@@ -214,7 +214,8 @@ TEST_CASE("the window allocates nothing once it exists", "[window]") {
     std::uint64_t allocations = 0;
     {
         const test::AllocationGuard guard;
-        smoother->start({test::at(0.0), {}, false, {first.data(), first.size()}}, flight.state(0.0), information);
+        smoother->start({test::at(0.0), Eigen::Vector3d::Zero(), false, {first.data(), first.size()}},
+                        flight.state(0.0), information);
         allocations += guard.allocations();
     }
     for (int k = 1; k <= 12; ++k) {  // twice the window: marginalization included

@@ -58,7 +58,7 @@ TEST_CASE("a scripted source discards stamps that do not increase") {
     ScriptedImu source;
     REQUIRE(ok(source.start()));
     for (const std::int64_t ns : {5, 5, 3, 6}) {
-        source.add({{ns}, {}, {}});
+        source.add({{ns}, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
     }
     ImuSample sample;
     CHECK(source.next({}, sample) == Status::kOk);
