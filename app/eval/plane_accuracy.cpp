@@ -7,16 +7,14 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <set>
 
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/csv_file.h"
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 constexpr std::array kColumns{"stamp_ns", "id", "nx", "ny", "nz", "distance_m", "landmarks", "cx", "cy", "cz"};
 
@@ -43,7 +41,7 @@ std::vector<std::vector<Eigen::Vector3d>> sample_planes(const SceneTruth& truth,
         for (std::size_t k = 0; k < truth.planes.size(); ++k) {
             const EvalPlane& plane = truth.planes[k];
             const double off = std::abs(plane.normal.dot(samples[i]) - plane.offset);
-            if (off < nearest && n.dot(plane.normal) > std::cos(2.0 * kDegree)) {
+            if (off < nearest && n.dot(plane.normal) > std::cos(2.0 * kRadPerDeg)) {
                 nearest = off;
                 best = static_cast<int>(k);
             }
@@ -56,7 +54,7 @@ std::vector<std::vector<Eigen::Vector3d>> sample_planes(const SceneTruth& truth,
 }
 
 bool is_level_or_upright(const Eigen::Vector3d& n, double max_tilt_deg) {
-    const double limit = std::sin(max_tilt_deg * kDegree);
+    const double limit = std::sin(max_tilt_deg * kRadPerDeg);
     return n.head<2>().norm() < limit || std::abs(n.z()) < limit;
 }
 
@@ -90,7 +88,7 @@ PlaneMatch match(const PlaneRow& row, const Se3& T_true_est, const SceneTruth& t
     PlaneMatch best;
     for (std::size_t k = 0; k < truth.planes.size(); ++k) {
         const EvalPlane& plane = truth.planes[k];
-        const double angle = std::acos(std::clamp(n.dot(plane.normal), -1.0, 1.0)) / kDegree;
+        const double angle = std::acos(std::clamp(n.dot(plane.normal), -1.0, 1.0)) / kRadPerDeg;
         const double offset = std::abs(plane.normal.dot(c) - plane.offset);
         const auto is_near = [&](const Eigen::Vector3d& p) {
             return (p - c).squaredNorm() < options.match_place_m * options.match_place_m;

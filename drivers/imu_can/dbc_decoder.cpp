@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/imu_can/dbc_decoder.h"
 
-#include <numbers>
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kStandardGravity = 9.80665;  // m/s^2
 // A 29-bit identifier of J1939: 3 bits priority, 18 bits parameter group number, 8 bits source address. Groups whose
 // format byte is below 240 carry a destination address in their lowest byte.

@@ -5,17 +5,16 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 
+#include "platform/base/angle.h"
 #include "platform/base/fixed_vector.h"
 #include "platform/base/status.h"
 #include "platform/port/trigger_source.h"
 
 namespace facet {
 
-inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 inline constexpr double kStandardGravity = 9.80665;  ///< m/s^2, of the data sheets' "g"
 
 /// One reading of a chip, in the chip's axes, SI units.

@@ -3,16 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "estimator/factors/plane_pair_factor.h"
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
 
 constexpr double kStay = 1.5;  // a pair's gate, once it is one
 constexpr double kHuber = 1.5;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// A side that nobody moves: its normal points up.
 const Plane& vertical() {

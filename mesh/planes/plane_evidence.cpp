@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
@@ -15,7 +16,6 @@ constexpr double kStaySigma = 1.5;        // a landmark on a plane may be this m
 constexpr int kCells = 16;                // of the grid that spreads landmarks, to each side
 constexpr double kGridExtents = 2.5;      // reach of the grid in standard deviations of the points
 constexpr float kVoteTilt = 0.10F;        // rad: faces known better than this have their full vote
-constexpr double kRadian = std::numbers::pi / 180.0;
 
 }  // namespace
 
@@ -74,8 +74,8 @@ void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
         face.sigma = from.sigma_m;
         face.tilt_sigma = from.sigma_m * std::sqrt(0.125F * sides) / std::max(from.area_m2, 1e-6F);
         face.least_cosine = static_cast<float>(
-            std::cos(std::min(kRadian * config_.max_face_angle_deg,
-                              kRadian * config_.face_angle_deg + 2.0 * static_cast<double>(face.tilt_sigma))));
+            std::cos(std::min(kRadPerDeg * config_.max_face_angle_deg,
+                              kRadPerDeg * config_.face_angle_deg + 2.0 * static_cast<double>(face.tilt_sigma))));
         face.index = index;
         face.is_fill = from.is_fill;
         faces_.push_back(face);
@@ -213,8 +213,8 @@ void PlaneEvidence::forget_former() {
 /// Weight of a vote: area up to a limit, times the likelihood that a plane of this kind gives such a normal, times how well
 /// the normal is known.
 void PlaneEvidence::vote(PlaneVotes& votes) const {
-    const auto base = static_cast<float>(kRadian * config_.face_angle_deg);
-    const auto widest = static_cast<float>(kRadian * config_.max_face_angle_deg);
+    const auto base = static_cast<float>(kRadPerDeg * config_.face_angle_deg);
+    const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
     const auto most = static_cast<float>(config_.max_face_area_m2);
     for (const Face& face : faces_) {
         if (face.is_fill || (state_[face.point[0]].owner != 0 && state_[face.point[1]].owner != 0 &&

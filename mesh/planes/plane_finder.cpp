@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
 
-constexpr double kRadian = std::numbers::pi / 180.0;
 constexpr std::size_t kMinTold = 3;  // landmarks: fewer are no plane
 constexpr int kMostDoubtsTold = 2;   // one doubtful keyframe may be chance
 
@@ -104,7 +104,7 @@ void PlaneFinder::follow(TrackedPlane& plane) {
 }
 
 bool PlaneFinder::is_upright_or_level(PlaneKind kind, const PlaneFit& fit, double slack) const {
-    const double limit = std::sin(slack * kRadian * config_.max_tilt_deg);
+    const double limit = std::sin(slack * kRadPerDeg * config_.max_tilt_deg);
     return kind == PlaneKind::kHorizontal ? fit.normal_W.head<2>().norm() <= limit
                                           : std::abs(fit.normal_W.z()) <= limit;
 }

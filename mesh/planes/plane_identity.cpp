@@ -2,14 +2,13 @@
 // Which planes are the same one, and which have an id.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "mesh/planes/plane_finder.h"
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
 
-constexpr double kRadian = std::numbers::pi / 180.0;
 constexpr double kEqualSigmas = 3.0;    // of the difference of two planes
 constexpr double kEqualFloor = 0.015;   // m: planes nearer than this at each other's landmarks are equal anyway
 constexpr double kEqualTurn = 1.0;      // deg, likewise
@@ -27,7 +26,8 @@ bool PlaneFinder::may_be_same(const TrackedPlane& a, PlaneKind kind, const Plane
         return f.sigma_along_rad * f.sigma_along_rad + f.sigma_across_rad * f.sigma_across_rad;
     };
     const double turn_sigma = std::sqrt(turn_variance(a.fit) + turn_variance(fit));
-    const double turn = std::min(kRadian * config_.same_angle_deg, kRadian * kEqualTurn + kEqualSigmas * turn_sigma);
+    const double turn =
+        std::min(kRadPerDeg * config_.same_angle_deg, kRadPerDeg * kEqualTurn + kEqualSigmas * turn_sigma);
     if (a.fit.normal_W.dot(fit.normal_W) < std::cos(turn)) {
         return false;
     }
