@@ -3,8 +3,8 @@
 
 namespace facet {
 
-std::vector<MeshColumn> mesh_columns(const MeshCounters& c) {
-    std::vector<MeshColumn> columns;
+std::vector<NamedCounter> named_counters(const MeshCounters& c) {
+    std::vector<NamedCounter> columns;
     for (std::size_t i = 0; i < c.verdicts.size(); ++i) {
         columns.push_back({std::string("triangles_") + to_string(static_cast<FaceVerdict>(i)), c.verdicts[i]});
     }
@@ -24,16 +24,16 @@ std::vector<MeshColumn> mesh_columns(const MeshCounters& c) {
 
 MeshLog::MeshLog(const std::string& folder) : file_(folder + "/mesh.csv") {
     file_.write("stamp_ns,vertices,faces");
-    for (const MeshColumn& column : mesh_columns({})) {
-        file_.print(",{}", column.name);
+    for (const NamedCounter& counter : named_counters(MeshCounters{})) {
+        file_.print(",{}", counter.name);
     }
     file_.write("\n");
 }
 
 void MeshLog::write(Timestamp stamp, const Mesher& mesher) {
     file_.print("{},{},{}", stamp.ns, mesher.mesh().vertex_count(), mesher.mesh().face_count());
-    const std::vector<MeshColumn> before = mesh_columns(last_);
-    const std::vector<MeshColumn> now = mesh_columns(mesher.counters());
+    const std::vector<NamedCounter> before = named_counters(last_);
+    const std::vector<NamedCounter> now = named_counters(mesher.counters());
     for (std::size_t i = 0; i < now.size(); ++i) {
         file_.print(",{}", now[i].value - before[i].value);
     }

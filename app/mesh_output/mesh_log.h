@@ -2,21 +2,17 @@
 // mesh.csv: what the mesher did at each keyframe.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "app/mesh_output/counter.h"
 #include "app/support/text_file.h"
 #include "mesh/mesher.h"
 
 namespace facet {
 
-/// One counter of the mesher, by name: for mesh.csv and summary.json.
-struct MeshColumn {
-    std::string name;
-    std::uint64_t value;
-};
-std::vector<MeshColumn> mesh_columns(const MeshCounters& counters);
+/// The mesher's counters, for mesh.csv and summary.json.
+std::vector<NamedCounter> named_counters(const MeshCounters& counters);
 
 /// A row a keyframe: stamp_ns, vertices, faces, and how much each of MeshCounters grew. Throws InputError if it cannot be
 /// written. Thread-bound.

@@ -6,7 +6,7 @@
 
 namespace facet {
 
-std::vector<PlaneColumn> plane_columns(const PlaneCounters& c) {
+std::vector<NamedCounter> named_counters(const PlaneCounters& c) {
     return {{"candidates", c.candidates},   {"refused", c.refused},        {"confirmed", c.confirmed},
             {"found_again", c.found_again}, {"merged", c.merged},          {"doubted", c.doubted},
             {"forgotten", c.forgotten},     {"crowded_out", c.crowded_out}};

@@ -6,18 +6,15 @@
 #include <string>
 #include <vector>
 
+#include "app/mesh_output/counter.h"
 #include "app/support/text_file.h"
 #include "mesh/planes/plane_finder.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {
 
-/// One number of PlaneCounters.
-struct PlaneColumn {
-    std::string name;
-    std::uint64_t value = 0;
-};
-std::vector<PlaneColumn> plane_columns(const PlaneCounters& counters);
+/// The plane finder's counters, for summary.json.
+std::vector<NamedCounter> named_counters(const PlaneCounters& counters);
 
 /// planes.csv: a row for every plane told at a keyframe, by id. planes.json: every plane of the run as it was when last
 /// found. World frame of the estimate, metres; n . p = distance, the normal points to the side the plane was seen from.

@@ -34,23 +34,25 @@ Json final_state(const Estimate& last) {
             {"imu_dropped", last.health.imu_dropped}};
 }
 
+void add(const std::vector<NamedCounter>& counters, Json& json) {
+    for (const NamedCounter& counter : counters) {
+        json[counter.name] = counter.value;
+    }
+}
+
 Json mesh(const RunSummary& summary) {
     Json json = {{"vertices", summary.mesh_vertices},
                  {"faces", summary.mesh_faces},
                  {"faces_max", summary.mesh_faces_max},
                  {"run_faces", summary.run_mesh_faces},
                  {"updates", summary.mesh.updates}};
-    for (const MeshColumn& column : mesh_columns(summary.mesh)) {
-        json[column.name] = column.value;
-    }
+    add(named_counters(summary.mesh), json);
     return json;
 }
 
 Json planes(const RunSummary& summary) {
     Json json;
-    for (const PlaneColumn& column : plane_columns(summary.planes)) {
-        json[column.name] = column.value;
-    }
+    add(named_counters(summary.planes), json);
     return json;
 }
 
