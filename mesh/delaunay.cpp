@@ -116,37 +116,20 @@ Delaunay::Hull Delaunay::build(int first, int count) {
     return merge(left, build(first + half, count - half));
 }
 
-/// Deletes edges out of the base's destination that fail the circle test; the next candidate on the left side.
-Delaunay::Candidate Delaunay::left_candidate(Edge base) {
-    Edge candidate = next_[reverse(base)];
-    if (!right_of(destination(candidate), base)) {
-        return {candidate, false};
+/// Deletes edges on one side of the base that fail the circle test, from `first` on; the next candidate there.
+/// @param following  next_ for the left side, previous_ for the right one
+Delaunay::Candidate Delaunay::candidate(Edge base, Edge first, const std::array<Edge, kMaxEdges>& following) {
+    if (!right_of(destination(first), base)) {
+        return {first, false};
     }
-    bool is_first = true;
-    while (in_circle(at(destination(base)), at(origin_[base]), at(destination(candidate)),
-                     at(destination(next_[candidate]))) > 0.0) {
-        const Edge following = next_[candidate];
-        remove(candidate);
-        candidate = following;
-        is_first = false;
+    Edge edge = first;
+    while (in_circle(at(destination(base)), at(origin_[base]), at(destination(edge)),
+                     at(destination(following[edge]))) > 0.0) {
+        const Edge next = following[edge];
+        remove(edge);
+        edge = next;
     }
-    return {candidate, is_first || right_of(destination(candidate), base)};
-}
-
-Delaunay::Candidate Delaunay::right_candidate(Edge base) {
-    Edge candidate = previous_[base];
-    if (!right_of(destination(candidate), base)) {
-        return {candidate, false};
-    }
-    bool is_first = true;
-    while (in_circle(at(destination(base)), at(origin_[base]), at(destination(candidate)),
-                     at(destination(previous_[candidate]))) > 0.0) {
-        const Edge following = previous_[candidate];
-        remove(candidate);
-        candidate = following;
-        is_first = false;
-    }
-    return {candidate, is_first || right_of(destination(candidate), base)};
+    return {edge, edge == first || right_of(destination(edge), base)};
 }
 
 Delaunay::Hull Delaunay::merge(Hull l, Hull r) {
@@ -170,8 +153,8 @@ Delaunay::Hull Delaunay::merge(Hull l, Hull r) {
         r.right = base;
     }
     for (;;) {  // the rising bubble
-        const auto [from_left, left_valid] = left_candidate(base);
-        const auto [from_right, right_valid] = right_candidate(base);
+        const auto [from_left, left_valid] = candidate(base, next_[reverse(base)], next_);
+        const auto [from_right, right_valid] = candidate(base, previous_[base], previous_);
         if (!left_valid && !right_valid) {
             return {l.left, r.right};
         }

@@ -66,8 +66,7 @@ private:
         Edge edge;
         bool is_valid;
     };
-    Candidate left_candidate(Edge base);
-    Candidate right_candidate(Edge base);
+    Candidate candidate(Edge base, Edge first, const std::array<Edge, kMaxEdges>& following);
     void collect(const Hull& hull);
 
     int duplicates_ = 0;

@@ -63,7 +63,7 @@ FaceVerdict judge_shape(const MeshConfig& config, const Corners& c) {
         along_high = std::max(along_high, along);
         across = std::max(across, (side - ray.dot(side) * ray).norm());
     }
-    if (longest > std::max(config.max_side_m, config.max_flat_side_m)) {
+    if (longest > config.longest_side_m()) {
         return FaceVerdict::kSideLength;
     }
     if (shortest < config.min_side_ratio * longest) {

@@ -2,6 +2,8 @@
 // Parameters of the mesher.
 #pragma once
 
+#include <algorithm>
+
 #include "platform/base/status.h"
 
 namespace facet {
@@ -30,6 +32,9 @@ struct MeshConfig {
     double lonely_side_m = 0.7;        ///< a face with a longer side needs neighbours in its plane [0.05, 100]
     int lonely_neighbours = 1;         ///< so many of them [0, 3]
     double hole_planarity_m = 0.04;    ///< a hole is filled if its ring lies in a plane this closely [0, 1]
+
+    /// No face has a longer side, whatever speaks for it (m).
+    double longest_side_m() const { return std::max(max_side_m, max_flat_side_m); }
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;

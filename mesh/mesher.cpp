@@ -134,8 +134,7 @@ DepartedFace Mesher::describe(const MeshFace& face) const {
 
 /// Geometry of all faces where their vertices are now; those that broke a limit go.
 void Mesher::refresh_faces() {
-    const double longest_allowed = std::max(config_.max_side_m, config_.max_flat_side_m);
-    const double limit = longest_allowed * longest_allowed;
+    const double limit = config_.longest_side_m() * config_.longest_side_m();
     for (int i = 0; i < mesh_.face_end(); ++i) {
         if (!mesh_.is_face(i)) {
             continue;
