@@ -44,8 +44,8 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 endif()
 target_include_directories(facet_flags INTERFACE "${CMAKE_SOURCE_DIR}")
 
-# For code that neither throws nor asks for types at run time: everything in platform/ and estimator/ except the
-# front-end's OpenCV boundary. Link it PRIVATE.
+# For code that neither throws nor asks for types at run time: everything in platform/, estimator/ and mesh/, and the
+# drivers of sensors. Link it PRIVATE.
 add_library(facet_flags_pure INTERFACE)
 target_link_libraries(facet_flags_pure INTERFACE facet_flags)
 target_compile_options(facet_flags_pure INTERFACE -fno-exceptions -fno-rtti)

@@ -17,7 +17,6 @@ constexpr float kScale = 1.0F / (20.0F * 255.0F);
 void CornerScore::configure(int width, int height) {
     width_ = width;
     height_ = height;
-    pitch_ = width;
     const auto columns = static_cast<std::size_t>(width);
     gu_.assign((kWindow + 1) * columns, 0);
     gv_.assign((kWindow + 1) * columns, 0);
@@ -64,7 +63,7 @@ void CornerScore::slide(int v) {
 }
 
 void CornerScore::finish_row(int v) {
-    float* const out = scores_.data() + static_cast<std::ptrdiff_t>(v) * pitch_;
+    float* const out = scores_.data() + static_cast<std::ptrdiff_t>(v) * width_;
     const auto across = [](const std::int32_t* s) { return static_cast<float>(s[-2] + s[-1] + s[0] + s[1] + s[2]); };
     for (int u = kReach; u < width_ - kReach; ++u) {
         const float a = 0.5F * across(uu_.data() + u);

@@ -22,7 +22,7 @@ public:
     /// Scores of an image of the configured size (FACET_ASSERT); pixels nearer than kReach to the border stay 0.
     void compute(const ImageView& image);
 
-    const float* row(int v) const { return scores_.data() + static_cast<std::ptrdiff_t>(v) * pitch_; }
+    const float* row(int v) const { return scores_.data() + static_cast<std::ptrdiff_t>(v) * width_; }
     /// The image's greatest score.
     float best() const { return best_; }
 
@@ -35,7 +35,6 @@ private:
 
     int width_ = 0;
     int height_ = 0;
-    int pitch_ = 0;
     float best_ = 0.0F;
     std::vector<std::int16_t> gu_;  ///< of the last kWindow + 1 rows
     std::vector<std::int16_t> gv_;
