@@ -76,8 +76,7 @@ struct Estimator::Impl {
     double time_offset_sigma_s = 0.0;
     std::uint32_t reset_counter = 0;
     WindowSummary summary;
-    KeyframeView view;      ///< landmarks at the newest keyframe
-    PlaneProposals planes;  ///< as the mesh knows them
+    KeyframeView view;  ///< landmarks at the newest keyframe
 
     void reset();
     /// Stamp of an image in the IMU's clock.
@@ -117,7 +116,6 @@ void Estimator::Impl::reset() {
     view.number = 0;
     view.landmarks.clear();
     view.planes.clear();
-    planes.clear();
 }
 
 KeyframeInput Estimator::Impl::keyframe_input() const {
@@ -213,7 +211,6 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
         return;
     }
     const bool is_starting = monitor.state() == TrackingState::kInit;
-    window.set_planes(planes);
     summary = window.optimize(is_starting ? kInitEffort : 1);
     frontend.drop_tracks(window.rejected());
     now.state = window.newest().state;
@@ -234,7 +231,6 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
 /// Begins a window with one keyframe: the present frame, at the present belief, of which this is the information.
 void Estimator::Impl::begin_window(const StateCovariance& information) {
     window.start(keyframe_input(), now.state, information);
-    planes.clear();
     newest = now;
     summary = {};
     motion_start.reset();
@@ -392,7 +388,7 @@ void Estimator::set_stage_observer(StageObserver* observer) {
 
 void Estimator::request_reset() { impl_->wants_reset = !impl_->window.empty(); }
 
-void Estimator::set_planes(const PlaneProposals& planes) { impl_->planes = planes; }
+void Estimator::set_planes(const PlaneProposals& planes) { impl_->window.set_planes(planes); }
 
 const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 

@@ -13,8 +13,7 @@
 namespace facet {
 namespace {
 
-constexpr double kMinRho = 0.01;        // 1/m: farther than 100 m no baseline of the window gives a position
-constexpr double kRhoPriorSigma = 3.0;  // 1/m, as in the window
+constexpr double kMinRho = 0.01;  // 1/m: farther than 100 m no baseline of the window gives a position
 
 /// The landmark's point in the chart of its first keyframe: the window's own, or from one stereo match.
 bool find_point(const Landmark& landmark, const WindowProblem& problem, InverseDepthPoint& point) {
@@ -30,7 +29,7 @@ bool find_point(const Landmark& landmark, const WindowProblem& problem, InverseD
         Sighting{&problem.left_camera(o.keyframe), o.measurement.left_xy, problem.geometry().scale_left},
         Sighting{&problem.right_camera(o.keyframe), o.measurement.right_xy, problem.geometry().scale_right}};
     TriangulationOptions options;
-    options.rho_prior_sigma = kRhoPriorSigma;
+    options.rho_prior_sigma = WindowProblem::kRhoPriorSigma;
     return ok(triangulate_linear(pair, point)) && ok(triangulate(pair, options, point));
 }
 
@@ -66,7 +65,7 @@ bool describe(const Landmark& landmark, const WindowState& state, const WindowPr
     out.unseen_keyframes = newest - last.keyframe;
     out.is_tracked = out.unseen_keyframes == 0;
     out.left_xy = last.measurement.left_xy;
-    if (landmark.plane >= 0) {
+    if (landmark.plane != Landmark::kNoPlane) {
         out.plane = state.planes[static_cast<std::size_t>(landmark.plane)].id;
     }
     return true;

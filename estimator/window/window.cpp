@@ -19,10 +19,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     problem_.bind(state_, config_, calibration_config_, regularity_config_, rig);
     planes_.configure(regularity);
     proposals_.clear();
-    state_.keyframes.clear();
-    state_.landmarks.clear();
-    state_.planes.clear();
-    state_.plane_pairs.clear();
+    state_.clear();
     state_.prior.reset(0);
     state_.calibration = {};
     state_.calibration_lin = {};
@@ -35,10 +32,7 @@ void Window::set_stage_observer(StageObserver* observer) {
 
 void Window::start(const KeyframeInput& input, const NavState& state,
                    const Eigen::Matrix<double, kStateDim, kStateDim>& information) {
-    state_.keyframes.clear();
-    state_.landmarks.clear();
-    state_.planes.clear();
-    state_.plane_pairs.clear();
+    state_.clear();
     planes_.reset();
     proposals_.clear();
     rejected_.clear();

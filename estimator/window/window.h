@@ -51,7 +51,7 @@ public:
     /// @return kDegenerate if the preintegration spans no time (window untouched).
     Status add_keyframe(const KeyframeInput& input, const Preintegration& preintegration);
 
-    /// Planes the mesh knows, to be used by the next optimize(). Without effect in mode S.
+    /// Planes the mesh knows, used by every optimize() until told anew or start(). Without effect in mode S.
     void set_planes(const PlaneProposals& proposals) { proposals_ = proposals; }
 
     /// Bounded optimization of the whole window, then removal of outliers.

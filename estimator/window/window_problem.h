@@ -26,6 +26,9 @@ struct WindowFit {
 /// linearization. Fulfils the Problem concept of levenberg(). Thread-bound. No heap.
 class WindowProblem {
 public:
+    /// Standard deviation of the prior on inverse depth (1/m): weak against any real baseline, holds points without one.
+    static constexpr double kRhoPriorSigma = 3.0;
+
     /// `state` and the configs must outlive the problem.
     void bind(WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
               const RegularityConfig& regularity, const StereoRig& rig);
@@ -79,7 +82,6 @@ private:
     /// with G_k = RigCalibration::d_pose, H_gk = sum_j G_j^T H_jk, H_gg = sum_jk G_j^T H_jk G_k, g_g = sum_k G_k^T g_k.
     void add_calibration(ReducedSystem& system) const;
     double add_plane_height(Landmark& landmark, const CameraPose& host);
-    bool holds_planes() const { return regularity_config_->mode == RegularityMode::kSpr; }
     /// How the planes lie to each other and to gravity.
     double add_planes(ReducedSystem& system) const;
     double add_prior(ReducedSystem& system);

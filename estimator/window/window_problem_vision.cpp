@@ -5,12 +5,6 @@
 #include "estimator/window/window_problem.h"
 
 namespace facet {
-namespace {
-
-/// Standard deviation of the prior on inverse depth (1/m): weak against any real baseline, holds points without one.
-constexpr double kRhoPriorSigma = 3.0;
-
-}  // namespace
 
 bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
     boost::container::static_vector<Sighting, 2 * kMaxKeyframes> sightings;
@@ -25,7 +19,7 @@ bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
     TriangulationOptions options;
     options.huber_threshold = config_->huber_threshold;
     options.rho_prior_sigma = kRhoPriorSigma;
-    if (landmark.plane != Landmark::kNoPlane && holds_planes()) {
+    if (landmark.plane != Landmark::kNoPlane) {
         options.plane = &state_->planes[static_cast<std::size_t>(landmark.plane)].plane;
         options.plane_sigma_m = regularity_config_->sigma_m;
         options.plane_huber_threshold = regularity_config_->huber_threshold;
@@ -93,7 +87,7 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
 
 /// The landmark's height above its plane, if it has one, put into schur_. @return its robust cost
 double WindowProblem::add_plane_height(Landmark& landmark, const CameraPose& host) {
-    if (landmark.plane == Landmark::kNoPlane || !holds_planes()) {
+    if (landmark.plane == Landmark::kNoPlane) {
         return 0.0;
     }
     const WindowPlane& plane = state_->planes[static_cast<std::size_t>(landmark.plane)];

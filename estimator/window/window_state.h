@@ -42,6 +42,14 @@ struct WindowState {
     RigCalibration calibration;
     RigCalibration calibration_lin;  ///< where the prior counts from
 
+    /// Forgets what was seen; calibration and prior stay.
+    void clear() {
+        keyframes.clear();
+        landmarks.clear();
+        planes.clear();
+        plane_pairs.clear();
+    }
+
     /// How far calibration (its first parameters) and planes have moved from where the prior counts from.
     template <class Vector>
     void globals_displacement(int calibration_dim, Vector&& d) const {
