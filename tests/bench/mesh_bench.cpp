@@ -108,5 +108,3 @@ void mesher_update(benchmark::State& state) {
 BENCHMARK(mesher_update)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-
-BENCHMARK_MAIN();

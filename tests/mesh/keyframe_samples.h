@@ -9,27 +9,13 @@
 #include <vector>
 
 #include "mesh/mesher.h"
+#include "tests/support/ideal_camera.h"
 
 namespace facet::test {
 
 inline const CameraModel& mesh_camera() {
-    static const CameraModel camera = [] {
-        CameraIntrinsics k;
-        k.width = 752;
-        k.height = 480;
-        k.fx = k.fy = 450.0;
-        k.cx = 376.0;
-        k.cy = 240.0;
-        return CameraModel(k);
-    }();
+    static const CameraModel camera = ideal_camera(752, 480, 450.0);
     return camera;
-}
-
-/// Camera at p looking along x, z up: its axes are (-y, -z, x) of W.
-inline Se3 looking_along_x(const Eigen::Vector3d& p) {
-    Eigen::Matrix3d R;
-    R << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-    return {Eigen::Quaterniond(R), p};
 }
 
 /// An endless wall, 3 m away, with boxes on it, along which the camera flies in y; a window of ten keyframes, one a second.

@@ -32,12 +32,14 @@ void simulate_log(const std::string& folder) {
     REQUIRE(summary.frames == 101);
 }
 
-RunSummary replay(const std::string& dataset, const std::string& out, const std::vector<std::string>& faults = {}) {
+RunSummary replay(const std::string& dataset, const std::string& out, const std::vector<std::string>& faults = {},
+                  RegularityMode mode = RegularityMode::kS) {
     ReplayOptions options;
     options.dataset = dataset;
     options.out = out;
     options.calibration = load_euroc_calibration(dataset + "/mav0");
     options.config.imu_noise = options.calibration.noise;
+    options.config.regularity.mode = mode;
     options.show_progress = false;
     for (const std::string& spec : faults) {
         options.faults.push_back(parse_fault(spec));
@@ -109,6 +111,18 @@ TEST_CASE("a simulated flight is estimated to centimetres, the same each time, a
     for (const char* name : {"/trajectory.tum", "/trajectory.csv", "/health.csv"}) {
         CHECK(bytes(dir.file("first") + name) == bytes(dir.file("second") + name));
     }
+
+    // GIVEN the same flight WHEN planes enter the estimate THEN some do, it is as good, and the same each time; SP is S
+    const RunSummary spr = replay(log, dir.file("spr"), {}, RegularityMode::kSpr);
+    CHECK(spr.planes.confirmed > 0);
+    CHECK(bytes(dir.file("spr/trajectory.csv")) != bytes(dir.file("first/trajectory.csv")));
+    CHECK(evaluate_run(log, dir.file("spr")).se3.translation_m.rmse < 1.25 * clean.se3.translation_m.rmse);
+    replay(log, dir.file("spr_again"), {}, RegularityMode::kSpr);
+    for (const char* name : {"/trajectory.csv", "/health.csv", "/mesh.ply", "/planes.csv", "/planes.json"}) {
+        CHECK(bytes(dir.file("spr") + name) == bytes(dir.file("spr_again") + name));
+    }
+    replay(log, dir.file("sp"), {}, RegularityMode::kSp);
+    CHECK(bytes(dir.file("sp/trajectory.csv")) == bytes(dir.file("first/trajectory.csv")));
 
     // GIVEN 0.3 s of darkness, then no right camera for 0.5 s, and one frame in ten lost
     // WHEN the log is replayed THEN every frame that arrives is estimated, nearly as well, and the same each time

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "tests/support/ideal_camera.h"
+
 namespace facet::test {
 namespace {
 
@@ -64,21 +66,27 @@ const std::array<Side, 6> kSides{{{PlaneKind::kHorizontal, {0, 0, 1}, -2.5},
 }  // namespace
 
 StereoRig make_rig() {
-    CameraIntrinsics k;
-    k.width = 752;
-    k.height = 480;
-    k.fx = k.fy = 458.0;
-    k.cx = 375.5;
-    k.cy = 239.5;
     StereoRig rig;
-    rig.left = CameraModel(k);
-    rig.right = CameraModel(k);
+    rig.left = rig.right = ideal_camera(752, 480, 458.0);
     // Camera z along body x, camera x along body -y.
     Eigen::Matrix3d R_B_C;
     R_B_C << 0, 0, 1, -1, 0, 0, 0, -1, 0;
     rig.T_B_C0 = {Eigen::Quaterniond(R_B_C), {0.05, 0.055, 0.01}};
     rig.T_B_C1 = {Eigen::Quaterniond(R_B_C) * so3_exp({0.01, -0.008, 0.005}), {0.05, -0.055, 0.012}};
     return rig;
+}
+
+ImuNoise euroc_like_noise() {
+    ImuNoise noise;
+    noise.gyro_noise_rad_per_s_per_sqrt_hz = 1.7e-4;
+    noise.accel_noise_m_per_s2_per_sqrt_hz = 2e-3;
+    return noise;
+}
+
+Eigen::Matrix<double, kStateDim, 1> start_sigmas() {
+    Eigen::Matrix<double, kStateDim, 1> sigma;
+    sigma << 0.02, 0.02, 1e-4, 1e-4, 1e-4, 1e-4, 0.1, 0.1, 0.1, 0.01, 0.01, 0.01, 0.05, 0.05, 0.05;
+    return sigma;
 }
 
 SyntheticFlight::SyntheticFlight(const Options& options)

@@ -15,6 +15,12 @@ namespace facet::test {
 /// EuRoC-like rig: 11 cm baseline, cameras turned against the body, no distortion.
 StereoRig make_rig();
 
+/// White noise of an EuRoC-like IMU; bias walks as by default.
+ImuNoise euroc_like_noise();
+
+/// What a start at rest leaves open, 1 sigma in the order of the state's tangent: tilt, a little yaw and place, velocity, biases.
+Eigen::Matrix<double, kStateDim, 1> start_sigmas();
+
 /// Smooth periodic flight inside a box of landmarks. All derivatives are analytic.
 class SyntheticFlight {
 public:

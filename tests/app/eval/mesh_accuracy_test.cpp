@@ -7,6 +7,7 @@
 
 #include "app/eval/scene_truth.h"
 #include "app/io/ply_writer.h"
+#include "tests/support/ideal_camera.h"
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
@@ -44,14 +45,8 @@ SceneTruth scene() {
     SceneTruth truth;
     truth.surface = whole_wall(3.0, 2.0);
     truth.planes = {{"wall", Vector3d(-1.0, 0.0, 0.0), -3.0}};
-    CameraIntrinsics k;
-    k.width = k.height = 800;
-    k.fx = k.fy = 450.0;
-    k.cx = k.cy = 399.5;
-    truth.camera = CameraModel(k);
-    Eigen::Matrix3d R;
-    R << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-    truth.T_W_C0 = {{Eigen::Quaterniond(R), Vector3d::Zero()}};
+    truth.camera = test::ideal_camera(800, 800, 450.0);
+    truth.T_W_C0 = {test::looking_along_x()};
     return truth;
 }
 

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "app/support/input_error.h"
+#include "tests/support/ideal_camera.h"
 
 namespace facet {
 namespace {
@@ -36,15 +37,8 @@ SceneTruth scene(double seconds) {
                     {"panel", {-1.0, 0.0, 0.0}, -2.0},
                     {"hidden", {-1.0, 0.0, 0.0}, -4.0},
                     {"board", {-1.0 / s, 0.0, 0.5 / s}, -2.25 / s}};
-    CameraIntrinsics k;
-    k.width = k.height = 800;
-    k.fx = k.fy = 450.0;
-    k.cx = k.cy = 399.5;
-    truth.camera = CameraModel(k);
-    Eigen::Matrix3d R;
-    R << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-    truth.T_W_C0.assign(static_cast<std::size_t>(std::lround(seconds / 0.2)),
-                        {Eigen::Quaterniond(R), Vector3d::Zero()});
+    truth.camera = test::ideal_camera(800, 800, 450.0);
+    truth.T_W_C0.assign(static_cast<std::size_t>(std::lround(seconds / 0.2)), test::looking_along_x());
     return truth;
 }
 

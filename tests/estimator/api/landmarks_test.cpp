@@ -22,9 +22,7 @@ constexpr int kKeyframes = 8;
 /// A window at the end of a flight, and what its newest keyframe saw.
 struct Flown {
     explicit Flown(const SyntheticFlight::Options& options) : flight(options) {
-        ImuNoise noise;
-        noise.gyro_noise_rad_per_s_per_sqrt_hz = 1.7e-4;
-        noise.accel_noise_m_per_s2_per_sqrt_hz = 2e-3;
+        const ImuNoise noise = test::euroc_like_noise();
         WindowConfig config;
         config.keyframes = kKeyframes;
         config.pixel_sigma_px = std::max(options.pixel_sigma, 0.5);

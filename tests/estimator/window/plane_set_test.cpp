@@ -21,19 +21,11 @@ using StateVector = Eigen::Matrix<double, kStateDim, 1>;
 
 constexpr double kStep = 0.2;
 
-StateVector prior_sigmas() {
-    StateVector sigma;
-    sigma << 0.02, 0.02, 1e-4, 1e-4, 1e-4, 1e-4, 0.1, 0.1, 0.1, 0.01, 0.01, 0.01, 0.05, 0.05, 0.05;
-    return sigma;
-}
-
 /// A window that follows a noisy flight.
 class Flight {
 public:
     explicit Flight(RegularityMode mode, unsigned seed = 1, bool in_room = true)
         : flight_(make_options(seed, in_room)) {
-        noise_.gyro_noise_rad_per_s_per_sqrt_hz = 1.7e-4;
-        noise_.accel_noise_m_per_s2_per_sqrt_hz = 2e-3;
         WindowConfig config;
         config.pixel_sigma_px = 0.5;
         config.keyframes = 10;
@@ -45,9 +37,9 @@ public:
         std::normal_distribution<double> normal;
         StateVector d = StateVector::Zero();
         for (int i = 0; i < 9; ++i) {
-            d(i) = prior_sigmas()(i) * normal(generator);
+            d(i) = test::start_sigmas()(i) * normal(generator);
         }
-        const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+        const StateMatrix information = test::start_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
         const auto first = flight_.observe(0.0);
         window_->start({test::at(0.0), Eigen::Vector3d::Zero(), false, {first.data(), first.size()}}, start.box_plus(d),
                        information);
@@ -98,7 +90,7 @@ private:
     }
 
     SyntheticFlight flight_;
-    ImuNoise noise_;
+    ImuNoise noise_ = test::euroc_like_noise();
     std::unique_ptr<Window> window_ = std::make_unique<Window>();
     double t_ = 0.0;
 };

@@ -17,19 +17,6 @@ namespace {
 using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;
 using StateVector = Eigen::Matrix<double, kStateDim, 1>;
 
-StateVector prior_sigmas() {
-    StateVector sigma;
-    sigma << 0.02, 0.02, 1e-4, 1e-4, 1e-4, 1e-4, 0.1, 0.1, 0.1, 0.01, 0.01, 0.01, 0.05, 0.05, 0.05;
-    return sigma;
-}
-
-ImuNoise make_noise() {
-    ImuNoise noise;
-    noise.gyro_noise_rad_per_s_per_sqrt_hz = 1.7e-4;
-    noise.accel_noise_m_per_s2_per_sqrt_hz = 2e-3;
-    return noise;
-}
-
 struct Run {
     double rmse_m = 0.0;  ///< of the newest keyframe's position, over all keyframes, no alignment
     double last_error_m = 0.0;
@@ -43,7 +30,7 @@ struct Run {
 
 Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, int window, bool perturb) {
     SyntheticFlight flight(options);
-    const ImuNoise noise = make_noise();
+    const ImuNoise noise = test::euroc_like_noise();
     WindowConfig config;
     config.keyframes = window;
     config.pixel_sigma_px = sigma_px;
@@ -56,12 +43,12 @@ Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, in
     if (perturb) {
         StateVector d;
         for (int i = 0; i < 9; ++i) {
-            d(i) = prior_sigmas()(i) * normal(generator);
+            d(i) = test::start_sigmas()(i) * normal(generator);
         }
         d.tail<6>().setZero();
         start = start.box_plus(d);
     }
-    const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+    const StateMatrix information = test::start_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
     const auto first = flight.observe(0.0);
     smoother->start({test::at(0.0), Eigen::Vector3d::Zero(), false, {first.data(), first.size()}}, start, information);
     Run run;
@@ -125,7 +112,7 @@ TEST_CASE("a start in motion with gravity far off is worked out within a second"
     options.accel_noise = 2e-3;
     options.pixel_sigma = 0.5;
     SyntheticFlight flight(options);
-    const ImuNoise noise = make_noise();
+    const ImuNoise noise = test::euroc_like_noise();
     WindowConfig config;
     config.pixel_sigma_px = 0.5;
     const auto smoother = std::make_unique<Window>();
@@ -134,7 +121,7 @@ TEST_CASE("a start in motion with gravity far off is worked out within a second"
     const Eigen::Vector3d tilt_error(0.15, -0.12, 0.0);  // 11 degrees
     start.q_W_B = start.q_W_B * so3_exp(start.q_W_B.conjugate() * tilt_error);
     start.v_W_B.setZero();  // truly 1 m/s
-    StateVector sigma = prior_sigmas();
+    StateVector sigma = test::start_sigmas();
     sigma.segment<3>(kVel).setConstant(2.0);
     const Eigen::Matrix3d R = start.q_W_B.toRotationMatrix();
     StateMatrix information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
@@ -166,13 +153,13 @@ TEST_CASE("the window finds the cameras' time offset and rotation", "[window]") 
     options.time_offset_s = turned ? 0.0 : 0.005;
     options.rig_rotation = turned ? Eigen::Vector3d(0.006, -0.005, 0.004) : Eigen::Vector3d::Zero();  // 0.5 degrees
     SyntheticFlight flight(options);
-    const ImuNoise noise = make_noise();
+    const ImuNoise noise = test::euroc_like_noise();
     WindowConfig config;
     CalibrationConfig calibration;
     calibration.estimate_extrinsics = turned;
     const auto smoother = std::make_unique<Window>();
     smoother->configure(config, calibration, flight.rig(), noise);
-    const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+    const StateMatrix information = test::start_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
     double before = 0.0;  // IMU time of the last keyframe
     for (int k = 0; k <= 100; ++k) {
         const double t = 0.2 * k + smoother->calibration().time_offset_s;
@@ -204,13 +191,13 @@ TEST_CASE("the window allocates nothing once it exists", "[window]") {
     SyntheticFlight::Options options;
     options.pixel_sigma = 0.5;
     SyntheticFlight flight(options);
-    const ImuNoise noise = make_noise();
+    const ImuNoise noise = test::euroc_like_noise();
     WindowConfig config;
     config.keyframes = 6;
     const auto smoother = std::make_unique<Window>();
     smoother->configure(config, {}, flight.rig(), noise);
     const auto first = flight.observe(0.0);
-    const StateMatrix information = prior_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+    const StateMatrix information = test::start_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
     std::uint64_t allocations = 0;
     {
         const test::AllocationGuard guard;

@@ -11,18 +11,11 @@
 
 #include "mesh/mesher.h"
 #include "mesh/planes/plane_finder.h"
+#include "tests/support/ideal_camera.h"
 
 namespace facet::test {
 
-inline CameraModel plane_camera() {
-    CameraIntrinsics k;
-    k.width = 752;
-    k.height = 480;
-    k.fx = k.fy = 450.0;
-    k.cx = 376.0;
-    k.cy = 240.0;
-    return CameraModel(k);
-}
+inline CameraModel plane_camera() { return ideal_camera(752, 480, 450.0); }
 
 /// Camera at p that looks along azimuth `yaw`, `down` below the horizon (rad), upright.
 inline Se3 looking(const Eigen::Vector3d& p, double yaw, double down) {
