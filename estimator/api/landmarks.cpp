@@ -25,9 +25,9 @@ bool find_point(const Landmark& landmark, const WindowProblem& problem, InverseD
     if (landmark.observations.size() != 1 || !o.measurement.has_right) {
         return false;
     }
-    const std::array<Sighting, 2> pair{
-        Sighting{&problem.left_camera(o.keyframe), o.measurement.left_xy, problem.geometry().scale_left},
-        Sighting{&problem.right_camera(o.keyframe), o.measurement.right_xy, problem.geometry().scale_right}};
+    const StereoView& view = problem.view(o.keyframe, o.keyframe);
+    const std::array<Sighting, 2> pair{Sighting{&view.left, o.measurement.left_xy, problem.geometry().scale_left},
+                                       Sighting{&view.right, o.measurement.right_xy, problem.geometry().scale_right}};
     TriangulationOptions options;
     options.rho_prior_sigma = WindowProblem::kRhoPriorSigma;
     return ok(triangulate_linear(pair, point)) && ok(triangulate(pair, options, point));

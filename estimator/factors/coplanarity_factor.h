@@ -3,8 +3,7 @@
 #pragma once
 
 #include "estimator/factors/robust_loss.h"
-#include "estimator/geometry/inverse_depth.h"
-#include "estimator/geometry/plane.h"
+#include "estimator/geometry/plane_chart.h"
 #include "platform/base/status.h"
 
 namespace facet {

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 
 #include "estimator/factors/robust_loss.h"
-#include "estimator/geometry/inverse_depth.h"
+#include "estimator/geometry/relative_view.h"
 #include "platform/base/status.h"
 
 namespace facet {
@@ -27,28 +27,37 @@ struct StereoGeometry {
     double scale_right = 1.0;
 };
 
+/// How both cameras of one keyframe see a host's chart.
+struct StereoView {
+    RelativeView left;
+    RelativeView right;
+};
+
 /// Whitened, robustly weighted linearization of one measurement: rows (u0, v0, u1, v1), the last two zero if there is no
 /// right one. Weights are applied: normal equations are J^T J and J^T r as they stand.
 struct StereoLinearization {
+    /// Pose parameters padded to whole vectors: rows of J^T beyond kPoseDim are zero.
+    static constexpr int kPaddedPoseDim = 8;
+
     Eigen::Vector4d r;
-    Eigen::Matrix<double, 4, 6> d_r_d_T_W_B;  ///< order [theta p]
-    Eigen::Matrix<double, 4, 3> d_r_d_point;  ///< order [x y rho] of the host chart
-    double cost = 0.0;                        ///< robust, 1/2 rho(|r|^2) summed over the cameras
-    double squared_error = 0.0;               ///< whitened, not robust, summed over the cameras
+    Eigen::Matrix<double, kPaddedPoseDim, 4> d_r_d_T_W_B_transposed;  ///< order [theta p]
+    Eigen::Matrix<double, 4, 3> d_r_d_point;                          ///< order [x y rho] of the host chart
+    double cost = 0.0;           ///< robust, 1/2 rho(|r|^2) summed over the cameras
+    double squared_error = 0.0;  ///< whitened, not robust, summed over the cameras
 };
 
 /// Reprojection residual of a landmark in both cameras of the keyframe at T_W_B.
-///   q_Ck = R_Ck_B * (R_W_B^T * (ray_W + rho * (centre_W - p_W_B)) - rho * p_B_Ck)
+///   q_Ck = T_Ck_H (x, y, 1, rho) = R_Ck_B (R_W_B^T (ray_W + rho (centre_W - p_W_B)) - rho p_B_Ck)
 ///   r_k  = scale_k * (q_Ck.xy / q_Ck.z - xy_k)
 /// Structureless vision factor before elimination of the point: [Forster17] Sec. VII, with an inverse-depth chart.
 /// The host camera only gives the chart of the point: no Jacobian with respect to the host pose arises, because the
 /// point is a free variable that gets eliminated.
-/// @param T_W_B      pose at which the residual is taken
-/// @param T_W_B_lin  pose at which the Jacobians are taken (first-estimate Jacobians); equal to T_W_B if free
-/// @param host       camera that hosts the point's chart
+/// @param view      the host as seen from the pose at which the residual is taken
+/// @param view_lin  likewise from the pose at which the Jacobians are taken (first-estimate Jacobians); equal to view if free
+/// @param R_B_W_lin rotation of that pose
 /// @return kDegenerate if the point is behind a camera at either pose (outputs untouched). No heap. Reentrant.
-Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const Se3& T_W_B,
-                        const Se3& T_W_B_lin, const CameraPose& host, const InverseDepthPoint& point,
+Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
+                        const StereoView& view_lin, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
                         const HuberLoss& loss, StereoLinearization& out);
 
 }  // namespace facet

@@ -4,15 +4,15 @@
 
 #include <span>
 
-#include "estimator/geometry/inverse_depth.h"
-#include "estimator/geometry/plane.h"
+#include "estimator/geometry/plane_chart.h"
+#include "estimator/geometry/relative_view.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// One sighting of a landmark: where a camera of known pose saw it.
+/// One sighting of a landmark: where a camera of known pose, relative to the host, saw it.
 struct Sighting {
-    const CameraPose* camera = nullptr;
+    const RelativeView* view = nullptr;
     Eigen::Vector2d xy = Eigen::Vector2d::Zero();  ///< normalised, undistorted (-)
     double scale = 1.0;                            ///< focal length over standard deviation: whitens residuals
 };
@@ -25,18 +25,17 @@ struct TriangulationOptions {
     /// anywhere; far wider than what any real baseline leaves open.
     double rho_prior_sigma = 3.0;
     /// Plane that the point should lie on, or nullptr: one more residual huber(|height / plane_sigma_m|^2).
-    const Plane* plane = nullptr;
+    const PlaneChart* plane = nullptr;
     double plane_sigma_m = 0.01;
     double plane_huber_threshold = 1.5;  ///< standard deviations
 };
 
-/// First guess of rho by linear least squares along the host's ray (host = sightings[0], its camera the host).
+/// First guess of rho by linear least squares along the host's ray (the host's own sighting is sightings[0]).
 /// @return kDegenerate if no sighting has a baseline to the host (outputs untouched).
 Status triangulate_linear(std::span<const Sighting> sightings, InverseDepthPoint& point);
 
 /// Minimises sum huber(|scale * (project(point) - xy)|^2), and the plane's residual if there is one, over the point by
-/// Gauss-Newton, from the point given.
-/// Host camera is sightings[0].camera. Points beyond infinity are put at infinity (rho = 0).
+/// Gauss-Newton, from the point given. Points beyond infinity are put at infinity (rho = 0).
 /// @return kDegenerate if the point is behind a camera, nearer than 1 / max_rho, or not finite (outputs untouched).
 /// No heap. Reentrant.
 Status triangulate(std::span<const Sighting> sightings, const TriangulationOptions& options, InverseDepthPoint& point);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/solver/landmark_schur.h"
 
-#include <Eigen/Cholesky>
 #include <limits>
 
+#include "estimator/geometry/cholesky3.h"
 #include "platform/base/assert.h"
 
 namespace facet {
+
+static_assert(StereoLinearization::kPaddedPoseDim <= kStateDim, "padding must fall into the keyframe's own rows");
 
 void LandmarkSchur::clear() {
     count_ = 0;
@@ -17,15 +19,15 @@ void LandmarkSchur::clear() {
 
 void LandmarkSchur::add(int keyframe, const StereoLinearization& linearization) {
     FACET_ASSERT(count_ < kMaxKeyframes && (count_ == 0 || terms_[count_ - 1].keyframe < keyframe));
-    const auto& a = linearization.d_r_d_T_W_B;
+    const auto& a_t = linearization.d_r_d_T_W_B_transposed;
     const auto& b = linearization.d_r_d_point;
     PoseTerm& term = terms_[count_++];
     term.keyframe = keyframe;
-    term.h_pose.noalias() = a.transpose() * a;
-    term.h_pose_point.noalias() = a.transpose() * b;
-    term.g_pose.noalias() = a.transpose() * linearization.r;
-    h_point_.noalias() += b.transpose() * b;
-    g_point_.noalias() += b.transpose() * linearization.r;
+    term.h_pose.noalias() = a_t.lazyProduct(a_t.topRows<kPoseDim>().transpose());
+    term.h_pose_point.noalias() = a_t.lazyProduct(b);
+    term.g_pose.noalias() = a_t.lazyProduct(linearization.r);
+    h_point_.noalias() += b.transpose().lazyProduct(b);
+    g_point_.noalias() += b.transpose().lazyProduct(linearization.r);
 }
 
 void LandmarkSchur::add_plane(int row, const CoplanarityLinearization& linearization) {
@@ -41,11 +43,11 @@ void LandmarkSchur::add_plane(int row, const CoplanarityLinearization& lineariza
 }
 
 double LandmarkSchur::point_variance(const Eigen::RowVector3d& j) const {
-    const Eigen::LLT<Eigen::Matrix3d> llt(h_point_);
-    if (llt.info() != Eigen::Success) {
+    Cholesky3 cholesky;
+    if (!ok(cholesky.factorize(h_point_))) {
         return std::numeric_limits<double>::infinity();
     }
-    return llt.matrixL().solve(j.transpose()).squaredNorm();
+    return cholesky.whiten(j.transpose()).squaredNorm();
 }
 
 void LandmarkSchur::add_rho_prior(double rho, double sigma) {
@@ -55,27 +57,26 @@ void LandmarkSchur::add_rho_prior(double rho, double sigma) {
 }
 
 Status LandmarkSchur::eliminate_into(ReducedSystem& system) {
-    const Eigen::LLT<Eigen::Matrix3d> llt(h_point_);
-    if (llt.info() != Eigen::Success) {
-        return Status::kDegenerate;
-    }
+    Cholesky3 cholesky;
+    FACET_TRY(cholesky.factorize(h_point_));
     // h_pose_point becomes W = A^T B L^-T, so that A^T B (L L^T)^-1 B^T A = W W^T.
-    const Eigen::Vector3d g_white = llt.matrixL().solve(g_point_);
+    const Eigen::Vector3d g_white = cholesky.whiten(g_point_);
+    auto h = system.h();
+    auto g = system.g();
     for (int i = 0; i < count_; ++i) {
-        PoseTerm& term = terms_[i];
-        term.h_pose_point = llt.matrixL().solve(term.h_pose_point.transpose()).transpose();
-    }
-    for (int i = 0; i < count_; ++i) {
-        const PoseTerm& ti = terms_[i];
+        PoseTerm& ti = terms_[i];
+        cholesky.whiten_rows(ti.h_pose_point);
+        const int row = system.offset(ti.keyframe);
         for (int j = 0; j < i; ++j) {
-            system.add_pose_block(ti.keyframe, terms_[j].keyframe,
-                                  -ti.h_pose_point * terms_[j].h_pose_point.transpose());
+            h.block<kPadded, kPoseDim>(row, system.offset(terms_[j].keyframe)) -=
+                ti.h_pose_point.lazyProduct(terms_[j].h_pose_point.topRows<kPoseDim>().transpose());
         }
-        system.add_pose_block(ti.keyframe, ti.keyframe, ti.h_pose - ti.h_pose_point * ti.h_pose_point.transpose());
-        system.add_pose_gradient(ti.keyframe, ti.g_pose - ti.h_pose_point * g_white);
+        ti.h_pose -= ti.h_pose_point.lazyProduct(ti.h_pose_point.topRows<kPoseDim>().transpose());
+        h.block<kPadded, kPoseDim>(row, row) += ti.h_pose;
+        g.segment<kPadded>(row) += ti.g_pose - ti.h_pose_point * g_white;
     }
     if (plane_.row >= 0) {
-        plane_.h_plane_point = llt.matrixL().solve(plane_.h_plane_point.transpose()).transpose();
+        cholesky.whiten_rows(plane_.h_plane_point);
         eliminate_plane_into(system, g_white);
     }
     return Status::kOk;
@@ -86,8 +87,8 @@ void LandmarkSchur::eliminate_plane_into(ReducedSystem& system, const Eigen::Vec
     system.h().block<kPlaneDim, kPlaneDim>(plane_.row, plane_.row) += plane_.h_plane - w * w.transpose();
     system.g().segment<kPlaneDim>(plane_.row) += plane_.g_plane - w * g_white;
     for (int i = 0; i < count_; ++i) {
-        system.h().block<kPoseDim, kPlaneDim>(system.offset(terms_[i].keyframe), plane_.row).noalias() -=
-            terms_[i].h_pose_point * w.transpose();
+        system.h().block<kPadded, kPlaneDim>(system.offset(terms_[i].keyframe), plane_.row) -=
+            terms_[i].h_pose_point.lazyProduct(w.transpose());
     }
 }
 

@@ -43,11 +43,13 @@ public:
 private:
     void eliminate_plane_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const;
 
+    /// Columns are padded to whole vectors: what is added below the pose's rows is zero and falls onto its velocity's.
+    static constexpr int kPadded = StereoLinearization::kPaddedPoseDim;
     struct PoseTerm {
         int keyframe;
-        Eigen::Matrix<double, 6, 6> h_pose;
-        Eigen::Matrix<double, 6, 3> h_pose_point;
-        Eigen::Matrix<double, 6, 1> g_pose;
+        Eigen::Matrix<double, kPadded, kPoseDim> h_pose;
+        Eigen::Matrix<double, kPadded, 3> h_pose_point;
+        Eigen::Matrix<double, kPadded, 1> g_pose;
     };
     struct PlaneTerm {
         int row = -1;  ///< none

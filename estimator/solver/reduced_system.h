@@ -40,13 +40,6 @@ public:
     Vector g() { return {g_.data(), dim_}; }
     ConstVector g() const { return {g_.data(), dim_}; }
 
-    /// Adds a pose-to-pose block (6x6, order [theta p]) of keyframes i and j; i >= j.
-    void add_pose_block(int i, int j, const Eigen::Matrix<double, kPoseDim, kPoseDim>& block) {
-        h().block<kPoseDim, kPoseDim>(offset(i), offset(j)) += block;
-    }
-    void add_pose_gradient(int i, const Eigen::Matrix<double, kPoseDim, 1>& gradient) {
-        g().segment<kPoseDim>(offset(i)) += gradient;
-    }
     /// Adds a state-to-state block (15x15) of keyframes i and j; i >= j.
     void add_state_block(int i, int j, const Eigen::Matrix<double, kStateDim, kStateDim>& block) {
         h().block<kStateDim, kStateDim>(offset(i), offset(j)) += block;

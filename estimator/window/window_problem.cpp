@@ -36,10 +36,14 @@ void WindowProblem::update_cameras() {
     geometry_.p_B_C1 = T_B_C1.p;
     for (std::size_t k = 0; k < state_->keyframes.size(); ++k) {
         const Keyframe& keyframe = state_->keyframes[k];
-        body_[k] = T_W_B_at_image(keyframe, keyframe.state);
-        body_lin_[k] = T_W_B_at_image(keyframe, keyframe.linearization_point());
-        left_[k] = CameraPose::from(body_[k] * T_B_C0);
-        right_[k] = CameraPose::from(body_[k] * T_B_C1);
+        const auto cameras = [&](const Se3& T_W_B) -> CameraPair {
+            return {CameraPose::from(T_W_B * T_B_C0), CameraPose::from(T_W_B * T_B_C1)};
+        };
+        const Se3 T_W_B_lin = T_W_B_at_image(keyframe, keyframe.linearization_point());
+        R_B_W_lin_[k] = T_W_B_lin.R().transpose();
+        cameras_[k] = cameras(T_W_B_at_image(keyframe, keyframe.state));
+        views_.set(static_cast<int>(k), cameras_[k], cameras_);
+        views_lin_.set(static_cast<int>(k), cameras(T_W_B_lin), cameras_);
     }
 }
 

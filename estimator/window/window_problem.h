@@ -10,6 +10,7 @@
 #include "estimator/solver/levenberg.h"
 #include "estimator/window/calibration_config.h"
 #include "estimator/window/regularity_config.h"
+#include "estimator/window/stereo_views.h"
 #include "estimator/window/window_config.h"
 #include "estimator/window/window_state.h"
 
@@ -51,8 +52,10 @@ public:
     double linearize_inertial(ReducedSystem& system, int keyframe);
 
     /// Camera poses at the current states; refreshed by update_cameras().
-    const CameraPose& left_camera(int keyframe) const { return left_[static_cast<std::size_t>(keyframe)]; }
-    const CameraPose& right_camera(int keyframe) const { return right_[static_cast<std::size_t>(keyframe)]; }
+    const CameraPose& left_camera(int keyframe) const { return cameras_[static_cast<std::size_t>(keyframe)].left; }
+    const CameraPose& right_camera(int keyframe) const { return cameras_[static_cast<std::size_t>(keyframe)].right; }
+    /// How a keyframe's cameras see the chart of landmarks first seen by `host`, host <= keyframe.
+    const StereoView& view(int keyframe, int host) const { return views_.at(keyframe, host); }
     void update_cameras();
 
     /// Triangulates a landmark at the current camera poses; false (and untouched) if it fails.
@@ -81,7 +84,7 @@ private:
     /// Adds the calibration's part of the vision terms, which hold poses only so far: the calibration moves the poses, so
     /// with G_k = RigCalibration::d_pose, H_gk = sum_j G_j^T H_jk, H_gg = sum_jk G_j^T H_jk G_k, g_g = sum_k G_k^T g_k.
     void add_calibration(ReducedSystem& system) const;
-    double add_plane_height(Landmark& landmark, const CameraPose& host);
+    double add_plane_height(Landmark& landmark);
     /// How the planes lie to each other and to gravity.
     double add_planes(ReducedSystem& system) const;
     double add_prior(ReducedSystem& system);
@@ -104,10 +107,10 @@ private:
     WindowFit fit_;
     double observation_variance_ = 1.0;
     LandmarkSchur schur_;
-    std::array<CameraPose, kMaxKeyframes> left_;
-    std::array<CameraPose, kMaxKeyframes> right_;
-    std::array<Se3, kMaxKeyframes> body_;      ///< poses at the images
-    std::array<Se3, kMaxKeyframes> body_lin_;  ///< likewise, where Jacobians are taken
+    std::array<CameraPair, kMaxKeyframes> cameras_;
+    StereoViews views_;
+    StereoViews views_lin_;  ///< from where Jacobians are taken
+    std::array<Eigen::Matrix3d, kMaxKeyframes> R_B_W_lin_;
     std::array<NavState, kMaxKeyframes> saved_;
     RigCalibration saved_calibration_;
     std::array<Plane, kMaxPlanes> saved_planes_;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // The landmarks' part of the window problem.
+#include <optional>
+
 #include "estimator/geometry/triangulation.h"
 #include "estimator/window/stage_scope.h"
 #include "estimator/window/window_problem.h"
@@ -7,20 +9,23 @@
 namespace facet {
 
 bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
+    const int host = landmark.observations.front().keyframe;
     boost::container::static_vector<Sighting, 2 * kMaxKeyframes> sightings;
     for (const LandmarkObservation& o : landmark.observations) {
-        const auto k = static_cast<std::size_t>(o.keyframe);
-        sightings.push_back({&left_[k], o.measurement.left_xy, geometry_.scale_left});
+        const StereoView& view = views_.at(o.keyframe, host);
+        sightings.push_back({&view.left, o.measurement.left_xy, geometry_.scale_left});
         if (o.measurement.has_right) {
-            sightings.push_back({&right_[k], o.measurement.right_xy, geometry_.scale_right});
+            sightings.push_back({&view.right, o.measurement.right_xy, geometry_.scale_right});
         }
     }
     const std::span<const Sighting> span(sightings.data(), sightings.size());
     TriangulationOptions options;
     options.huber_threshold = config_->huber_threshold;
     options.rho_prior_sigma = kRhoPriorSigma;
+    std::optional<PlaneChart> plane;
     if (landmark.plane != Landmark::kNoPlane) {
-        options.plane = &state_->planes[static_cast<std::size_t>(landmark.plane)].plane;
+        plane.emplace(state_->planes[static_cast<std::size_t>(landmark.plane)].plane, left_camera(host));
+        options.plane = &*plane;
         options.plane_sigma_m = regularity_config_->sigma_m;
         options.plane_huber_threshold = regularity_config_->huber_threshold;
     }
@@ -55,16 +60,16 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     if (!triangulate_landmark(landmark)) {
         return landmark.cost;  // out of this step, but leaving must not look like a gain
     }
-    const CameraPose& host = left_[static_cast<std::size_t>(landmark.observations.front().keyframe)];
+    const int host = landmark.observations.front().keyframe;
     const HuberLoss loss{config_->huber_threshold};
     schur_.clear();
     double cost = 0.0;
     double squared_error = 0.0;
     int rows = -3;
     for (const LandmarkObservation& o : landmark.observations) {
-        const auto k = static_cast<std::size_t>(o.keyframe);
         StereoLinearization l;
-        if (!ok(linearize_stereo(o.measurement, geometry_, body_[k], body_lin_[k], host, landmark.point, loss, l))) {
+        if (!ok(linearize_stereo(o.measurement, geometry_, views_.at(o.keyframe, host), views_lin_.at(o.keyframe, host),
+                                 R_B_W_lin_[static_cast<std::size_t>(o.keyframe)], landmark.point, loss, l))) {
             return landmark.cost;
         }
         schur_.add(o.keyframe, l);
@@ -72,7 +77,7 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
         squared_error += l.squared_error;
         rows += o.measurement.has_right ? 4 : 2;
     }
-    cost += add_plane_height(landmark, host);
+    cost += add_plane_height(landmark);
     schur_.add_rho_prior(landmark.point.rho, kRhoPriorSigma);
     if (!ok(schur_.eliminate_into(system))) {
         return landmark.cost;
@@ -86,12 +91,13 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
 }
 
 /// The landmark's height above its plane, if it has one, put into schur_. @return its robust cost
-double WindowProblem::add_plane_height(Landmark& landmark, const CameraPose& host) {
+double WindowProblem::add_plane_height(Landmark& landmark) {
     if (landmark.plane == Landmark::kNoPlane) {
         return 0.0;
     }
     const WindowPlane& plane = state_->planes[static_cast<std::size_t>(landmark.plane)];
     const HuberLoss loss{regularity_config_->huber_threshold};
+    const CameraPose& host = left_camera(landmark.observations.front().keyframe);
     CoplanarityLinearization l;
     if (!ok(linearize_coplanarity(plane.plane, plane.linearization_point(), host, landmark.point,
                                   regularity_config_->sigma_m, loss, l))) {

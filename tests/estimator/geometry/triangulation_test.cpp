@@ -12,6 +12,7 @@ namespace {
 
 struct Scene {
     std::vector<CameraPose> cameras;
+    std::vector<RelativeView> views;  ///< of cameras[0]
     std::vector<Sighting> sightings;
 };
 
@@ -25,10 +26,15 @@ Scene see(const Eigen::Vector3d& p_W, int count, double sigma_px, unsigned seed 
         scene.cameras.push_back(CameraPose::from(T_W_C));
     }
     for (const CameraPose& camera : scene.cameras) {
+        scene.views.push_back(RelativeView::of(camera, scene.cameras[0]));
+    }
+    for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+        const CameraPose& camera = scene.cameras[i];
         const Eigen::Vector3d p_C = camera.R_C_W * (p_W - camera.p_W_C);
         const double noise_x = sigma_px / 450.0 * normal(generator);
         const double noise_y = sigma_px / 450.0 * normal(generator);
-        scene.sightings.push_back({&camera, p_C.head<2>() / p_C.z() + Eigen::Vector2d(noise_x, noise_y), 450.0});
+        scene.sightings.push_back(
+            {&scene.views[i], p_C.head<2>() / p_C.z() + Eigen::Vector2d(noise_x, noise_y), 450.0});
     }
     return scene;
 }
@@ -79,11 +85,12 @@ TEST_CASE("triangulation refuses what it cannot determine", "[triangulation]") {
     CHECK(triangulate_linear(one.sightings, point) == Status::kDegenerate);
 
     Scene same = see({0.0, 0.0, 2.0}, 2, 0.0);
-    same.sightings[1].camera = same.sightings[0].camera;  // no baseline
+    same.sightings[1].view = same.sightings[0].view;  // no baseline
     CHECK(triangulate_linear(same.sightings, point) == Status::kDegenerate);
 
     Scene behind = see({0.0, 0.0, 2.0}, 2, 0.0);
     behind.cameras[1].p_W_C.z() = 5.0;  // has flown past the point
+    behind.views[1] = RelativeView::of(behind.cameras[1], behind.cameras[0]);
     InverseDepthPoint start{behind.sightings[0].xy, 0.5};
     CHECK(triangulate(behind.sightings, {}, start) == Status::kDegenerate);
     CHECK(start.rho == 0.5);

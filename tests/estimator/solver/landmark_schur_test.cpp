@@ -34,10 +34,12 @@ Dense fill(LandmarkSchur& schur, const std::vector<int>& keyframes, std::mt19937
     for (std::size_t i = 0; i < keyframes.size(); ++i) {
         StereoLinearization l;
         l.r = random_matrix(4, 1, generator);
-        l.d_r_d_T_W_B = random_matrix(4, 6, generator);
+        const Eigen::MatrixXd d_r_d_pose = random_matrix(4, 6, generator);
+        l.d_r_d_T_W_B_transposed.setZero();
+        l.d_r_d_T_W_B_transposed.topRows<6>() = d_r_d_pose.transpose();
         l.d_r_d_point = random_matrix(4, 3, generator);
         const int row = 4 * static_cast<int>(i);
-        d.a.block(row, keyframes[i] * kStateDim, 4, 6) = l.d_r_d_T_W_B;
+        d.a.block(row, keyframes[i] * kStateDim, 4, 6) = d_r_d_pose;
         d.b.middleRows(row, 4) = l.d_r_d_point;
         d.r.segment(row, 4) = l.r;
         schur.add(keyframes[i], l);
@@ -112,7 +114,7 @@ TEST_CASE("landmark elimination refuses a point without information", "[landmark
     system->reset(2);
     StereoLinearization l;
     l.r.setOnes();
-    l.d_r_d_T_W_B.setOnes();
+    l.d_r_d_T_W_B_transposed.setOnes();
     l.d_r_d_point.setZero();
     schur->clear();
     schur->add(0, l);
