@@ -12,8 +12,8 @@ namespace facet {
 
 struct LevenbergOptions {
     int max_iterations = 6;           ///< solver steps tried, accepted or not: bounds the time
-    double initial_lambda = 1e-7;     ///< damping relative to the diagonal: nearly Gauss-Newton
-    double relative_decrease = 1e-5;  ///< stop when an accepted step gains less than this share of 1 + |cost|
+    double first_lambda = 4e-7;       ///< damping relative to the diagonal once a step has failed; none before
+    double relative_decrease = 1e-5;  ///< stop when a step gains, or promises, less than this share of 1 + |cost|
     double min_step = 1e-7;           ///< stop when no parameter moves more than this
 };
 
@@ -22,6 +22,7 @@ struct LevenbergSummary {
     double initial_cost = 0.0;
     double final_cost = 0.0;
     bool solver_failed = false;  ///< no positive definite system at any damping tried
+    bool is_factorized = false;  ///< the solver holds the final system's factor, undamped
 };
 
 /// The two systems that iterations alternate between, and the solver. Several MB: lives in the window.
@@ -37,25 +38,34 @@ struct LevenbergWorkspace {
 ///          void   apply(step)                states = saved states (+) step
 ///          void   restore()                  states = saved states
 /// Each iteration costs one linearization and one solve, because a candidate is judged by linearizing there and, if it
-/// is accepted, that linearization is the next one. At the end `workspace.systems[current]` holds the system at the final
+/// is accepted, that linearization is the next one. A step whose quadratic model promises next to nothing is not taken:
+/// most optimizations end so, with the system and its factor at the final states. At the end `workspace.systems[current]` holds the system at the final
 /// states; the return value tells which. Bounded by max_iterations. No heap.
 template <class Problem>
 LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, LevenbergWorkspace& workspace,
                            int& current) {
     current = 0;
     LevenbergSummary summary;
-    double lambda = options.initial_lambda;
+    double lambda = 0.0;
     double growth = 4.0;
+    const auto raise_lambda = [&] {
+        lambda = std::max(lambda * growth, options.first_lambda);
+        growth *= 4.0;
+    };
     summary.initial_cost = summary.final_cost = problem.linearize(workspace.systems[current]);
     while (summary.iterations < options.max_iterations) {
         ++summary.iterations;
         if (!ok(problem.solve(workspace.solver, workspace.systems[current], lambda))) {
             summary.solver_failed = true;
-            lambda = std::max(lambda, 1e-9) * growth;
-            growth *= 4.0;
+            raise_lambda();
             continue;
         }
         summary.solver_failed = false;
+        const double negligible = options.relative_decrease * (1.0 + std::abs(summary.final_cost));
+        if (lambda == 0.0 && workspace.solver.predicted_decrease() <= negligible) {
+            summary.is_factorized = true;
+            break;
+        }
         const double largest = workspace.solver.step().cwiseAbs().maxCoeff();
         problem.save();
         problem.apply(workspace.solver.step());
@@ -66,16 +76,14 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
             if (largest < options.min_step) {
                 break;
             }
-            lambda = std::max(lambda, 1e-9) * growth;
-            growth *= 4.0;
+            raise_lambda();
             continue;
         }
         current = 1 - current;
         const double ratio = gain / std::max(workspace.solver.predicted_decrease(), 1e-12);
         lambda *= std::max(0.1, 1.0 - std::pow(2.0 * std::min(ratio, 1.0) - 1.0, 3));
         growth = 4.0;
-        const bool converged =
-            gain <= options.relative_decrease * (1.0 + std::abs(summary.final_cost)) || largest < options.min_step;
+        const bool converged = gain <= negligible || largest < options.min_step;
         summary.final_cost = cost;
         if (converged) {
             break;

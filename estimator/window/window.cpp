@@ -127,6 +127,7 @@ WindowSummary Window::optimize(int effort) {
     LevenbergOptions options;
     options.max_iterations = effort * config_.max_iterations;
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
+    is_factorized_ = summary.solver.is_factorized;
     const std::size_t count = state_.keyframes.size();
     if (count >= 2 && newest().has_imu_factor) {
         const Keyframe& j = state_.keyframes[count - 1];
@@ -143,7 +144,10 @@ WindowSummary Window::optimize(int effort) {
 }
 
 Status Window::newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance) {
-    FACET_TRY(workspace_.solver.solve(workspace_.systems[current_system_], 0.0));
+    if (!is_factorized_) {
+        FACET_TRY(workspace_.solver.solve(workspace_.systems[current_system_], 0.0));
+        is_factorized_ = true;
+    }
     covariance = workspace_.solver.last_keyframe_covariance();
     return Status::kOk;
 }

@@ -103,7 +103,8 @@ private:
     CameraModel left_;
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;
     boost::container::static_vector<LandmarkPrediction, kMaxLandmarks> predictions_;
-    int current_system_ = 0;  ///< which workspace system holds the final linearization
+    int current_system_ = 0;      ///< which workspace system holds the final linearization
+    bool is_factorized_ = false;  ///< and the solver its factor
     bool marginalization_failed_ = false;
 };
 
