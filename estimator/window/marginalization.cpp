@@ -2,7 +2,6 @@
 #include "estimator/window/marginalization.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 
 #include "platform/base/assert.h"
 
@@ -10,15 +9,8 @@ namespace facet {
 namespace {
 
 using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;
-using StateVector = Eigen::Matrix<double, kStateDim, 1>;
-using BlockMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kStateDim, kStateDim>;
-
-/// Rows of parameters that stay, and their coupling to the keyframe that goes.
-struct Block {
-    int at = 0;
-    int size = 0;
-    BlockMatrix h_m;
-};
+/// Coupling of all that stays to the keyframe that goes.
+using Coupling = Eigen::Matrix<double, Eigen::Dynamic, kStateDim, 0, kMaxSystemDim, kStateDim>;
 
 bool seen_by(const Landmark& landmark, int keyframe) {
     return !landmark.observations.empty() && landmark.observations.front().keyframe == keyframe;
@@ -81,45 +73,25 @@ Status marginalize_keyframe(const ReducedSystem& system, int keyframe,
     if (llt.info() != Eigen::Success) {
         return Status::kDegenerate;
     }
-    const StateVector w_m = llt.solve(g.segment<kStateDim>(m));
+    // What stays: `before` rows above the keyframe's, `after` below.
+    const int before = m;
+    const int after = system.dim() - m - kStateDim;
+    Coupling w(before + after, kStateDim);  // H_rm L^-T, so that H_rm H_mm^-1 H_mr = W W^T
+    w.topRows(before) = h.block(m, 0, kStateDim, before).transpose();
+    w.bottomRows(after) = h.block(m + kStateDim, m, after, kStateDim);
+    llt.matrixU().solveInPlace<Eigen::OnTheRight>(w);
 
-    // The parameters that stay: the globals and the other keyframes, each a block with its coupling to m.
-    constexpr int kGlobalBlocks = (kMaxGlobals + kStateDim - 1) / kStateDim;
-    boost::container::static_vector<Block, kMaxKeyframes + kGlobalBlocks> blocks;
-    for (int at = 0; at < system.dim();) {
-        Block block;
-        block.at = at;
-        block.size = at < system.globals() ? std::min(kStateDim, system.globals() - at) : kStateDim;
-        at += block.size;
-        if (block.at == m) {
-            continue;
-        }
-        block.h_m = block.at > m ? BlockMatrix(h.block(block.at, m, block.size, kStateDim))
-                                 : BlockMatrix(h.block(m, block.at, kStateDim, block.size).transpose());
-        blocks.push_back(block);
-    }
     prior.reset(rest, system.globals());
     auto h_prior = prior.h();
     auto g_prior = prior.g();
-    int row = 0;
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-        const Block& bi = blocks[i];
-        const BlockMatrix w_i = llt.solve(bi.h_m.transpose()).transpose();  // H_im H_mm^-1
-        int column = 0;
-        for (std::size_t j = 0; j <= i; ++j) {
-            const Block& bj = blocks[j];
-            BlockMatrix block = h.block(bi.at, bj.at, bi.size, bj.size);
-            if (i == j) {
-                block.triangularView<Eigen::StrictlyUpper>() = block.transpose();
-            }
-            block.noalias() -= w_i.lazyProduct(bj.h_m.transpose());
-            h_prior.block(row, column, bi.size, bj.size) = block;
-            h_prior.block(column, row, bj.size, bi.size) = block.transpose();
-            column += bj.size;
-        }
-        g_prior.segment(row, bi.size) = g.segment(bi.at, bi.size) - bi.h_m.lazyProduct(w_m);
-        row += bi.size;
-    }
+    h_prior.topLeftCorner(before, before) = h.topLeftCorner(before, before);
+    h_prior.bottomLeftCorner(after, before) = h.bottomLeftCorner(after, before);
+    h_prior.bottomRightCorner(after, after) = h.bottomRightCorner(after, after);
+    h_prior.selfadjointView<Eigen::Lower>().rankUpdate(w, -1.0);
+    h_prior.triangularView<Eigen::StrictlyUpper>() = h_prior.transpose();
+    g_prior.head(before) = g.head(before);
+    g_prior.tail(after) = g.tail(after);
+    g_prior.noalias() -= w * llt.matrixL().solve(g.segment<kStateDim>(m));
     g_prior.noalias() -= h_prior * displacement;
     return Status::kOk;
 }
