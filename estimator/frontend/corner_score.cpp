@@ -31,8 +31,8 @@ void CornerScore::gradients(const ImageView& image, int v) {
     const std::uint8_t* const at = image.row(v);
     const std::uint8_t* const down = image.row(v + 1);
     const std::size_t first = static_cast<std::size_t>(v % (kWindow + 1)) * static_cast<std::size_t>(width_);
-    std::int16_t* const gu = gu_.data() + first;
-    std::int16_t* const gv = gv_.data() + first;
+    std::int16_t* const __restrict gu = gu_.data() + first;
+    std::int16_t* const __restrict gv = gv_.data() + first;
     for (int u = 1; u < width_ - 1; ++u) {
         gu[u] = static_cast<std::int16_t>((up[u + 1] - up[u - 1]) + 2 * (at[u + 1] - at[u - 1]) +
                                           (down[u + 1] - down[u - 1]));
@@ -44,14 +44,16 @@ void CornerScore::gradients(const ImageView& image, int v) {
 void CornerScore::slide(int v) {
     const std::size_t in = static_cast<std::size_t>(v % (kWindow + 1)) * static_cast<std::size_t>(width_);
     const std::size_t out = static_cast<std::size_t>((v + 1) % (kWindow + 1)) * static_cast<std::size_t>(width_);
-    const std::int16_t* const gu = gu_.data() + in;
-    const std::int16_t* const gv = gv_.data() + in;
-    const std::int16_t* const old_gu = gu_.data() + out;  // kWindow rows up; 0 above the image
-    const std::int16_t* const old_gv = gv_.data() + out;
-    std::int32_t* const uu = uu_.data();
-    std::int32_t* const uv = uv_.data();
-    std::int32_t* const vv = vv_.data();
-    for (int u = 1; u < width_ - 1; ++u) {
+    // None of these overlap, nor do they hold the width; unless told so, the compiler does one pixel at a time.
+    const int width = width_;
+    const std::int16_t* const __restrict gu = gu_.data() + in;
+    const std::int16_t* const __restrict gv = gv_.data() + in;
+    const std::int16_t* const __restrict old_gu = gu_.data() + out;  // kWindow rows up; 0 above the image
+    const std::int16_t* const __restrict old_gv = gv_.data() + out;
+    std::int32_t* const __restrict uu = uu_.data();
+    std::int32_t* const __restrict uv = uv_.data();
+    std::int32_t* const __restrict vv = vv_.data();
+    for (int u = 1; u < width - 1; ++u) {
         const std::int32_t a = gu[u];
         const std::int32_t b = gv[u];
         const std::int32_t old_a = old_gu[u];
@@ -63,7 +65,7 @@ void CornerScore::slide(int v) {
 }
 
 void CornerScore::finish_row(int v) {
-    float* const out = scores_.data() + static_cast<std::ptrdiff_t>(v) * width_;
+    float* const __restrict out = scores_.data() + static_cast<std::ptrdiff_t>(v) * width_;
     const auto across = [](const std::int32_t* s) { return static_cast<float>(s[-2] + s[-1] + s[0] + s[1] + s[2]); };
     for (int u = kReach; u < width_ - kReach; ++u) {
         const float a = 0.5F * across(uu_.data() + u);

@@ -14,6 +14,14 @@ namespace {
 
 constexpr float kMinScore = 1e-5F;  // about 1.3 grey levels a pixel
 
+/// True if all of the next kLanes flags, each 0 or 1, are 1.
+bool all_set(const std::uint8_t* flags) {
+    constexpr std::uint64_t kOnes = 0x0101010101010101U >> (64 - 8 * simd::kLanes);
+    std::uint64_t bytes = 0;
+    std::memcpy(&bytes, flags, simd::kLanes);
+    return bytes == kOnes;
+}
+
 }  // namespace
 
 void Detector::configure(const FrontendConfig& config, int width, int height, double border_px) {
@@ -62,7 +70,7 @@ void Detector::occupy(const Eigen::Vector2d& uv) {
 
 bool Detector::may_peak(int u, int v, float threshold) const {
     const std::uint8_t* const blocked = blocked_.data() + static_cast<std::ptrdiff_t>(v) * width_ + u;
-    if (std::memchr(blocked, 0, simd::kLanes) == nullptr) {
+    if (all_set(blocked)) {
         return false;
     }
     const float* const row = score_.row(v) + u;

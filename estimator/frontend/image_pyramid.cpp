@@ -39,9 +39,10 @@ Status ImagePyramid::configure(int width, int height, int levels) {
 
 void ImagePyramid::halve(int l) {
     // Weights 1 4 6 4 1 down, then across; the sums stay below 2^16 even after both, rounding included.
-    const ImageView& from = level(l - 1);
-    const ImageView& to = level(l);
-    std::uint16_t* const sums = row_.data() + kReach;
+    // Copies, and __restrict, because bytes written might be anything, even a view's width: nothing would be vectorized.
+    const ImageView from = level(l - 1);
+    const ImageView to = level(l);
+    std::uint16_t* const __restrict sums = row_.data() + kReach;
     for (int v = 0; v < to.height; ++v) {
         const std::uint8_t* const r0 = from.row(mirrored(2 * v - 2, from.height));
         const std::uint8_t* const r1 = from.row(mirrored(2 * v - 1, from.height));
@@ -55,7 +56,7 @@ void ImagePyramid::halve(int l) {
             sums[-k] = sums[k];
             sums[from.width - 1 + k] = sums[from.width - 1 - k];
         }
-        std::uint8_t* const out = buffers_[static_cast<std::size_t>(l)].data() + v * to.stride;
+        std::uint8_t* const __restrict out = buffers_[static_cast<std::size_t>(l)].data() + v * to.stride;
         for (int u = 0; u < to.width; ++u) {
             const std::uint16_t* const s = sums + 2 * u;
             const auto total = static_cast<std::uint16_t>(s[-2] + s[2] + 4 * (s[-1] + s[1]) + 6 * s[0] + 128);
@@ -65,7 +66,7 @@ void ImagePyramid::halve(int l) {
 }
 
 void ImagePyramid::pair_rows(int l) {
-    const ImageView& image = level(l);
+    const ImageView image = level(l);
     std::uint16_t* out = pair_buffers_[static_cast<std::size_t>(l)].data();
     for (int v = 0; v < image.height; ++v, out += image.width) {
         const std::uint8_t* const upper = image.row(v);
