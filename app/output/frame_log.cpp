@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-constexpr std::array<std::pair<std::uint32_t, const char*>, 15> kReasons{{
+constexpr std::array<std::pair<std::uint32_t, const char*>, 16> kReasons{{
     {kReasonFewFeatures, "few_features"},
     {kReasonFewStereo, "few_stereo"},
     {kReasonNoRightImage, "no_right_image"},
@@ -22,6 +22,7 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 15> kReasons{{
     {kReasonVibration, "vibration"},
     {kReasonSpeedLimit, "speed_limit"},
     {kReasonVelocityUncertain, "velocity_uncertain"},
+    {kReasonOverrun, "overrun"},
 }};
 
 /// One column of health.csv.

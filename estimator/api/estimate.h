@@ -44,6 +44,7 @@ enum HealthReason : std::uint32_t {
     kReasonVibration = 1U << 12,          ///< the IMU is shaken: its noise is raised
     kReasonSpeedLimit = 1U << 13,         ///< faster than the vehicle can fly
     kReasonVelocityUncertain = 1U << 14,  ///< velocity known too badly to control with
+    kReasonOverrun = 1U << 15,            ///< a frame came late: less work is done until the next keyframe
 };
 
 /// One row of health.csv.

@@ -24,7 +24,10 @@ constexpr double kReintegrateAccel = 5e-2;  // m/s^2
 // A start in flight needs this many stereo matches: they are all that ties the first keyframes together.
 constexpr int kRestartStereo = 20;
 // Before the first estimate is given out the window may take longer: its first guess may be far off, and it is small.
-constexpr int kInitEffort = 4;
+constexpr double kInitEffort = 4.0;
+// After a frame that came too late, up to the next keyframe: shares of the solver's steps and of the features.
+constexpr double kLateEffort = 0.5;
+constexpr double kLateFeatures = 0.67;
 // When a rest ends, a keyframe this old is followed by one at once: inertial data have carried it on for too long.
 constexpr double kStaleKeyframe = 0.5;  // s
 // After divergence nothing but the direction of gravity and the place is kept, and those roughly.
@@ -71,6 +74,7 @@ struct Estimator::Impl {
     bool is_coasting = false;  ///< `now` no longer comes from the window: inertial history too short, or lost
     bool wants_reset = false;  ///< asked for by the user
     bool rests = false;        ///< inertial samples: at rest at every frame since the newest keyframe
+    bool is_late = false;      ///< a frame took too long: less work up to the next keyframe
     bool is_held = false;      ///< `now` is the newest keyframe's place, because the vehicle stands
     Timestamp last_image;      ///< stamp of the last frame as given
     double time_offset_sigma_s = 0.0;
@@ -109,7 +113,7 @@ void Estimator::Impl::reset() {
     tracks = {};
     newest = now = {};
     span = {};
-    has_frame = is_coasting = wants_reset = rests = is_held = false;
+    has_frame = is_coasting = wants_reset = rests = is_late = is_held = false;
     time_offset_sigma_s = 0.0;
     reset_counter = 0;
     summary = {};
@@ -133,6 +137,7 @@ KeyframeInput Estimator::Impl::keyframe_input() const {
 Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool wants_keyframe) {
     FrameHints hints;
     hints.wants_keyframe = wants_keyframe;
+    hints.effort = is_late ? kLateFeatures : 1.0;
     if (has_frame) {
         const StageScope scope(observer, Stage::kPropagation);
         FACET_TRY(imu.rotation_between(before, now.stamp, now.state.bias.gyro, hints.q_Bp_B));
@@ -211,7 +216,7 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
         return;
     }
     const bool is_starting = monitor.state() == TrackingState::kInit;
-    summary = window.optimize(is_starting ? kInitEffort : 1);
+    summary = window.optimize(is_starting ? kInitEffort : (is_late ? kLateEffort : 1.0));
     frontend.drop_tracks(window.rejected());
     now.state = window.newest().state;
     reintegrate();
@@ -339,6 +344,8 @@ void Estimator::Impl::fill(const StereoFrame& frame, bool frame_taken, Estimate&
     e.vision_chi2 = summary.fit.vision_rows > 0 ? summary.fit.vision_squared_error / summary.fit.vision_rows : 0.0;
     e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed;
     e.is_finite = is_finite(now);
+    e.is_late = is_late;
+    is_late = is_late && !e.is_keyframe;
 
     estimate = {};
     estimate.stamp = e.is_started ? now.stamp : frame.stamp;
@@ -387,6 +394,8 @@ void Estimator::set_stage_observer(StageObserver* observer) {
 }
 
 void Estimator::request_reset() { impl_->wants_reset = !impl_->window.empty(); }
+
+void Estimator::report_overrun() { impl_->is_late = true; }
 
 void Estimator::set_planes(const PlaneProposals& planes) { impl_->window.set_planes(planes); }
 

@@ -51,6 +51,11 @@ public:
     ///         estimate is still valid: predicted from inertial data, health degraded, unless there is none yet).
     Status add_frame(const StereoFrame& frame, Estimate& estimate);
 
+    /// Tells that a frame was finished too late for whoever waits for it. Up to and including the next keyframe fewer features
+    /// are begun and the solver has half its steps; Health shows kReasonOverrun. What a log's replay never calls: its work
+    /// is bounded by the configuration alone.
+    void report_overrun();
+
     /// Tells which planes the mesh knows and which landmarks lie on them; holds from the next keyframe on, until told anew.
     /// Without effect in mode S.
     void set_planes(const PlaneProposals& planes);

@@ -57,6 +57,7 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
     raise(e.velocity_sigma_m_per_s > config_.max_velocity_sigma_m_per_s, kReasonVelocityUncertain);
     raise(e.vision_chi2 > config_.high_vision_chi2, kReasonHighResidual);
     raise(e.solver_failed || !e.is_finite, kReasonSolverFailed);
+    raise(e.is_late, kReasonOverrun);
     return bits;
 }
 

@@ -29,6 +29,7 @@ struct HealthEvidence {
     double vision_chi2 = 0.0;             ///< per degree of freedom
     bool solver_failed = false;
     bool is_finite = true;
+    bool is_late = false;  ///< work was cut because a frame came late
 };
 
 /// INIT until velocity and gravity are known; then TRACKING, DEGRADED when some sign is bad, LOST when the estimate is

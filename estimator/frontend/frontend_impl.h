@@ -65,7 +65,9 @@ struct Frontend::Impl {
     void reject_mono_outliers(FrontendOutput& output);
     void measure_disparity(FrontendOutput& output);
     void make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output);
-    void begin_tracks(FrontendOutput& output);
+    /// Tracks that a keyframe fills up to.
+    int wanted_features(const FrameHints& hints) const;
+    void begin_tracks(const FrameHints& hints, FrontendOutput& output);
     void match_stereo(const FrameHints& hints);
     void reject_stereo_outliers();
     void fill_observations(FrontendOutput& output) const;

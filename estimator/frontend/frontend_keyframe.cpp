@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
+#include <cmath>
+
 #include "estimator/frontend/frontend_impl.h"
 
 namespace facet {
@@ -9,18 +11,22 @@ void Frontend::Impl::recall(const FrameHints& hints, FrontendOutput& output) {
     }
     const std::size_t before = tracks.size();
     dormant.forget_unknown(hints.landmarks, tracker);
-    dormant.recall(left, hints.landmarks, q_B0_B, config.max_features, tracker, tracks);
+    dormant.recall(left, hints.landmarks, q_B0_B, wanted_features(hints), tracker, tracks);
     output.recalled += static_cast<int>(tracks.size() - before);
 }
 
-void Frontend::Impl::begin_tracks(FrontendOutput& output) {
+int Frontend::Impl::wanted_features(const FrameHints& hints) const {
+    return static_cast<int>(std::lround(hints.effort * config.max_features));
+}
+
+void Frontend::Impl::begin_tracks(const FrameHints& hints, FrontendOutput& output) {
     positions.clear();
     for (const Track& track : tracks) {
         positions.push_back(track.pose.uv);
     }
     corners.clear();
     detector.detect(left.level(0), {positions.data(), positions.size()},
-                    config.max_features - static_cast<int>(tracks.size()), corners);
+                    wanted_features(hints) - static_cast<int>(tracks.size()), corners);
     for (const Eigen::Vector2d& uv : corners) {
         Track track;
         Status started = tracker.start(left, uv, track);
@@ -82,7 +88,7 @@ void Frontend::Impl::reject_stereo_outliers() {
 
 void Frontend::Impl::make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output) {
     recall(hints, output);
-    begin_tracks(output);
+    begin_tracks(hints, output);
     if (has_right) {
         match_stereo(hints);
     } else {

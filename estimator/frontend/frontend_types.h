@@ -38,6 +38,7 @@ struct FrameHints {
     Eigen::Quaterniond q_Bp_B = Eigen::Quaterniond::Identity();  ///< body now to the previous frame: p_Bp = q * p_B
     std::span<const LandmarkPrediction> landmarks;               ///< all that the smoother holds, by increasing id
     bool wants_keyframe = false;  ///< inertial data are poor: vision has to say where the vehicle is
+    double effort = 1.0;          ///< share of the configured number of features that a keyframe fills up to
 };
 
 /// Whether an image can be tracked.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/window/window.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "estimator/window/outlier_removal.h"
@@ -118,14 +119,14 @@ void Window::add_observations(int keyframe, std::span<const FeatureObservation> 
     }
 }
 
-WindowSummary Window::optimize(int effort) {
+WindowSummary Window::optimize(double effort) {
     WindowSummary summary;
     problem_.select_landmarks();
     if (regularity_config_.mode == RegularityMode::kSpr) {
         planes_.update(proposals_, state_, problem_);
     }
     LevenbergOptions options;
-    options.max_iterations = effort * config_.max_iterations;
+    options.max_iterations = std::max(1, static_cast<int>(std::lround(effort * config_.max_iterations)));
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
     is_factorized_ = summary.solver.is_factorized;
     const std::size_t count = state_.keyframes.size();

@@ -55,8 +55,8 @@ public:
     void set_planes(const PlaneProposals& proposals) { proposals_ = proposals; }
 
     /// Bounded optimization of the whole window, then removal of outliers.
-    /// @param effort  times the configured number of iterations
-    WindowSummary optimize(int effort = 1);
+    /// @param effort  times the configured number of iterations, one at least
+    WindowSummary optimize(double effort = 1.0);
 
     /// Landmarks whose newest observation optimize() has just rejected.
     std::span<const LandmarkId> rejected() const { return {rejected_.data(), rejected_.size()}; }

@@ -210,3 +210,32 @@ TEST_CASE("configurations out of range are refused", "[estimator]") {
     CHECK(estimator.configure(config, vehicle.rig) == Status::kInvalidArgument);
     CHECK(estimator.configure({}, StereoRig{}) == Status::kInvalidArgument);
 }
+
+TEST_CASE("after an overrun less is begun up to the next keyframe, and health says so", "[estimator]") {
+    const StillVehicle vehicle;
+    EstimatorConfig config;
+    config.frontend.max_features = 60;
+    const auto detected_at_start = [&](bool is_late) {
+        Estimator estimator;
+        REQUIRE(ok(estimator.configure(config, vehicle.rig)));
+        vehicle.feed_imu(estimator, 0.0, 3.0);
+        if (is_late) {
+            estimator.report_overrun();
+        }
+        Estimate estimate;
+        REQUIRE(ok(estimator.add_frame(vehicle.frame(0.5), estimate)));
+        REQUIRE(estimate.health.is_keyframe);
+        CHECK(((estimate.health.reasons & kReasonOverrun) != 0U) == is_late);
+        const int detected = estimate.health.detected;
+        REQUIRE(ok(estimator.add_frame(vehicle.frame(0.55), estimate)));
+        CHECK((estimate.health.reasons & kReasonOverrun) == 0U);  // the keyframe has paid for it
+        estimator.report_overrun();
+        REQUIRE(ok(estimator.add_frame(vehicle.frame(0.6), estimate)));
+        REQUIRE_FALSE(estimate.health.is_keyframe);
+        CHECK((estimate.health.reasons & kReasonOverrun) != 0U);
+        CHECK(estimate.health.state == TrackingState::kTracking);
+        return detected;
+    };
+    CHECK(detected_at_start(false) == 60);
+    CHECK(detected_at_start(true) == 40);
+}
