@@ -30,15 +30,15 @@ MeshLog::MeshLog(const std::string& folder) : file_(folder + "/mesh.csv") {
     file_.write("\n");
 }
 
-void MeshLog::write(Timestamp stamp, const Mesher& mesher) {
-    file_.print("{},{},{}", stamp.ns, mesher.mesh().vertex_count(), mesher.mesh().face_count());
+void MeshLog::write(Timestamp stamp, int vertices, int faces, const MeshCounters& counters) {
+    file_.print("{},{},{}", stamp.ns, vertices, faces);
     const std::vector<NamedCounter> before = named_counters(last_);
-    const std::vector<NamedCounter> now = named_counters(mesher.counters());
+    const std::vector<NamedCounter> now = named_counters(counters);
     for (std::size_t i = 0; i < now.size(); ++i) {
         file_.print(",{}", now[i].value - before[i].value);
     }
     file_.write("\n");
-    last_ = mesher.counters();
+    last_ = counters;
 }
 
 }  // namespace facet

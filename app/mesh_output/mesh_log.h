@@ -19,7 +19,8 @@ std::vector<NamedCounter> named_counters(const MeshCounters& counters);
 class MeshLog {
 public:
     explicit MeshLog(const std::string& folder);
-    void write(Timestamp stamp, const Mesher& mesher);
+    void write(Timestamp stamp, int vertices, int faces, const MeshCounters& counters);
+    void flush() { file_.flush(); }
     void close() { file_.close(); }
 
 private:

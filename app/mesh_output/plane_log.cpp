@@ -18,9 +18,9 @@ PlaneLog::PlaneLog(const std::string& folder) : file_(folder + "/planes.csv") {
         "sigma_across_rad,chi2,bend_m,cx,cy,cz,extent_along_m,extent_across_m\n");
 }
 
-void PlaneLog::write(Timestamp stamp, const PlaneFinder& finder) {
+void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes) {
     std::vector<const TrackedPlane*> told;
-    for (const TrackedPlane& plane : finder.planes()) {
+    for (const TrackedPlane& plane : planes) {
         if (plane.is_told) {
             told.push_back(&plane);
         }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,9 @@ std::vector<NamedCounter> named_counters(const PlaneCounters& counters);
 class PlaneLog {
 public:
     explicit PlaneLog(const std::string& folder);
-    void write(Timestamp stamp, const PlaneFinder& finder);
+    /// @param planes  those not told are passed over
+    void write(Timestamp stamp, std::span<const TrackedPlane> planes);
+    void flush() { file_.flush(); }
     void close() { file_.close(); }
 
     /// Writes folder/planes.json: an array of {id, normal, distance, inliers, kind, centroid, extent, area, first_stamp_ns,

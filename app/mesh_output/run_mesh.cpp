@@ -73,16 +73,19 @@ private:
 void RunMesh::add(const DepartedFace& face) {
     std::array<std::uint32_t, 3> key{face.landmark[0].value, face.landmark[1].value, face.landmark[2].value};
     std::sort(key.begin(), key.end());
-    const auto [at, is_new] = by_landmarks_.try_emplace(key, faces_.size());
-    if (is_new) {
+    const auto at = by_landmarks_.find(key);
+    if (at != by_landmarks_.end()) {
+        faces_[at->second] = face;
+    } else if (faces_.size() < max_faces_) {
+        by_landmarks_.emplace(key, faces_.size());
         faces_.push_back(face);
     } else {
-        faces_[at->second] = face;
+        ++dropped_;
     }
 }
 
-void RunMesh::collect(const Mesher& mesher) {
-    for (const DepartedFace& face : mesher.departed()) {
+void RunMesh::collect(std::span<const DepartedFace> departed) {
+    for (const DepartedFace& face : departed) {
         add(face);
     }
 }

@@ -5,7 +5,9 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,20 +17,27 @@ namespace facet {
 
 /// Collects faces as they leave the horizon and writes meshes as PLY with vertex normals and plane ids. A face is told by
 /// its three landmarks: if it comes back, the newer one counts. Vertices are shared between faces of the same landmark
-/// at the same place. Heap; thread-bound.
+/// at the same place. When full: new faces are dropped and counted; those that are there go on being renewed. Heap;
+/// thread-bound.
 class RunMesh {
 public:
+    explicit RunMesh(std::size_t max_faces = std::numeric_limits<std::size_t>::max()) : max_faces_(max_faces) {}
+
     /// Takes the faces that left in the mesher's last update.
-    void collect(const Mesher& mesher);
+    void collect(const Mesher& mesher) { collect(mesher.departed()); }
+    void collect(std::span<const DepartedFace> departed);
 
     /// Writes folder/mesh_live.ply (the horizon) and folder/mesh.ply (everything). Throws InputError if it cannot.
     void write(const Mesher& mesher, const std::string& folder);
 
     std::size_t faces() const { return faces_.size(); }
+    std::size_t dropped() const { return dropped_; }
 
 private:
     void add(const DepartedFace& face);
 
+    std::size_t max_faces_;
+    std::size_t dropped_ = 0;
     std::vector<DepartedFace> faces_;
     std::map<std::array<std::uint32_t, 3>, std::size_t> by_landmarks_;  ///< sorted ids -> index in faces_
 };

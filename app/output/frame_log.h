@@ -24,6 +24,7 @@ class TimingWriter {
 public:
     explicit TimingWriter(const std::string& folder);
     void write(Timestamp stamp, bool is_keyframe, const FrameTiming& timing);
+    void flush() { file_.flush(); }
     void close() { file_.close(); }
 
 private:
@@ -35,6 +36,7 @@ class HealthWriter {
 public:
     explicit HealthWriter(const std::string& folder);
     void write(Timestamp stamp, const Health& health);
+    void flush() { file_.flush(); }
     void close() { file_.close(); }
 
 private:

@@ -54,6 +54,12 @@ void TrajectoryWriter::write(const Estimate& estimate) {
     covariance_.write("\n");
 }
 
+void TrajectoryWriter::flush() {
+    tum_.flush();
+    csv_.flush();
+    covariance_.flush();
+}
+
 void TrajectoryWriter::close() {
     tum_.close();
     csv_.close();

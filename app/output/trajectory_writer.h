@@ -16,6 +16,7 @@ class TrajectoryWriter {
 public:
     explicit TrajectoryWriter(const std::string& folder);
     void write(const Estimate& estimate);
+    void flush();
     void close();
 
 private:

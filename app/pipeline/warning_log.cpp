@@ -13,7 +13,7 @@ constexpr std::size_t kShownPerKind = 10;
 void WarningLog::add(const std::string& kind, const std::string& text) {
     file_.print("{}: {}\n", kind, text);
     const std::size_t count = ++counts_[kind];
-    if (count > kShownPerKind + 1) {
+    if (quiet_ || count > kShownPerKind + 1) {
         return;
     }
     const std::string line =

@@ -7,7 +7,6 @@
 
 #include "app/support/progress.h"
 #include "app/support/text_file.h"
-#include "drivers/replay_asl/warning.h"
 
 namespace facet {
 
@@ -19,8 +18,10 @@ public:
 
     /// Warnings from here on are shown through the progress bar; nullptr for plain stderr.
     void set_progress(Progress* progress) { progress_ = progress; }
+    /// Shows nothing from here on, but keeps the file.
+    void set_quiet() { quiet_ = true; }
     void add(const std::string& kind, const std::string& text);
-    void add(const AslWarning& warning) { add(to_string(warning.kind), warning.text()); }
+    void flush() { file_.flush(); }
     void close() { file_.close(); }
 
     const std::map<std::string, std::size_t>& counts() const { return counts_; }
@@ -28,6 +29,7 @@ public:
 private:
     TextFile file_;
     Progress* progress_ = nullptr;
+    bool quiet_ = false;
     std::map<std::string, std::size_t> counts_;
 };
 

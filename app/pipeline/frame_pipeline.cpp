@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/pipeline/frame_pipeline.h"
+
+#include <fmt/core.h>
+
+#include "app/support/input_error.h"
+
+namespace facet {
+namespace {
+
+/// Section of the parameters that its module refuses, also for reasons the single ranges do not tell; empty if none.
+std::string refused_section(const ProgramConfig& config) {
+    if (!ok(config.frontend.validate())) {
+        return "frontend";
+    }
+    if (!ok(config.initializer.validate())) {
+        return "initializer";
+    }
+    if (!ok(config.window.validate())) {
+        return "window";
+    }
+    if (!ok(config.calibration.validate())) {
+        return "calibration";
+    }
+    if (!ok(config.regularity.validate())) {
+        return "regularity";
+    }
+    if (!ok(config.stationarity.validate())) {
+        return "stationarity";
+    }
+    if (!ok(config.health.validate())) {
+        return "health";
+    }
+    if (!ok(config.imu_limits.validate())) {
+        return "imu_limits";
+    }
+    if (!ok(config.mesh.validate())) {
+        return "mesh";
+    }
+    if (!ok(config.planes.validate())) {
+        return "planes";
+    }
+    return ok(config.validate()) ? "" : "imu_noise";
+}
+
+}  // namespace
+
+FramePipeline::FramePipeline() : mesher_(std::make_unique<Mesher>()), planes_(std::make_unique<PlaneFinder>()) {}
+
+void FramePipeline::configure(const ProgramConfig& config, const Calibration& calibration) {
+    if (const std::string section = refused_section(config); !section.empty()) {
+        throw InputError(fmt::format("parameters '{}.*': one is out of range, or two contradict each other", section));
+    }
+    if (!ok(estimator_.configure(config, calibration.rig))) {
+        const CameraIntrinsics& left = calibration.rig.left.intrinsics();
+        throw InputError(
+            fmt::format("calibration ({}): the estimator refuses these cameras; are {}x{} pixels too few for "
+                        "frontend.pyramid_levels {}?",
+                        calibration.source, left.width, left.height, config.frontend.pyramid_levels));
+    }
+    FACET_ASSERT(ok(mesher_->configure(config.mesh, calibration.rig.left)));  // judged above
+    FACET_ASSERT(ok(planes_->configure(config.planes)));
+    estimator_.set_stage_observer(&timer_);
+}
+
+void FramePipeline::add_imu(const ImuSample& sample) {
+    const auto begin = StageTimer::Clock::now();
+    const Status status = estimator_.add_imu(sample);
+    timer_.add_total(begin);
+    ++imu_samples_;
+    imu_refused_ += ok(status) ? 0 : 1;
+}
+
+void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result) {
+    Estimate& estimate = result.estimate;
+    estimate = {};
+    estimate.stamp = frame.stamp;
+    estimate.health.state = last_state_;  // stands if the estimator says nothing
+    const auto begin = StageTimer::Clock::now();
+    result.status = estimator_.add_frame(frame, estimate);
+    timer_.add_total(begin);
+    estimate.stamp = estimate.stamp - (frame.stamp - output_stamp);
+    last_state_ = estimate.health.state;
+    result.frame_stamp = frame.stamp;
+    result.output_stamp = output_stamp;
+    result.is_keyframe = ok(result.status) && estimate.health.is_keyframe;
+    result.is_usable = ok(result.status) && is_usable(estimate.health.state);
+    mesh_is_new_ = result.is_keyframe && result.is_usable && update_mesh(frame, estimate.health);
+    result.has_mesh = mesh_is_new_;
+    result.told.clear();
+    if (result.has_mesh) {
+        result.mesh_vertices = mesher_->mesh().vertex_count();
+        result.mesh_faces = mesher_->mesh().face_count();
+        result.mesh = mesher_->counters();
+        for (const TrackedPlane& plane : planes_->planes()) {
+            if (plane.is_told) {
+                result.told.push_back(plane);
+            }
+        }
+    }
+    result.timing = timer_.take();
+}
+
+std::span<const DepartedFace> FramePipeline::departed() const {
+    return mesh_is_new_ ? mesher_->departed() : std::span<const DepartedFace>();
+}
+
+/// The turn of mesher and plane finder at a keyframe: part of the keyframe's time.
+bool FramePipeline::update_mesh(const StereoFrame& frame, const Health& health) {
+    const KeyframeView& view = estimator_.keyframe_view();
+    if (view.number == last_view_) {
+        return false;  // the first keyframe, or one the window refused
+    }
+    last_view_ = view.number;
+    const auto begin = StageTimer::Clock::now();
+    timer_.begin(Stage::kMesh);
+    mesher_->update(view, frame.left);
+    timer_.end(Stage::kMesh);
+    update_planes(view, health);
+    timer_.add_total(begin);
+    return true;
+}
+
+/// Planes are found in every mode; whether the estimator uses them is its mode's business.
+void FramePipeline::update_planes(const KeyframeView& view, const Health& health) {
+    if (health.reset_counter != planes_reset_counter_) {
+        planes_->reset();
+        planes_reset_counter_ = health.reset_counter;
+    }
+    timer_.begin(Stage::kPlanes);
+    const PlaneProposals& proposals = planes_->update(mesher_->mesh(), view);
+    planes_->label(mesher_->mesh());
+    estimator_.set_planes(proposals);
+    timer_.end(Stage::kPlanes);
+}
+
+}  // namespace facet

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Estimator, mesher and plane finder as one: the part that a replay and a live run share.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "app/calibration/calibration.h"
+#include "app/config/program_config.h"
+#include "app/output/frame_log.h"
+#include "app/pipeline/stage_timer.h"
+#include "estimator/api/estimator.h"
+#include "mesh/mesher.h"
+#include "mesh/planes/plane_finder.h"
+
+namespace facet {
+
+/// The estimator may find that images are later than their stamps say: it can then use them only this much later. Frames
+/// are therefore given when inertial samples reach this far beyond their stamps.
+inline constexpr Duration kFrameDelay = Duration::from_seconds(0.02);
+
+/// What became of one frame, as values: it may be handed to another thread. About 10 KB.
+struct FrameResult {
+    Timestamp frame_stamp;   ///< as given to the estimator
+    Timestamp output_stamp;  ///< under which timing and health are filed
+    Status status = Status::kOk;
+    Estimate estimate;  ///< its state counts if `is_usable`
+    bool is_keyframe = false;
+    bool is_usable = false;  ///< there is an estimate to be used
+    FrameTiming timing;      ///< of the frame and the inertial samples before it
+    bool has_mesh = false;   ///< mesh and planes were brought up to date; the fields below count
+    int mesh_vertices = 0;
+    int mesh_faces = 0;
+    MeshCounters mesh;
+    FixedVector<TrackedPlane, kMaxPlanes> told;  ///< planes, as the finder has them
+};
+
+/// Takes samples in order of time to the estimator, and keyframes to the mesher and the plane finder, whose planes go back.
+/// Thread-bound. Heap in the constructor and in configure() only.
+class FramePipeline {
+public:
+    FramePipeline();
+
+    /// Throws InputError naming the section of the parameters, or the calibration, that cannot be used.
+    void configure(const ProgramConfig& config, const Calibration& calibration);
+
+    void add_imu(const ImuSample& sample);
+    /// The estimate's stamp is brought from the frame's stamp to the output's.
+    /// @param output_stamp  differs from the frame's if the frame's clock was tampered with
+    /// @param result        status kNotReady: inertial samples do not reach the frame yet
+    void add_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result);
+
+    /// Faces that left the horizon at the last frame; empty if that had no mesh.
+    std::span<const DepartedFace> departed() const;
+
+    const Mesher& mesher() const { return *mesher_; }
+    const PlaneFinder& planes() const { return *planes_; }
+    std::size_t imu_samples() const { return imu_samples_; }
+    std::size_t imu_refused() const { return imu_refused_; }
+
+private:
+    bool update_mesh(const StereoFrame& frame, const Health& health);
+    void update_planes(const KeyframeView& view, const Health& health);
+
+    Estimator estimator_;
+    std::unique_ptr<Mesher> mesher_;
+    std::unique_ptr<PlaneFinder> planes_;
+    std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
+    std::uint32_t last_view_ = 0;
+    TrackingState last_state_ = TrackingState::kInit;
+    bool mesh_is_new_ = false;
+    StageTimer timer_;
+    std::size_t imu_samples_ = 0;
+    std::size_t imu_refused_ = 0;
+};
+
+/// Whether the estimate is to be used.
+constexpr bool is_usable(TrackingState state) {
+    return state == TrackingState::kTracking || state == TrackingState::kDegraded;
+}
+
+}  // namespace facet

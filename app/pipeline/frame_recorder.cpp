@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/pipeline/frame_recorder.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+namespace facet {
+namespace {
+
+bool is_finite(const NavState& s) {
+    return s.q_W_B.coeffs().allFinite() && s.p_W_B.allFinite() && s.v_W_B.allFinite() && s.bias.gyro.allFinite() &&
+           s.bias.accel.allFinite();
+}
+
+}  // namespace
+
+FrameRecorder::Files::Files(const std::string& folder)
+    : warnings(folder), trajectory(folder), timing(folder), health(folder), mesh(folder), planes(folder) {}
+
+FrameRecorder::FrameRecorder(const std::string& folder, const RecorderLimits& limits)
+    : folder_(folder), limits_(limits), run_mesh_(limits.mesh_faces) {
+    if (!folder.empty()) {
+        files_.emplace(folder);
+    }
+}
+
+void FrameRecorder::warn(const std::string& kind, const std::string& text) {
+    if (files_) {
+        files_->warnings.add(kind, text);
+    } else {
+        ++summary_.warnings[kind];
+        fmt::print(stderr, "warning: {}\n", text);
+    }
+}
+
+void FrameRecorder::write(const FrameResult& frame, std::span<const DepartedFace> departed) {
+    ++summary_.frames;
+    if (frame.has_mesh) {
+        run_mesh_.collect(departed);
+        summary_.mesh_faces_max = std::max(summary_.mesh_faces_max, frame.mesh_faces);
+    }
+    if (frame.status == Status::kNotReady) {
+        ++summary_.frames_not_ready;
+    } else if (!ok(frame.status)) {
+        ++summary_.frames_refused;
+        warn("refused_frame",
+             fmt::format("frame {}: refused by the estimator: {}", frame.output_stamp.ns, to_string(frame.status)));
+    }
+    summary_.keyframes += frame.is_keyframe ? 1 : 0;
+    ++summary_.frames_by_state[to_string(frame.estimate.health.state)];
+    keep_timing(frame);
+    if (files_) {
+        if (frame.has_mesh) {
+            files_->planes.write(frame.frame_stamp, frame.told);
+            files_->mesh.write(frame.frame_stamp, frame.mesh_vertices, frame.mesh_faces, frame.mesh);
+        }
+        files_->timing.write(frame.output_stamp, frame.is_keyframe, frame.timing);
+        files_->health.write(frame.output_stamp, frame.estimate.health);
+    }
+    if (frame.is_usable) {
+        keep(frame.estimate);
+    } else {
+        summary_.last.stamp = frame.estimate.stamp;
+        summary_.last.health = frame.estimate.health;
+    }
+}
+
+/// When full, the oldest makes room.
+void FrameRecorder::keep_timing(const FrameResult& frame) {
+    const RunSummary::TimedFrame timed{frame.is_keyframe, frame.timing};
+    if (summary_.timed.size() < limits_.timed_frames) {
+        summary_.timed.push_back(timed);
+    } else if (limits_.timed_frames > 0) {
+        summary_.timed[oldest_timed_] = timed;
+        oldest_timed_ = (oldest_timed_ + 1) % limits_.timed_frames;
+    }
+}
+
+void FrameRecorder::keep(const Estimate& estimate) {
+    if (!is_finite(estimate.state)) {
+        summary_.not_finite = true;
+        warn("not_finite_estimate", fmt::format("frame {}: estimate is not finite; not written", estimate.stamp.ns));
+        summary_.last.health = estimate.health;
+        return;
+    }
+    if (files_) {
+        files_->trajectory.write(estimate);
+    }
+    if (summary_.estimates++ == 0) {
+        summary_.first_estimate = estimate.stamp;
+    } else {
+        summary_.path_m += (estimate.state.p_W_B - summary_.last.state.p_W_B).norm();
+    }
+    summary_.last = estimate;
+}
+
+void FrameRecorder::flush() {
+    if (files_) {
+        files_->trajectory.flush();
+        files_->timing.flush();
+        files_->health.flush();
+        files_->mesh.flush();
+        files_->planes.flush();
+        files_->warnings.flush();
+    }
+}
+
+void FrameRecorder::finish(const FramePipeline& pipeline) {
+    summary_.imu_samples = pipeline.imu_samples();
+    summary_.imu_refused = pipeline.imu_refused();
+    summary_.mesh = pipeline.mesher().counters();
+    summary_.planes = pipeline.planes().counters();
+    summary_.mesh_vertices = pipeline.mesher().mesh().vertex_count();
+    summary_.mesh_faces = pipeline.mesher().mesh().face_count();
+    if (!files_) {
+        summary_.run_mesh_faces = run_mesh_.faces();
+        return;
+    }
+    summary_.warnings = files_->warnings.counts();
+    files_->trajectory.close();
+    files_->timing.close();
+    files_->health.close();
+    files_->mesh.close();
+    files_->planes.close();
+    files_->planes.write_planes(folder_);
+    run_mesh_.write(pipeline.mesher(), folder_);
+    summary_.run_mesh_faces = run_mesh_.faces();
+    files_->warnings.close();
+    write_summary(summary_, folder_);
+}
+
+}  // namespace facet

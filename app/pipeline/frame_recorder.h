@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What a run leaves behind: the files of its frames, its mesh and planes, and the account of it.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "app/mesh_output/mesh_log.h"
+#include "app/mesh_output/plane_log.h"
+#include "app/mesh_output/run_mesh.h"
+#include "app/output/frame_log.h"
+#include "app/output/summary.h"
+#include "app/output/trajectory_writer.h"
+#include "app/pipeline/frame_pipeline.h"
+#include "app/pipeline/warning_log.h"
+
+namespace facet {
+
+/// How much a recorder keeps in memory; a run of hours must not grow.
+struct RecorderLimits {
+    std::size_t timed_frames = std::numeric_limits<std::size_t>::max();  ///< the newest count
+    std::size_t mesh_faces = std::numeric_limits<std::size_t>::max();    ///< see RunMesh
+};
+
+/// Writes trajectory.tum, trajectory.csv, covariance.csv, timing.csv, health.csv, mesh.csv and planes.csv row by row, and
+/// mesh.ply, mesh_live.ply, planes.json and summary.json at the end. Thread-bound; heap. Throws InputError if a file cannot be
+/// written.
+class FrameRecorder {
+public:
+    /// @param folder  that exists; empty: keep the account only
+    explicit FrameRecorder(const std::string& folder, const RecorderLimits& limits = {});
+
+    /// @param departed  faces that left the horizon at this frame
+    void write(const FrameResult& frame, std::span<const DepartedFace> departed);
+    void collect(std::span<const DepartedFace> departed) { run_mesh_.collect(departed); }
+    void warn(const std::string& kind, const std::string& text);
+    /// Brings all files up to here to the system.
+    void flush();
+
+    /// Completes the account from the pipeline and closes all files. Nothing may follow.
+    void finish(const FramePipeline& pipeline);
+
+    WarningLog* warnings() { return files_ ? &files_->warnings : nullptr; }
+    RunSummary& summary() { return summary_; }
+
+private:
+    struct Files {
+        explicit Files(const std::string& folder);
+        WarningLog warnings;
+        TrajectoryWriter trajectory;
+        TimingWriter timing;
+        HealthWriter health;
+        MeshLog mesh;
+        PlaneLog planes;
+    };
+    void keep(const Estimate& estimate);
+    void keep_timing(const FrameResult& frame);
+
+    std::string folder_;
+    RecorderLimits limits_;
+    std::optional<Files> files_;
+    RunMesh run_mesh_;
+    RunSummary summary_;
+    std::size_t oldest_timed_ = 0;
+};
+
+}  // namespace facet
