@@ -9,6 +9,7 @@
 #include "app/pipeline/replay.h"
 #include "app/sim/simulate.h"
 #include "drivers/replay_asl/ground_truth.h"
+#include "tests/scenario/heap_use.h"
 #include "tests/support/temp_dir.h"
 
 using namespace facet;
@@ -123,6 +124,14 @@ TEST_CASE("a simulated flight is estimated to centimetres, the same each time, a
     }
     replay(log, dir.file("sp"), {}, RegularityMode::kSp);
     CHECK(bytes(dir.file("sp/trajectory.csv")) == bytes(dir.file("first/trajectory.csv")));
+
+    // GIVEN the same flight WHEN its heap calls are counted THEN there is none after set-up, planes and mesh included
+    const test::HeapUse heap = test::measure_heap(log, RegularityMode::kSpr);
+    CHECK(heap.frames == 101);
+    CHECK(heap.keyframes > 10);
+    CHECK(heap.planes > 0);
+    INFO(heap.first);
+    CHECK(heap.allocations == 0);
 
     // GIVEN 0.3 s of darkness, then no right camera for 0.5 s, and one frame in ten lost
     // WHEN the log is replayed THEN every frame that arrives is estimated, nearly as well, and the same each time

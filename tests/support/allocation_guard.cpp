@@ -2,7 +2,11 @@
 // Takes glibc's allocation functions' place in the whole program, as glibc's manual allows ("Replacing malloc").
 #include "tests/support/allocation_guard.h"
 
+#include <execinfo.h>
+
+#include <array>
 #include <cerrno>
+#include <cstdlib>
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
 #define FACET_COUNTS_ALLOCATIONS 0
@@ -15,6 +19,20 @@ namespace {
 // Constant initialisation and the executable's own TLS block: reading them allocates nothing.
 thread_local constinit std::uint64_t t_allocations = 0;
 thread_local constinit std::uint64_t t_bytes = 0;
+// Call stack of the first allocation after the newest guard was made.
+constexpr int kMaxDepth = 32;
+thread_local constinit std::array<void*, kMaxDepth> t_stack{};
+thread_local constinit int t_depth = 0;
+thread_local constinit bool t_wants_stack = false;
+
+[[maybe_unused]] void count(std::size_t bytes) {
+    ++t_allocations;
+    t_bytes += bytes;
+    if (t_wants_stack) {
+        t_wants_stack = false;  // first, because backtrace() may itself allocate
+        t_depth = backtrace(t_stack.data(), kMaxDepth);
+    }
+}
 
 }  // namespace
 
@@ -27,26 +45,22 @@ void* __libc_realloc(void* old, std::size_t size);               // NOLINT
 void* __libc_memalign(std::size_t alignment, std::size_t size);  // NOLINT
 
 void* malloc(std::size_t size) {
-    ++t_allocations;
-    t_bytes += size;
+    count(size);
     return __libc_malloc(size);
 }
 
-void* calloc(std::size_t count, std::size_t size) {
-    ++t_allocations;
-    t_bytes += count * size;
-    return __libc_calloc(count, size);
+void* calloc(std::size_t number, std::size_t size) {
+    count(number * size);
+    return __libc_calloc(number, size);
 }
 
 void* realloc(void* old, std::size_t size) {
-    ++t_allocations;
-    t_bytes += size;
+    count(size);
     return __libc_realloc(old, size);
 }
 
 void* memalign(std::size_t alignment, std::size_t size) {
-    ++t_allocations;
-    t_bytes += size;
+    count(size);
     return __libc_memalign(alignment, size);
 }
 
@@ -68,11 +82,30 @@ int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
 
 namespace facet::test {
 
-AllocationGuard::AllocationGuard() : allocations_before_(t_allocations), bytes_before_(t_bytes) {}
+AllocationGuard::AllocationGuard() {
+    if (t_depth == 0) {  // the very first call of backtrace() loads a library
+        static_cast<void>(backtrace(t_stack.data(), 1));
+    }
+    allocations_before_ = t_allocations;
+    bytes_before_ = t_bytes;
+    t_depth = 0;
+    t_wants_stack = true;
+}
 
 std::uint64_t AllocationGuard::allocations() const { return t_allocations - allocations_before_; }
 
 std::uint64_t AllocationGuard::bytes() const { return t_bytes - bytes_before_; }
+
+std::string AllocationGuard::first_allocation() const {
+    t_wants_stack = false;  // what follows allocates
+    std::string text;
+    char** const lines = backtrace_symbols(t_stack.data(), t_depth);
+    for (int i = 0; lines != nullptr && i < t_depth; ++i) {
+        text += std::string(lines[i]) + "\n";
+    }
+    std::free(lines);
+    return text;
+}
 
 bool AllocationGuard::active() { return FACET_COUNTS_ALLOCATIONS != 0; }
 

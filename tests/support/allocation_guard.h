@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace facet::test {
 
@@ -25,12 +26,16 @@ public:
     /// Bytes asked for by them.
     std::uint64_t bytes() const;
 
+    /// Call stack of the first allocation since construction of the thread's newest guard, a line a frame, as
+    /// backtrace_symbols() has it (addr2line tells the rest); empty if there was none. Allocates.
+    std::string first_allocation() const;
+
     /// Whether this build counts.
     static bool active();
 
 private:
-    std::uint64_t allocations_before_;
-    std::uint64_t bytes_before_;
+    std::uint64_t allocations_before_ = 0;
+    std::uint64_t bytes_before_ = 0;
 };
 
 }  // namespace facet::test

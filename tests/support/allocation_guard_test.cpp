@@ -95,5 +95,18 @@ TEST_CASE("guards nest, count bytes and see their own thread only", "[allocation
     CHECK(here < 50);  // starting the thread allocates a little here; its hundred are its own
 }
 
+TEST_CASE("the first allocation's call stack is kept", "[allocation_guard]") {
+    const AllocationGuard none;
+    CHECK(none.first_allocation().empty());
+    const AllocationGuard guard;
+    const auto p = std::make_unique<int>(1);
+    keep(p.get());
+    const std::string stack = guard.first_allocation();
+    CHECK(stack.empty() != AllocationGuard::active());
+    if (AllocationGuard::active()) {
+        CHECK(stack.find("allocation_guard_test") != std::string::npos);
+    }
+}
+
 }  // namespace
 }  // namespace facet::test
