@@ -2,6 +2,7 @@
 #include "app/commands/info_command.h"
 
 #include <fmt/core.h>
+#include <malloc.h>
 #include <png.h>
 
 #include <CLI/CLI.hpp>
@@ -11,7 +12,11 @@
 #include "app/commands/build_info.h"
 #include "app/commands/run_guarded.h"
 #include "app/config/config_file.h"
+#include "app/sim/default_rig.h"
 #include "estimator/api/capacity.h"
+#include "estimator/api/estimator.h"
+#include "mesh/mesher.h"
+#include "mesh/planes/plane_finder.h"
 
 namespace facet {
 namespace {
@@ -34,6 +39,34 @@ void print_build() {
     fmt::print("modes        s, sp, spr\n");
 }
 
+/// Heap in use by this process.
+std::size_t heap_bytes() {
+    const struct mallinfo2 info = mallinfo2();
+    return info.uordblks + info.hblkhd;
+}
+
+/// What estimator, mesher and plane finder hold once configured for the EuRoC rig.
+void print_memory() {
+    constexpr double kMegabyte = 1e6;
+    const StereoRig rig = sim::euroc_rig();
+    const std::size_t before = heap_bytes();
+    Estimator estimator;
+    const bool is_configured = ok(estimator.configure({}, rig));
+    const auto mesher = std::make_unique<Mesher>();
+    const auto planes = std::make_unique<PlaneFinder>();
+    const std::size_t all = heap_bytes() - before;
+    FACET_ASSERT(is_configured && all <= kMemoryBudget);
+    std::size_t known = sizeof(Mesher) + sizeof(PlaneFinder);
+    fmt::print("memory       {:.2f} MB, all taken before the first sample:", static_cast<double>(all) / kMegabyte);
+    for (const MemoryPart& part : Estimator::memory()) {
+        fmt::print(" {} {:.2f},", part.name, static_cast<double>(part.bytes) / kMegabyte);
+        known += part.bytes;
+    }
+    fmt::print(" mesher {:.2f}, plane finder {:.2f}, buffers for {}x{} images {:.2f}\n", sizeof(Mesher) / kMegabyte,
+               sizeof(PlaneFinder) / kMegabyte, rig.left.intrinsics().width, rig.left.intrinsics().height,
+               static_cast<double>(all - known) / kMegabyte);
+}
+
 }  // namespace
 
 void add_info_command(CLI::App& app, int& exit_code) {
@@ -45,6 +78,7 @@ void add_info_command(CLI::App& app, int& exit_code) {
         exit_code = run_guarded([&] {
             if (!*only_config) {
                 print_build();
+                print_memory();
                 fmt::print("\n");
             }
             fmt::print("# Parameters with their defaults: unit, range, meaning.\n{}", print_config(ProgramConfig{}));

@@ -399,6 +399,16 @@ void Estimator::report_overrun() { impl_->is_late = true; }
 
 void Estimator::set_planes(const PlaneProposals& planes) { impl_->window.set_planes(planes); }
 
+std::span<const MemoryPart> Estimator::memory() {
+    static_assert(sizeof(Impl) <= kMemoryBudget / 2, "the other half is for images, mesh and planes");
+    static constexpr MemoryPart kParts[] = {{"window", sizeof(Window)},
+                                            {"inertial history", sizeof(ImuBuffer)},
+                                            {"front-end", sizeof(Frontend) + sizeof(FrontendOutput)},
+                                            {"start in motion", sizeof(MotionStart)},
+                                            {"landmark view", sizeof(KeyframeView)}};
+    return kParts;
+}
+
 const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 
 Status Estimator::add_imu(const ImuSample& sample) { return impl_->imu.push(sample); }

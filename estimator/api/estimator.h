@@ -3,10 +3,12 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "estimator/api/config.h"
 #include "estimator/api/estimate.h"
 #include "estimator/api/landmarks.h"
+#include "estimator/api/memory_part.h"
 #include "estimator/api/stage.h"
 #include "platform/base/samples.h"
 
@@ -59,6 +61,9 @@ public:
     /// Tells which planes the mesh knows and which landmarks lie on them; holds from the next keyframe on, until told anew.
     /// Without effect in mode S.
     void set_planes(const PlaneProposals& planes);
+
+    /// Bytes of its storage by part, images' buffers excepted: those depend on the rig and are taken in configure().
+    static std::span<const MemoryPart> memory();
 
     /// Landmarks and camera at the newest keyframe; empty before the second one. Valid until the next add_frame.
     const KeyframeView& keyframe_view() const;
