@@ -8,6 +8,8 @@
 #include "app/mesh_output/mesh_log.h"
 #include "app/mesh_output/plane_log.h"
 #include "app/support/text_file.h"
+#include "estimator/geometry/so3.h"
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
@@ -30,6 +32,12 @@ Json final_state(const Estimate& last) {
             {"velocity_m_per_s", to_json(s.v_W_B)},
             {"gyro_bias_rad_per_s", to_json(s.bias.gyro)},
             {"accel_bias_m_per_s2", to_json(s.bias.accel)},
+            {"time_offset_s", last.health.time_offset_s},
+            {"time_offset_sigma_s", last.health.time_offset_sigma_s},
+            {"camera_turned_deg", to_json(so3_log(last.T_B_Bc.q) / kRadPerDeg)},
+            {"camera_turned_sigma_deg", to_json(last.T_B_Bc_sigma.head<3>() / kRadPerDeg)},
+            {"camera_moved_m", to_json(last.T_B_Bc.p)},
+            {"camera_moved_sigma_m", to_json(last.T_B_Bc_sigma.tail<3>())},
             {"imu_gaps", last.health.imu_gaps},
             {"imu_dropped", last.health.imu_dropped}};
 }

@@ -79,6 +79,10 @@ struct Estimate {
     /// Of [theta p v]: theta a right perturbation in B (rad), p and v in W (m, m/s). Since the last start; p and yaw are
     /// relative to where that was.
     Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
+    /// Correction of the cameras' place on the body: T_B_Ck = T_B_Bc * (T_B_Ck as calibrated); identity if not estimated.
+    Se3 T_B_Bc;
+    Eigen::Matrix<double, 6, 1> T_B_Bc_sigma =
+        Eigen::Matrix<double, 6, 1>::Zero();  ///< of [theta p]; 0 if not estimated
     Health health;
 };
 

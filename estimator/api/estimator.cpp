@@ -77,7 +77,7 @@ struct Estimator::Impl {
     bool is_late = false;      ///< a frame took too long: less work up to the next keyframe
     bool is_held = false;      ///< `now` is the newest keyframe's place, because the vehicle stands
     Timestamp last_image;      ///< stamp of the last frame as given
-    double time_offset_sigma_s = 0.0;
+    RigCalibration::Tangent calibration_sigma = RigCalibration::Tangent::Zero();
     std::uint32_t reset_counter = 0;
     WindowSummary summary;
     KeyframeView view;  ///< landmarks at the newest keyframe
@@ -114,7 +114,7 @@ void Estimator::Impl::reset() {
     newest = now = {};
     span = {};
     has_frame = is_coasting = wants_reset = rests = is_late = is_held = false;
-    time_offset_sigma_s = 0.0;
+    calibration_sigma.setZero();
     reset_counter = 0;
     summary = {};
     view.number = 0;
@@ -257,7 +257,9 @@ void Estimator::Impl::second_opinion() {
 void Estimator::Impl::update_covariance() {
     const StageScope scope(observer, Stage::kSolve);
     if (ok(window.newest_covariance(now.covariance))) {
-        time_offset_sigma_s = window.calibration_sigma(kTimeOffset);
+        for (int i = 0; i < kCalibrationDim; ++i) {
+            calibration_sigma(i) = window.calibration_sigma(i);
+        }
     }
 }
 
@@ -351,6 +353,8 @@ void Estimator::Impl::fill(const StereoFrame& frame, bool frame_taken, Estimate&
     estimate.stamp = e.is_started ? now.stamp : frame.stamp;
     estimate.state = now.state;
     estimate.covariance = now.covariance.topLeftCorner<9, 9>();
+    estimate.T_B_Bc = window.calibration().T_B_Bc;
+    estimate.T_B_Bc_sigma = calibration_sigma.tail<6>();
     Health& health = estimate.health;
     monitor.update(e, health);
     health.is_keyframe = e.is_keyframe;
@@ -366,7 +370,7 @@ void Estimator::Impl::fill(const StereoFrame& frame, bool frame_taken, Estimate&
     health.mean_vision_chi2 = e.vision_chi2;
     health.imu_chi2 = summary.imu_squared_error / kStateDim;
     health.time_offset_s = window.calibration().time_offset_s;
-    health.time_offset_sigma_s = time_offset_sigma_s;
+    health.time_offset_sigma_s = calibration_sigma(kTimeOffset);
     health.reset_counter = reset_counter;
     const ImuBufferCounters& counters = imu.counters();
     health.imu_gaps = counters.gaps;
