@@ -224,6 +224,10 @@ bool AslDataset::load_image(const ImageRow& row, int camera, GreyImage& image) {
 }
 
 bool AslDataset::load_frame(const Pair& pair, StereoFrame& frame) {
+    if (!options_.decode_images) {
+        frame = {pair.left.stamp, {}, {}};
+        return true;
+    }
     if (!load_image(pair.left, 0, images_[0])) {
         return false;
     }

@@ -34,6 +34,7 @@ struct AslOptions {
     std::optional<Duration> length;  ///< and only for this long; all if empty
     ImageSize left_size;
     ImageSize right_size;
+    bool decode_images = true;  ///< else frames come with empty views, and no image file is opened
 };
 
 /// A log folder with cam0, cam1 and imu0, each with data.csv (stamps in integer ns). Usage:
