@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "platform/linux/linux_wakeup.h"
+
+#include <catch2/catch.hpp>
+#include <thread>
+
+#include "platform/linux/linux_clock.h"
+
+namespace facet {
+namespace {
+
+TEST_CASE("notifications before a wait are taken as one, and without any the wait ends in time") {
+    LinuxWakeup wakeup;
+    const LinuxClock clock;
+    wakeup.notify();
+    wakeup.notify();
+    CHECK(wakeup.wait(Duration::from_seconds(10.0)));
+    const Timestamp begin = clock.now();
+    CHECK_FALSE(wakeup.wait(Duration::from_seconds(0.02)));
+    CHECK(clock.now() - begin >= Duration::from_seconds(0.02));
+    CHECK_FALSE(wakeup.wait({}));
+}
+
+TEST_CASE("a notification from another thread ends the wait, and what was written before it is seen") {
+    LinuxWakeup wakeup;
+    LinuxWakeup answer;
+    int value = 0;
+    std::thread other([&] {
+        value = 7;
+        wakeup.notify();
+        answer.wait(Duration::from_seconds(10.0));
+    });
+    CHECK(wakeup.wait(Duration::from_seconds(10.0)));
+    CHECK(value == 7);
+    answer.notify();
+    other.join();
+}
+
+}  // namespace
+}  // namespace facet
