@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Estimates to a flight controller by MAVLink over UDP.
+// Estimates to a flight controller by MAVLink over UDP or a serial line.
 #pragma once
 
 #include <string>
 
+#include "drivers/common/retry_gate.h"
 #include "drivers/sink_mavlink/mavlink_frame.h"
 #include "platform/port/clock.h"
 #include "platform/port/kernel_io.h"
@@ -14,11 +15,15 @@ struct SinkMavlinkOptions {
     MavlinkAddress address;
     std::string udp_host = "127.0.0.1";  ///< IPv4 in digits
     std::uint16_t udp_port = 14540;
+    std::string serial;  ///< device such as /dev/ttyS1, 8N1 without flow control; empty: UDP
+    int baud = 921600;
     Duration heartbeat_period = Duration::from_seconds(1.0);
+    Duration retry_period = Duration::from_seconds(1.0);  ///< a serial line that failed is opened again
 };
 
-/// Sends ODOMETRY at every estimate and HEARTBEAT once a second, over UDP, never blocking. Thread-bound. Heap on failure of
-/// open only.
+/// Sends ODOMETRY at every estimate and HEARTBEAT once a second, never blocking: what a full channel does not take is dropped
+/// and counted, on a serial line possibly in the middle of a frame, which its checksum tells the receiver. Thread-bound. Heap
+/// on failure of open only.
 class SinkMavlink final : public OdometrySink {
 public:
     SinkMavlink(KernelIo& io, const Clock& clock, SinkMavlinkOptions options);
@@ -26,7 +31,8 @@ public:
     SinkMavlink(const SinkMavlink&) = delete;
     SinkMavlink& operator=(const SinkMavlink&) = delete;
 
-    /// @return kInvalidArgument if the address is none, kIo if the system refuses; `problem` has the words.
+    /// @return kInvalidArgument if the address is none, kNotFound if there is no such serial device, kIo if the system refuses;
+    ///         `problem` has the words.
     Status open(std::string& problem);
     void close();
     Status send(const Odometry& odometry) override;
@@ -34,7 +40,12 @@ public:
     std::uint64_t sent() const { return sent_; }
     std::uint64_t dropped() const { return dropped_; }
 
+    /// Of the channel, for the user.
+    std::string name() const;
+
 private:
+    Status open_udp(std::string& problem);
+    Status open_serial(std::string& problem);
     Status write();
 
     KernelIo& io_;
@@ -44,6 +55,7 @@ private:
     MavlinkFrame frame_;
     std::uint8_t sequence_ = 0;
     Timestamp next_heartbeat_;
+    RetryGate retry_;
     std::uint64_t sent_ = 0;
     std::uint64_t dropped_ = 0;
 };

@@ -2,17 +2,23 @@
 #include "drivers/sink_mavlink/mavlink_frame.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <termios.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "drivers/sink_mavlink/sink_mavlink.h"
+#include "platform/linux/linux_kernel_io.h"
 #include "platform/sim/scripted_source.h"
 #include "tests/support/allocation_guard.h"
 #include "tests/support/fake_kernel.h"
@@ -174,6 +180,83 @@ TEST_CASE("an address that is none is refused in words") {
     std::string problem;
     CHECK(sink.open(problem) == Status::kInvalidArgument);
     CHECK(problem == "mavlink: 'autopilot:14540' is no IPv4 address and port");
+}
+
+/// The far end of a serial line: a pseudo-terminal of the kernel.
+class FarEnd {
+public:
+    FarEnd() : fd_(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+        REQUIRE(::grantpt(fd_) == 0);
+        REQUIRE(::unlockpt(fd_) == 0);
+        path_ = ::ptsname(fd_);
+    }
+    ~FarEnd() { ::close(fd_); }
+    FarEnd(const FarEnd&) = delete;
+    FarEnd& operator=(const FarEnd&) = delete;
+    const std::string& path() const { return path_; }
+    Bytes read() const {
+        Bytes bytes(4096);
+        const auto size = ::read(fd_, bytes.data(), bytes.size());
+        bytes.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+        return bytes;
+    }
+
+private:
+    int fd_;
+    std::string path_;
+};
+
+TEST_CASE("over a serial line every byte arrives as it was sent") {
+    const FarEnd autopilot;
+    ManualClock clock;
+    LinuxKernelIo io;
+    SinkMavlinkOptions options;
+    options.serial = autopilot.path();
+    options.baud = 500000;
+    SinkMavlink sink(io, clock, options);
+    std::string problem;
+    INFO(problem);
+    REQUIRE(sink.open(problem) == Status::kOk);
+    CHECK(sink.name() == autopilot.path());
+    const int line = ::open(autopilot.path().c_str(), O_RDWR | O_NOCTTY);
+    termios settings{};
+    REQUIRE(::tcgetattr(line, &settings) == 0);
+    CHECK(cfgetospeed(&settings) == B500000);
+    CHECK((settings.c_oflag & OPOST) == 0);
+    CHECK((settings.c_lflag & (ICANON | ECHO)) == 0);
+    REQUIRE(sink.send(example()) == Status::kOk);
+    const Bytes got = autopilot.read();
+    // A heartbeat, then the frame of the golden bytes but for sequence, address and checksum.
+    REQUIRE(got.size() > kGolden.size());
+    const Bytes odometry(got.end() - static_cast<std::ptrdiff_t>(kGolden.size()), got.end());
+    CHECK(std::equal(odometry.begin() + 10, odometry.end() - 2, kGolden.begin() + 10));
+    ::close(line);
+}
+
+TEST_CASE("a serial line that is none, is not there, or vanishes") {
+    ManualClock clock;
+    LinuxKernelIo io;
+    SinkMavlinkOptions options;
+    options.serial = "/dev/no_such_line";
+    SinkMavlink nothing(io, clock, options);
+    std::string problem;
+    CHECK(nothing.open(problem) == Status::kNotFound);
+    CHECK(problem == "mavlink: /dev/no_such_line: cannot be opened: No such file or directory");
+    options.serial = "/dev/null";
+    SinkMavlink null(io, clock, options);
+    CHECK(null.open(problem) == Status::kInvalidArgument);
+    CHECK(problem == "mavlink: /dev/null: is no serial line");
+
+    auto autopilot = std::make_unique<FarEnd>();
+    options.serial = autopilot->path();
+    SinkMavlink sink(io, clock, options);
+    REQUIRE(sink.open(problem) == Status::kOk);
+    autopilot.reset();
+    CHECK(sink.send(example()) == Status::kIo);
+    clock.advance({100'000'000});
+    CHECK(sink.send(example()) == Status::kIo);  // too early to open it again
+    CHECK(sink.sent() == 0);
+    CHECK(sink.dropped() >= 2);
 }
 
 }  // namespace
