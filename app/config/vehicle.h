@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What a vehicle has: its sensors, where they are connected, where estimates go, and what it asks of the system.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/calibration/calibration.h"
+#include "app/config/program_config.h"
+#include "drivers/camera_v4l2/camera_v4l2.h"
+#include "drivers/imu_can/dbc_decoder.h"
+#include "drivers/imu_can/dronecan.h"
+#include "drivers/imu_can/imu_can.h"
+#include "drivers/imu_spi/adis16.h"
+#include "drivers/imu_spi/bmi088.h"
+#include "drivers/imu_spi/icm42688.h"
+#include "drivers/imu_spi/imu_spi.h"
+#include "drivers/sink_mavlink/sink_mavlink.h"
+#include "drivers/trigger_gpio/trigger_gpio.h"
+
+namespace facet {
+
+/// Two nodes, or one whose images are twice as wide: left and right side by side.
+struct VehicleCameras {
+    bool side_by_side = false;  ///< then `left` is the node, its width twice the calibration's
+    bool use_sequence = true;   ///< the drivers count frames
+    double rate_hz = 20.0;
+    CameraV4l2Options left;
+    CameraV4l2Options right;
+};
+
+/// The line that tells when the cameras expose.
+struct VehicleTrigger {
+    TriggerGpioOptions input;
+    Duration delay;  ///< from the edge to the start of exposure
+};
+
+enum class SpiChip : std::uint8_t { kAdis16, kIcm42688, kBmi088 };
+
+struct VehicleImuSpi {
+    SpiChip chip = SpiChip::kAdis16;
+    std::string device = "/dev/spidev0.0";        ///< of the gyroscope, where there are two
+    std::string accel_device = "/dev/spidev0.1";  ///< BMI088 only
+    std::optional<TriggerGpioOptions> data_ready;
+    Adis16Options adis16;
+    Icm42688Options icm42688;
+    Bmi088Options bmi088;
+    ImuSpiOptions source;
+};
+
+enum class CanProtocol : std::uint8_t { kOpenImu300, kDroneCan, kDbc };
+
+struct VehicleImuCan {
+    CanProtocol protocol = CanProtocol::kOpenImu300;
+    DroneCanOptions dronecan;
+    std::string dbc_path;
+    std::string dbc_text;  ///< content of that file, or the ready one of the product
+    CanSignalMap map;
+    ImuCanOptions source;
+};
+
+struct VehicleLog {
+    std::string folder;          ///< created if missing; empty: no files
+    int mesh_faces = 200'000;    ///< most faces kept for mesh.ply
+    int timed_frames = 100'000;  ///< newest frames whose times are in summary.json
+};
+
+struct ThreadOptions {
+    int cpu = -1;      ///< -1: any
+    int priority = 0;  ///< of SCHED_FIFO; 0: the ordinary scheduler
+};
+
+/// What is asked of the system; what it refuses is told and done without.
+struct VehicleRealtime {
+    bool lock_memory = false;
+    int prefault_stack_kb = 256;  ///< of each thread
+    ThreadOptions estimator;
+    ThreadOptions cameras;
+    ThreadOptions imu;
+    ThreadOptions trigger;
+    ThreadOptions output;
+};
+
+/// Everything that `facet run` needs to know.
+struct Vehicle {
+    std::string source;  ///< the file it came from
+    Calibration calibration;
+    ProgramConfig config;
+    Duration frame_delay;  ///< frames wait until inertial samples are this far past their stamp
+    VehicleCameras cameras;
+    std::optional<VehicleTrigger> trigger;
+    std::optional<VehicleImuSpi> imu_spi;  ///< one of the two
+    std::optional<VehicleImuCan> imu_can;
+    std::optional<SinkMavlinkOptions> mavlink;
+    VehicleLog log;
+    VehicleRealtime realtime;
+};
+
+}  // namespace facet

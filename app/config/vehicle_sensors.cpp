@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/config/vehicle_sensors.h"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <fstream>
+#include <sstream>
+
+#include "app/support/yaml_section.h"
+#include "drivers/imu_can/openimu300.h"
+
+namespace facet {
+namespace {
+
+using Choices = std::span<const std::string_view>;
+
+void read_duration(YamlSection& section, const std::string& key, Duration& value, double low_s, double high_s) {
+    if (section.node().has(key)) {
+        double seconds = 0.0;
+        section.read(key, seconds, low_s, high_s);
+        value = Duration::from_seconds(seconds);
+    } else {
+        (void)section.find(key);
+    }
+}
+
+/// What all cameras may have in common, and each may have otherwise.
+void read_camera(YamlSection& section, CameraV4l2Options& camera) {
+    if (const auto format = section.find("format")) {
+        const auto known = pixel_format(format->text());
+        if (!known) {
+            format->fail(fmt::format("'{}' is unknown; one of: GREY, Y10, Y10P, Y12, Y16, YUYV", format->text()));
+        }
+        camera.capture.format = *known;
+    }
+    section.read("significant_bits", camera.significant_bits, 0, 16);
+    section.read("buffers", camera.capture.buffers, 2, 8);
+    read_duration(section, "exposure_s", camera.exposure, 0.0, 1.0);
+    read_duration(section, "readout_s", camera.readout, 0.0, 1.0);
+    constexpr std::array<std::string_view, 4> kStamps{"as_flagged", "start_of_exposure", "end_of_frame",
+                                                      "mid_exposure"};
+    camera.stamp_source =
+        static_cast<StampSource>(section.choice("stamps", kStamps, static_cast<std::size_t>(camera.stamp_source)));
+    if (const auto controls = section.find("controls")) {
+        YamlSection list(*controls);
+        camera.controls.clear();
+        for (const auto& item : controls->raw()) {
+            const std::string name = item.first.Scalar();
+            camera.controls.push_back({name, list.at(name).integer()});
+        }
+    }
+}
+
+void read_node(const YamlNode& node, CameraV4l2Options& camera) {
+    YamlSection section(node);
+    section.read("device", camera.capture.device);
+    read_camera(section, camera);
+    section.finish();
+}
+
+/// gpiochip and line, by number or name, and how its edges are taken.
+TriggerGpioOptions read_line(YamlSection& section) {
+    TriggerGpioOptions options;
+    section.read("chip", options.line.chip);
+    const YamlNode line = section.at("line");
+    int offset = 0;
+    if (line.raw().IsScalar() && YAML::convert<int>::decode(line.raw(), offset)) {
+        if (offset < 0) {
+            line.fail("must not be negative");
+        }
+        options.line.offset = offset;
+    } else {
+        options.line.name = line.text();
+    }
+    constexpr std::array<std::string_view, 2> kEdges{"rising", "falling"};
+    const bool falling = section.choice("edge", kEdges, 0) == 1;
+    options.input.rising = !falling;
+    options.input.falling = falling;
+    section.read("pull_up", options.input.pull_up);
+    constexpr std::array<std::string_view, 3> kClocks{"monotonic", "realtime", "hardware"};
+    constexpr std::array kDomains{ClockDomain::kMonotonic, ClockDomain::kRealtime, ClockDomain::kHardware};
+    options.input.clock = kDomains[section.choice("clock", kClocks, 0)];
+    int debounce_us = 0;
+    section.read("debounce_us", debounce_us, 0, 100'000);
+    options.input.debounce_us = static_cast<std::uint32_t>(debounce_us);
+    return options;
+}
+
+int read_rate(YamlSection& section, const char* key, int value, std::initializer_list<int> rates) {
+    if (const auto field = section.find(key)) {
+        value = field->integer();
+        std::string all;
+        for (const int rate : rates) {
+            if (rate == value) {
+                return value;
+            }
+            all += (all.empty() ? "" : ", ") + std::to_string(rate);
+        }
+        field->fail(fmt::format("is {}; one of: {}", value, all));
+    }
+    return value;
+}
+
+void read_chip(YamlSection& section, VehicleImuSpi& imu) {
+    constexpr std::array<std::string_view, 7> kChips{"adis16448",   "adis16470", "adis16475-1", "adis16475-2",
+                                                     "adis16475-3", "icm42688",  "bmi088"};
+    (void)section.at("chip");
+    const std::size_t chip = section.choice("chip", kChips, 0);
+    imu.source.name = std::string(kChips[chip]);
+    bool self_test = true;
+    section.read("self_test", self_test);
+    imu.adis16.self_test = imu.icm42688.self_test = imu.bmi088.self_test = self_test;
+    if (chip <= static_cast<std::size_t>(Adis16Model::k16475Dash3)) {
+        imu.chip = SpiChip::kAdis16;
+        imu.adis16.model = static_cast<Adis16Model>(chip);
+        int decimation = imu.adis16.decimation;
+        section.read("decimation", decimation, 0, 1999);
+        imu.adis16.decimation = static_cast<std::uint16_t>(decimation);
+    } else if (kChips[chip] == "icm42688") {
+        imu.chip = SpiChip::kIcm42688;
+        imu.icm42688.rate_hz =
+            static_cast<std::uint16_t>(read_rate(section, "rate_hz", imu.icm42688.rate_hz, {200, 500, 1000, 2000}));
+        int watermark = imu.icm42688.watermark;
+        section.read("watermark", watermark, 1, 50);
+        imu.icm42688.watermark = static_cast<std::uint8_t>(watermark);
+    } else {
+        imu.chip = SpiChip::kBmi088;
+        imu.bmi088.gyro_rate_hz =
+            static_cast<std::uint16_t>(read_rate(section, "rate_hz", imu.bmi088.gyro_rate_hz, {200, 400, 1000, 2000}));
+        constexpr std::array<std::string_view, 4> kRanges{"3", "6", "12", "24"};
+        imu.bmi088.force_range_code =
+            static_cast<std::uint8_t>(section.choice("force_range_g", kRanges, imu.bmi088.force_range_code));
+        section.read("accel_device", imu.accel_device);
+    }
+}
+
+VehicleImuSpi read_imu_spi(const YamlNode& node) {
+    VehicleImuSpi imu;
+    YamlSection section(node);
+    read_chip(section, imu);
+    section.read("device", imu.device);
+    if (const auto line = section.find("data_ready")) {
+        YamlSection fields(*line);
+        imu.data_ready = read_line(fields);
+        fields.finish();
+    }
+    read_duration(section, "poll_period_s", imu.source.poll_period, 1e-4, 0.1);
+    section.finish();
+    return imu;
+}
+
+CanSignalName read_signal(const YamlNode& node) {
+    if (!node.raw().IsSequence() || node.raw().size() != 2 || !node.raw()[0].IsScalar() || !node.raw()[1].IsScalar()) {
+        node.fail("must be [message, signal]");
+    }
+    return {node.raw()[0].Scalar(), node.raw()[1].Scalar()};
+}
+
+/// {message: M, signals: [x, y, z]}
+std::array<CanSignalName, 3> read_axes(const YamlNode& node) {
+    YamlSection section(node);
+    const std::string message = section.at("message").text();
+    const YamlNode signals = section.at("signals");
+    section.finish();
+    if (!signals.raw().IsSequence() || signals.raw().size() != 3) {
+        signals.fail("must be a list of three signals: x, y, z");
+    }
+    std::array<CanSignalName, 3> names;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        names[i] = {message, signals.raw()[i].Scalar()};
+    }
+    return names;
+}
+
+CanSignalMap read_map(const YamlNode& node) {
+    CanSignalMap map;
+    YamlSection section(node);
+    map.rate = read_axes(section.at("rate"));
+    map.force = read_axes(section.at("force"));
+    if (const auto temperature = section.find("temperature")) {
+        map.temperature = read_signal(*temperature);
+    }
+    if (const auto counter = section.find("counter")) {
+        map.counter = read_signal(*counter);
+    }
+    section.read("j1939", map.j1939);
+    section.read("source_address", map.source_address, -1, 253);
+    section.finish();
+    return map;
+}
+
+/// Loads the database and tries the map on it.
+void read_dbc(YamlSection& section, VehicleImuCan& imu) {
+    const YamlNode path = section.at("dbc");
+    imu.dbc_path = beside(path);
+    std::ifstream file(imu.dbc_path, std::ios::binary);
+    std::ostringstream bytes;
+    if (!file || !(bytes << file.rdbuf())) {
+        path.fail(imu.dbc_path + ": cannot be read");
+    }
+    imu.dbc_text = bytes.str();
+    const YamlNode map = section.at("map");
+    imu.map = read_map(map);
+    DbcFile database;
+    DbcDecoder decoder;
+    std::string error;
+    if (!ok(database.parse(imu.dbc_text, imu.dbc_path, error))) {
+        path.fail(error);
+    }
+    if (!ok(decoder.configure(database, imu.map, error))) {
+        map.fail(error);
+    }
+}
+
+VehicleImuCan read_imu_can(const YamlNode& node) {
+    VehicleImuCan imu;
+    YamlSection section(node);
+    section.read("interface", imu.source.socket.interface);
+    section.read("fd", imu.source.socket.fd);
+    section.read("hardware_stamps", imu.source.socket.hardware_stamps);
+    constexpr std::array<std::string_view, 3> kProtocols{"openimu300", "dronecan", "dbc"};
+    (void)section.at("decoder");
+    imu.protocol = static_cast<CanProtocol>(section.choice("decoder", kProtocols, 0));
+    switch (imu.protocol) {
+        case CanProtocol::kOpenImu300:
+            imu.dbc_path = "openimu300";
+            imu.dbc_text = openimu300_dbc();
+            imu.map = openimu300_map();
+            section.read("source_address", imu.map.source_address, -1, 253);
+            break;
+        case CanProtocol::kDroneCan:
+            section.read("node_id", imu.dronecan.node_id, -1, 127);
+            section.read("use_integrals", imu.dronecan.use_integrals);
+            break;
+        case CanProtocol::kDbc: read_dbc(section, imu); break;
+    }
+    section.finish();
+    return imu;
+}
+
+}  // namespace
+
+VehicleCameras read_cameras(const YamlNode& node, const Calibration& calibration) {
+    VehicleCameras cameras;
+    YamlSection section(node);
+    section.read("rate_hz", cameras.rate_hz, 1.0, 200.0);
+    section.read("use_sequence", cameras.use_sequence);
+    CameraV4l2Options common;
+    read_camera(section, common);
+    cameras.left = cameras.right = common;
+    cameras.left.capture.device = "/dev/video0";
+    cameras.right.capture.device = "/dev/video1";
+    const auto both = section.find("side_by_side");
+    const auto left = section.find("left");
+    const auto right = section.find("right");
+    section.finish();
+    if (both && (left || right)) {
+        node.fail("has 'side_by_side' and 'left' or 'right'; choose one node or two");
+    }
+    const auto set_size = [](CameraV4l2Options& camera, const CameraIntrinsics& k) {
+        camera.capture.width = k.width;
+        camera.capture.height = k.height;
+    };
+    set_size(cameras.left, calibration.rig.left.intrinsics());
+    set_size(cameras.right, calibration.rig.right.intrinsics());
+    if (both) {
+        cameras.side_by_side = true;
+        if (cameras.left.capture.width != cameras.right.capture.width ||
+            cameras.left.capture.height != cameras.right.capture.height) {
+            both->fail("the calibration has cameras of different sizes: they cannot be side by side");
+        }
+        cameras.left.capture.width *= 2;
+        read_node(*both, cameras.left);
+    }
+    if (left) {
+        read_node(*left, cameras.left);
+    }
+    if (right) {
+        read_node(*right, cameras.right);
+    }
+    if (!both && cameras.left.capture.device == cameras.right.capture.device) {
+        node.fail("left and right are the same device; an image of both is 'side_by_side'");
+    }
+    return cameras;
+}
+
+VehicleTrigger read_trigger(const YamlNode& node) {
+    VehicleTrigger trigger;
+    YamlSection section(node);
+    trigger.input = read_line(section);
+    read_duration(section, "delay_s", trigger.delay, 0.0, 1.0);
+    section.finish();
+    return trigger;
+}
+
+void read_imu(const YamlNode& node, Vehicle& vehicle) {
+    YamlSection section(node);
+    AxisMap axes;
+    if (const auto field = section.find("axes"); field && !ok(axes.parse(field->text()))) {
+        field->fail(
+            fmt::format("'{}' is no axis map: three different axes such as \"y -x z\", not mirrored", field->text()));
+    }
+    Duration latency;
+    read_duration(section, "latency_s", latency, 0.0, 0.1);
+    const auto spi = section.find("spi");
+    const auto can = section.find("can");
+    section.finish();
+    if (spi.has_value() == can.has_value()) {
+        node.fail("must have either 'spi' or 'can'");
+    }
+    if (spi) {
+        vehicle.imu_spi = read_imu_spi(*spi);
+        vehicle.imu_spi->source.axes = axes;
+        vehicle.imu_spi->source.latency = latency;
+    } else {
+        vehicle.imu_can = read_imu_can(*can);
+        vehicle.imu_can->source.axes = axes;
+        vehicle.imu_can->source.latency = latency;
+    }
+}
+
+}  // namespace facet

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A map of a YAML file whose keys are all known: what is not asked for is a mistake of the user.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/support/yaml_file.h"
+
+namespace facet {
+
+/// Reads one map strictly. Every key asked for counts as known; finish() complains of the others. All functions throw
+/// InputError "file:line: field: what is wrong". Thread-bound; heap.
+class YamlSection {
+public:
+    /// Throws if the node is no map; an empty one is.
+    explicit YamlSection(YamlNode node);
+
+    /// The key's node if it is there.
+    std::optional<YamlNode> find(const std::string& key);
+    /// The same; throws if it is missing.
+    YamlNode at(const std::string& key);
+
+    /// Values that stay as they are if the key is missing. Numbers must be within [low, high].
+    void read(const std::string& key, double& value, double low, double high);
+    void read(const std::string& key, int& value, int low, int high);
+    void read(const std::string& key, bool& value);
+    void read(const std::string& key, std::string& value);
+
+    /// Index of the text in `choices`; `fallback` if the key is missing.
+    std::size_t choice(const std::string& key, std::span<const std::string_view> choices, std::size_t fallback);
+
+    /// Throws at the first key that nobody asked for, and names those that there are.
+    void finish() const;
+
+    const YamlNode& node() const { return node_; }
+
+private:
+    YamlNode node_;
+    std::vector<std::string> known_;
+};
+
+}  // namespace facet

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/config/vehicle_file.h"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "tests/support/input_error_text.h"
+#include "tests/support/temp_dir.h"
+
+namespace facet {
+namespace {
+
+constexpr const char* kCamera =
+    "  camera_model: pinhole\n  intrinsics: [150, 150, 79.5, 59.5]\n  distortion_model: radtan\n"
+    "  distortion_coeffs: [-0.1, 0.01, 0, 0]\n  resolution: [160, 120]\n";
+
+void write_calibration(const test::TempDir& dir) {
+    const std::string identity = "  T_cam_imu: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n";
+    const std::string moved = "  T_cn_cnm1: [[1, 0, 0, -0.1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n";
+    dir.write("camchain.yaml", "cam0:\n" + std::string(kCamera) + identity + "cam1:\n" + kCamera + moved);
+    dir.write("imu.yaml",
+              "gyroscope_noise_density: 1.7e-4\ngyroscope_random_walk: 1.9e-5\naccelerometer_noise_density: 2.0e-3\n"
+              "accelerometer_random_walk: 3.0e-3\nupdate_rate: 200\n");
+}
+
+const std::string kHead = "calibration: {camchain: camchain.yaml, imu: imu.yaml}\n";
+const std::string kCameras = "cameras: {left: {device: /dev/video0}, right: {device: /dev/video2}}\n";
+const std::string kImu = "imu: {spi: {chip: adis16448}}\n";
+
+std::string example(const char* name) { return test::read_file(std::string(FACET_EXAMPLES) + "/" + name); }
+
+TEST_CASE("the SPI example is a whole vehicle") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const Vehicle v = load_vehicle(dir.write("vehicle.yaml", example("vehicle_spi.yaml")));
+    CHECK(v.config.regularity.mode == RegularityMode::kSpr);
+    CHECK(v.config.imu_noise.rate_hz == 200.0);
+    CHECK(v.frame_delay == Duration::from_seconds(0.02));
+    CHECK_FALSE(v.cameras.side_by_side);
+    CHECK(v.cameras.left.capture.device == "/dev/video0");
+    CHECK(v.cameras.right.capture.device == "/dev/video1");
+    CHECK(v.cameras.right.capture.width == 160);
+    CHECK(v.cameras.right.capture.height == 120);
+    CHECK(v.cameras.left.exposure == Duration::from_seconds(0.004));
+    REQUIRE(v.cameras.left.controls.size() == 2);
+    CHECK(v.cameras.left.controls[1].name == "analogue_gain");
+    CHECK(v.cameras.left.controls[1].value == 16);
+    REQUIRE(v.trigger);
+    CHECK(v.trigger->input.line.offset == 17);
+    CHECK(v.trigger->input.input.rising);
+    REQUIRE(v.imu_spi);
+    CHECK_FALSE(v.imu_can);
+    CHECK(v.imu_spi->chip == SpiChip::kAdis16);
+    CHECK(v.imu_spi->adis16.model == Adis16Model::k16448);
+    REQUIRE(v.imu_spi->data_ready);
+    CHECK(v.imu_spi->data_ready->line.offset == 25);
+    REQUIRE(v.mavlink);
+    CHECK(v.mavlink->serial == "/dev/ttyS1");
+    CHECK(v.log.folder == "/var/lib/facet/log");
+    CHECK(v.realtime.lock_memory);
+    CHECK(v.realtime.estimator.cpu == 3);
+    CHECK(v.realtime.imu.priority == 80);
+}
+
+TEST_CASE("the CAN example is a whole vehicle, its paths beside the file") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    std::string text = example("vehicle_can.yaml");
+    // The database and the map of the driver's own tests.
+    const auto replace = [&](const std::string& from, const std::string& to) {
+        const std::size_t at = text.find(from);
+        REQUIRE(at != std::string::npos);
+        text.replace(at, from.size(), to);
+    };
+    replace("dbc: imu.dbc", "dbc: two.dbc");
+    dir.write("two.dbc",
+              "BO_ 256 Gyro: 6 S\n SG_ GyroX : 0|16@1- (0.01,0) [0|0] \"deg/s\" V\n"
+              " SG_ GyroY : 16|16@1- (0.01,0) [0|0] \"deg/s\" V\n SG_ GyroZ : 32|16@1- (0.01,0) [0|0] \"deg/s\" V\n\n"
+              "BO_ 257 Accel: 6 S\n SG_ AccelX : 0|16@1- (0.01,0) [0|0] \"m/s^2\" V\n"
+              " SG_ AccelY : 16|16@1- (0.01,0) [0|0] \"m/s^2\" V\n SG_ AccelZ : 32|16@1- (0.01,0) [0|0] \"m/s^2\" V\n");
+    const Vehicle v = load_vehicle(dir.write("vehicle.yaml", text));
+    CHECK(v.cameras.side_by_side);
+    CHECK(v.cameras.left.capture.width == 320);
+    CHECK_FALSE(v.trigger);
+    REQUIRE(v.imu_can);
+    CHECK(v.imu_can->protocol == CanProtocol::kDbc);
+    CHECK(v.imu_can->source.latency == Duration::from_seconds(0.0005));
+    CHECK(v.imu_can->source.axes.matrix()(2, 2) == -1.0);
+    CHECK(v.log.folder == dir.file("log"));
+    CHECK(v.realtime.estimator.cpu == -1);
+    CHECK(v.log.mesh_faces == 200'000);
+}
+
+TEST_CASE("a vehicle file needs calibration, cameras and an IMU, and has defaults for the rest") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const Vehicle v = load_vehicle(dir.write("v.yaml", kHead + kCameras + "imu: {can: {decoder: openimu300}}\n"));
+    CHECK(v.cameras.rate_hz == 20.0);
+    CHECK(v.cameras.left.capture.format == PixelFormat::kGrey);
+    REQUIRE(v.imu_can);
+    CHECK(v.imu_can->source.socket.interface == "can0");
+    CHECK_FALSE(v.mavlink);
+    CHECK(v.log.folder.empty());
+    CHECK_FALSE(v.realtime.lock_memory);
+}
+
+TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const struct {
+        std::string text;
+        std::string complaint;
+    } cases[] = {
+        {"cameras: {}\n", ":1: calibration: missing"},
+        {kHead + kImu, ":1: cameras: missing"},
+        {kHead + kCameras, ":1: imu: missing"},
+        {kHead + kCameras + "imu: {}\n", ":3: imu: must have either 'spi' or 'can'"},
+        {kHead + kCameras + kImu + "tirgger: {}\n",
+         ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, imu, sinks, realtime"},
+        {kHead + "cameras:\n  rate_hz: fast\n" + kImu, ":3: cameras.rate_hz: must be a number"},
+        {kHead + "cameras:\n  rate_hz: 0\n" + kImu, ":3: cameras.rate_hz: must be within [1, 200], is 0"},
+        {kHead + "cameras:\n  format: MJPG\n" + kImu,
+         ":3: cameras.format: 'MJPG' is unknown; one of: GREY, Y10, Y10P, Y12, Y16, YUYV"},
+        {kHead + "cameras:\n  left: {devise: x}\n" + kImu, ":3: cameras.left.devise: unknown key"},
+        {kHead + "cameras:\n  left: {}\n  side_by_side: {}\n" + kImu, ":2: cameras: has 'side_by_side' and 'left'"},
+        {kHead + "cameras: {right: {device: /dev/video0}}\n" + kImu, ":2: cameras: left and right are the same device"},
+        {kHead + kCameras + "imu: {spi: {chip: mpu6000}}\n",
+         ":3: imu.spi.chip: 'mpu6000' is unknown; one of: adis16448"},
+        {kHead + kCameras + "imu:\n  axes: x y -z\n  spi: {chip: bmi088}\n", ":4: imu.axes: 'x y -z' is no axis map"},
+        {kHead + kCameras + "imu: {spi: {chip: icm42688, rate_hz: 300}}\n",
+         ":3: imu.spi.rate_hz: is 300; one of: 200, 500, 1000, 2000"},
+        {kHead + kCameras + "imu: {can: {interface: can0}}\n", ":3: imu.can.decoder: missing"},
+        {kHead + kCameras + "imu: {can: {decoder: dbc, dbc: no.dbc, map: {}}}\n", "no.dbc: cannot be read"},
+        {kHead + kCameras + kImu + "trigger: {chip: /dev/gpiochip0}\n", ":4: trigger.line: missing"},
+        {kHead + kCameras + kImu + "trigger: {line: -2}\n", ":4: trigger.line: must not be negative"},
+        {kHead + kCameras + kImu + "sinks: {mavlink: {serial: /dev/ttyS0, udp_port: 1}}\n",
+         ":4: sinks.mavlink: has both 'serial'"},
+        {kHead + kCameras + kImu + "sinks: {log: {}}\n", ":4: sinks.log.folder: missing"},
+        {kHead + kCameras + kImu + "realtime: {lock_memory: 3}\n", ":4: realtime.lock_memory: must be true or false"},
+        {kHead + kCameras + kImu + "realtime: {threads: {imu: {priority: 100}}}\n",
+         ":4: realtime.threads.imu.priority: must be within [0, 99], is 100"},
+        {kHead + kCameras + kImu + "estimator: {mode: x}\n", ":4: estimator.mode: 'x' is unknown; one of: s, sp, spr"},
+        {kHead + kCameras + kImu + "realtime: fast\n", ":4: realtime: must be a map of keys to values"},
+        {"calibration: {euroc: ., imu: imu.yaml}\n" + kCameras + kImu, ":1: calibration: must have either 'euroc'"},
+        {"calibration: {euroc: nowhere}\n" + kCameras + kImu, "cam0/sensor.yaml: cannot be read"},
+    };
+    for (const auto& c : cases) {
+        const std::string path = dir.write("v.yaml", c.text);
+        const std::string error = test::input_error_text([&] { (void)load_vehicle(path); });
+        INFO(error);
+        INFO(c.complaint);
+        CHECK(error.find(c.complaint) != std::string::npos);
+        CHECK(error.find('\n') == std::string::npos);
+    }
+}
+
+}  // namespace
+}  // namespace facet
