@@ -7,6 +7,7 @@
 #include "app/commands/eval_command.h"
 #include "app/commands/info_command.h"
 #include "app/commands/replay_command.h"
+#include "app/commands/run_command.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/sim_command.h"
 
@@ -28,6 +29,7 @@ int main(int argc, char** argv) {
         "Each command explains itself: facet COMMAND --help.\n"
         "Exit codes: 0 done; 1 ran but failed its purpose; 2 bad usage or input.");
     int exit_code = facet::kExitDone;
+    facet::add_run_command(app, exit_code);
     facet::add_replay_command(app, exit_code);
     facet::add_eval_command(app, exit_code);
     facet::add_sim_command(app, exit_code);

@@ -87,6 +87,27 @@ Json timing(const RunSummary& summary) {
     return json;
 }
 
+Json live(const LiveAccount& account) {
+    Json json = {{"duration_s", account.duration_s},
+                 {"latency_ms", to_json(timing_statistics(account.latency_ms))},
+                 {"overruns", account.overruns}};
+    for (const LiveCounter& drop : account.drops) {
+        json["drops"][drop.name] = drop.value;
+    }
+    for (const LiveCounter& finding : account.findings) {
+        json["synchroniser"][finding.name] = finding.value;
+    }
+    for (const SourceAccount& source : account.sources) {
+        const SourceCounters& c = source.counters;
+        json["sources"][source.name] = {{"delivered", c.delivered},    {"lost", c.lost},
+                                        {"corrupt", c.corrupt},        {"discarded", c.discarded},
+                                        {"errors", c.errors},          {"recoveries", c.recoveries},
+                                        {"rejected", source.rejected}, {"unmapped", source.unmapped}};
+    }
+    json["refusals"] = account.refusals;
+    return json;
+}
+
 }  // namespace
 
 double RunSummary::coverage() const {
@@ -143,6 +164,9 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
     json["mesh"] = mesh(summary);
     json["planes"] = planes(summary);
     json["timing"] = timing(summary);
+    if (summary.live) {
+        json["live"] = live(*summary.live);
+    }
     TextFile file(folder + "/summary.json");
     file.write(json.dump(2) + "\n");
     file.close();

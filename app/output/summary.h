@@ -3,10 +3,12 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/output/frame_log.h"
+#include "app/output/live_account.h"
 #include "estimator/api/estimate.h"
 #include "mesh/mesher.h"
 #include "mesh/planes/plane_finder.h"
@@ -39,15 +41,16 @@ struct RunSummary {
     bool interrupted = false;
     bool not_finite = false;  ///< an estimate had a NaN or infinity: the run is worthless
     Timestamp first_estimate;
-    Estimate last;                   ///< last frame given, whatever its state
-    std::vector<TimedFrame> timed;   ///< frames given to the estimator, in order
-    MeshCounters mesh;               ///< what the mesher did
-    PlaneCounters planes;            ///< what the plane finder did
-    int mesh_vertices = 0;           ///< live at the end
-    int mesh_faces = 0;              ///< live at the end
-    int mesh_faces_max = 0;          ///< most ever live
-    std::size_t run_mesh_faces = 0;  ///< in mesh.ply
-    double wall_s = 0.0;             ///< of the whole run, decoding included
+    Estimate last;                    ///< last frame given, whatever its state
+    std::vector<TimedFrame> timed;    ///< frames given to the estimator, in order
+    MeshCounters mesh;                ///< what the mesher did
+    PlaneCounters planes;             ///< what the plane finder did
+    int mesh_vertices = 0;            ///< live at the end
+    int mesh_faces = 0;               ///< live at the end
+    int mesh_faces_max = 0;           ///< most ever live
+    std::size_t run_mesh_faces = 0;   ///< in mesh.ply
+    double wall_s = 0.0;              ///< of the whole run, decoding included
+    std::optional<LiveAccount> live;  ///< of a live run
 
     double coverage() const;  ///< estimates per listed frame
 };

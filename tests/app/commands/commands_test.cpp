@@ -33,11 +33,30 @@ std::size_t count_lines(const std::string& text) {
     return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
+/// A vehicle whose devices are nowhere.
+std::string write_vehicle(const test::TempDir& dir) {
+    return dir.write("vehicle.yaml",
+                     "calibration: {euroc: mav0}\n"
+                     "cameras: {left: {device: /dev/no_left}, right: {device: /dev/no_right}}\n"
+                     "imu: {can: {interface: can_of_nobody, decoder: openimu300}}\n");
+}
+
+TEST_CASE("a dry run names every device that is not there") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 3);
+    const Outcome probed = run(dir, "run --dry-run --config " + write_vehicle(dir));
+    CHECK(probed.code == 2);
+    CHECK(contains(probed.out, "left camera:  /dev/no_left: cannot be opened"));
+    CHECK(contains(probed.out, "right camera: /dev/no_right: cannot be opened"));
+    CHECK(contains(probed.out, "can_of_nobody"));
+    CHECK(contains(probed.err, "3 of 5 devices cannot be used"));
+}
+
 TEST_CASE("help, version and info explain the program") {
     const test::TempDir dir;
     const Outcome help = run(dir, "--help");
     CHECK(help.code == 0);
-    for (const char* command : {"replay", "eval", "info"}) {
+    for (const char* command : {"replay", "run", "eval", "info"}) {
         CHECK(contains(help.out, command));
         CHECK(run(dir, std::string(command) + " --help").code == 0);
     }
@@ -59,12 +78,17 @@ TEST_CASE("bad usage is one line and exit code 2") {
     test::write_asl_folder(dir, 3);
     const std::string replay = "replay " + dir.path() + " --out " + dir.file("out");
     const std::string config = dir.write("bad.yaml", "window:\n  keyfames: 3\n");
+    const std::string vehicle = write_vehicle(dir);
     const struct {
         std::string arguments;
         std::string complaint;
     } cases[] = {
         {"", "subcommand"},
         {"fly", "fly"},
+        {"run", "--config"},
+        {"run --config " + dir.file("no.yaml"), dir.file("no.yaml") + ": cannot be read"},
+        {"run --config " + vehicle + " --duration -1", "--duration must not be negative"},
+        {"run --config " + vehicle, "imu: can_of_nobody: "},
         {"replay", "DATASET"},
         {"replay " + dir.path(), "--out"},
         {replay + " --mode x", "--mode x: unknown"},

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/commands/run_command.h"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+#include <memory>
+
+#include "app/commands/run_guarded.h"
+#include "app/config/vehicle_file.h"
+#include "app/run/dry_run.h"
+#include "app/run/hardware.h"
+#include "app/run/live_run.h"
+#include "app/run/service_notifier.h"
+#include "app/run/status_text.h"
+#include "app/support/input_error.h"
+#include "platform/linux/linux_clock.h"
+#include "platform/linux/linux_kernel_io.h"
+
+namespace facet {
+namespace {
+
+constexpr Duration kTick = Duration::from_seconds(0.05);
+constexpr Duration kRedraw = Duration::from_seconds(0.5);
+constexpr Duration kLinePeriod = Duration::from_seconds(10.0);
+
+std::atomic<bool> g_stop{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+/// The second Ctrl-C ends the program at once.
+void stop_on_signal(int signal) {
+    g_stop.store(true);
+    std::signal(signal, SIG_DFL);
+}
+
+/// What the user typed.
+struct RunArguments {
+    std::string vehicle;
+    std::string out;
+    double duration_s = 0.0;
+    bool dry_run = false;
+    bool quiet = false;
+};
+
+std::string environment(const char* name) {
+    const char* const value = std::getenv(name);
+    return value == nullptr ? "" : value;
+}
+
+int probe(Hardware& hardware, Clock& clock, const Vehicle& vehicle) {
+    const std::vector<ProbeLine> lines = dry_run(hardware, clock, vehicle, Duration::from_seconds(1.5));
+    fmt::print("{}", to_text(lines));
+    const auto wrong = std::count_if(lines.begin(), lines.end(),
+                                     [](const ProbeLine& line) { return line.finding == Finding::kWrong; });
+    if (wrong > 0) {
+        print_error(fmt::format("{} of {} devices cannot be used", wrong, lines.size()).c_str());
+    }
+    return wrong > 0 ? kExitBadInput : kExitDone;
+}
+
+/// Shows the status on the terminal or, seldom, as a line.
+class StatusPrinter {
+public:
+    StatusPrinter(const Clock& clock, std::string title, bool is_terminal, bool quiet)
+        : clock_(clock), title_(std::move(title)), is_terminal_(is_terminal), quiet_(quiet) {}
+
+    void update(LiveRun& run, ServiceNotifier& notifier) {
+        if (clock_.now() < next_) {
+            return;
+        }
+        next_ = clock_.now() + (is_terminal_ ? kRedraw : kLinePeriod);
+        const RunStatus status = run.status();
+        const std::string line = status_line(status);
+        notifier.status(line);
+        if (quiet_) {
+            return;
+        }
+        if (is_terminal_) {
+            fmt::print("\x1b[H\x1b[2J{}", status_screen(status, title_));
+        } else {
+            fmt::print("{}\n", line);
+        }
+        std::fflush(stdout);
+    }
+
+private:
+    const Clock& clock_;
+    std::string title_;
+    bool is_terminal_;
+    bool quiet_;
+    Timestamp next_;
+};
+
+int report(const RunSummary& run, const LiveRun& live, const std::string& folder) {
+    const TimingStatistics latency = timing_statistics(run.live->latency_ms);
+    fmt::print("frames       {} of {} estimated, {} keyframes, path {:.2f} m\n", run.estimates, run.frames_listed,
+               run.keyframes, run.path_m);
+    fmt::print("latency      {:.2f} ms median, {:.2f} ms p99; {} overruns\n", latency.median_ms, latency.p99_ms,
+               run.live->overruns);
+    fmt::print("end          {}\n", to_string(run.last.health.state));
+    if (!folder.empty()) {
+        fmt::print("files        {}\n", folder);
+    }
+    if (!live.failure().empty()) {
+        print_error(live.failure().c_str());
+    } else if (run.not_finite) {
+        print_error("the estimate became not finite");
+    } else if (run.estimates == 0) {
+        print_error("no estimate at all");
+    } else {
+        return kExitDone;
+    }
+    return kExitFailed;
+}
+
+int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const RunArguments& args) {
+    std::vector<OdometrySink*> sinks;
+    if (SinkMavlink* mavlink = hardware.mavlink()) {
+        std::string problem;
+        if (!ok(mavlink->open(problem))) {
+            throw InputError(problem);
+        }
+        sinks.push_back(mavlink);
+    }
+    const bool is_terminal = isatty(STDOUT_FILENO) != 0 && !args.quiet;
+    ServiceNotifier notifier(io, clock, environment("NOTIFY_SOCKET"), environment("WATCHDOG_USEC"),
+                             environment("WATCHDOG_PID"), getpid());
+    LiveRun run(clock, vehicle, hardware.sources(), sinks);
+    if (is_terminal) {
+        run.set_quiet();
+    }
+    run.start();
+    for (const std::string& refusal : run.refusals()) {
+        fmt::print(stderr, "warning: {}\n", refusal);
+    }
+    notifier.ready();
+    StatusPrinter printer(clock, args.vehicle, is_terminal, args.quiet);
+    const Timestamp begin = clock.now();
+    while (!g_stop.load() && !run.ended() &&
+           (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
+        clock.sleep(kTick);
+        notifier.progress(run.frames());
+        printer.update(run, notifier);
+    }
+    notifier.stopping();
+    const RunSummary summary = run.stop();
+    return report(summary, run, vehicle.log.folder);
+}
+
+int run_vehicle(const RunArguments& args) {
+    if (args.duration_s < 0.0) {
+        throw InputError("--duration must not be negative");
+    }
+    Vehicle vehicle = load_vehicle(args.vehicle);
+    if (!args.out.empty()) {
+        vehicle.log.folder = args.out;
+    }
+    LinuxClock clock;
+    LinuxKernelIo io;
+    Hardware hardware(io, clock, vehicle);
+    if (args.dry_run) {
+        return probe(hardware, clock, vehicle);
+    }
+    std::signal(SIGPIPE, SIG_IGN);  // whoever reads the status may go away in flight
+    std::signal(SIGINT, stop_on_signal);
+    std::signal(SIGTERM, stop_on_signal);
+    std::signal(SIGHUP, stop_on_signal);  // the terminal was closed
+    return fly(hardware, clock, io, vehicle, args);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+    CLI::App* command = app.add_subcommand("run", "Estimate from live sensors: cameras, IMU, trigger line");
+    auto args = std::make_shared<RunArguments>();
+    command
+        ->add_option("--config", args->vehicle,
+                     "Vehicle file (YAML): calibration, sensors, sinks, real-time options; documented examples are in "
+                     "app/config/examples")
+        ->required();
+    command->add_option("--out", args->out, "Folder for the files, instead of the vehicle file's sinks.log.folder");
+    command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
+    command->add_flag("--dry-run", args->dry_run,
+                      "Only try the hardware: one line a device says what is right or wrong");
+    command->add_flag("--quiet", args->quiet, "No status on stdout");
+    command->footer(
+        "SIGTERM and SIGINT stop in order: what was estimated is sent, files are complete, summary.json is written.\n"
+        "As a systemd service of Type=notify it tells READY, STATUS, STOPPING, and feeds the watchdog while frames are "
+        "used.\n"
+        "Exit codes: 0 stopped in order; 1 no estimate, not finite, or a file could not be written; 2 bad usage, bad "
+        "vehicle file, or hardware that is not there.");
+    command->callback([args, &exit_code] { exit_code = run_guarded([&] { return run_vehicle(*args); }); });
+}
+
+}  // namespace facet

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/run/dry_run.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "app/run/stamp_mapper.h"
+#include "app/support/text_file.h"
+#include "platform/linux/memory_lock.h"
+
+namespace facet {
+namespace {
+
+constexpr Duration kWait = Duration::from_seconds(0.05);
+constexpr Duration kPause = Duration::from_seconds(0.005);
+constexpr double kGravity = 9.81;
+
+/// What was heard of a source.
+struct Heard {
+    int samples = 0;
+    double span_s = 0.0;
+    Duration oldest_age;  ///< largest age of a stamp on arrival
+    bool failed = false;
+
+    double rate_hz() const { return samples > 1 && span_s > 0.0 ? (samples - 1) / span_s : 0.0; }
+};
+
+/// Listens to a started source.
+template <class Source, class Sample, class Use>
+Heard listen_to(Source& source, Clock& clock, Duration listen, Use use) {
+    Heard heard;
+    StampMapper mapper(clock, source.clock());
+    const Timestamp end = clock.now() + listen;
+    Timestamp first;
+    while (clock.now() < end) {
+        Sample sample;
+        const Timestamp begin = clock.now();
+        const Status status = source.next(kWait, sample);
+        if (ok(status) && ok(mapper.map(sample.stamp))) {
+            first = heard.samples++ == 0 ? sample.stamp : first;
+            heard.span_s = (sample.stamp - first).seconds();
+            heard.oldest_age = std::max(heard.oldest_age, clock.now() - sample.stamp);
+        }
+        if (ok(status)) {
+            use(sample);
+        } else if (status == Status::kEndOfStream || status == Status::kIo) {
+            heard.failed = status == Status::kIo;
+            break;
+        } else if (clock.now() - begin < kPause) {
+            clock.sleep(kPause);
+        }
+    }
+    return heard;
+}
+
+class Probe {
+public:
+    Probe(Clock& clock, const Vehicle& vehicle, Duration listen) : clock_(clock), vehicle_(vehicle), listen_(listen) {}
+
+    void add(Finding finding, const std::string& device, const std::string& text) {
+        lines_.push_back({finding, device, text});
+    }
+    template <class Source, class Sample, class Use, class Judge>
+    void source(Source& source, const std::string& device, Use use, Judge judge) {
+        if (!ok(source.start())) {
+            add(Finding::kWrong, device, std::string(source.problem()));
+            return;
+        }
+        const Heard heard = listen_to<Source, Sample>(source, clock_, listen_, use);
+        if (heard.failed) {
+            add(Finding::kWrong, device, std::string(source.problem()));
+        } else if (heard.samples == 0) {
+            add(Finding::kWrong, device, fmt::format("opens, but gives nothing within {:.1f} s", listen_.seconds()));
+        } else {
+            judge(heard);
+        }
+        source.stop();
+    }
+    void camera(CameraSource& source, const std::string& device, const CameraV4l2Options& options);
+    void trigger(TriggerSource& source, const std::string& device);
+    void imu(ImuSource& source, const std::string& device, bool has_data_ready);
+    void sinks(SinkMavlink* mavlink);
+    void log_folder();
+    void system();
+
+    std::vector<ProbeLine> take() { return std::move(lines_); }
+
+private:
+    Clock& clock_;
+    const Vehicle& vehicle_;
+    Duration listen_;
+    std::vector<ProbeLine> lines_;
+};
+
+void Probe::camera(CameraSource& source, const std::string& device, const CameraV4l2Options& options) {
+    const auto give_back = [&](const CameraFrame& frame) { source.release(frame.slot); };
+    this->source<CameraSource, CameraFrame>(source, device, give_back, [&](const Heard& heard) {
+        const double wanted = vehicle_.cameras.rate_hz;
+        const SourceCounters c = source.counters();
+        const std::string what =
+            fmt::format("{} {}x{}, {:.1f} frames/s, {} lost, {} bad", options.capture.device, options.capture.width,
+                        options.capture.height, heard.rate_hz(), c.lost, c.corrupt);
+        if (heard.oldest_age > Duration::from_seconds(5.0) || heard.oldest_age.ns < 0) {
+            add(Finding::kWrong, device,
+                fmt::format("{}; stamps are {:.1f} s off the monotonic clock", what, heard.oldest_age.seconds()));
+        } else if (heard.samples > 2 && std::abs(heard.rate_hz() / wanted - 1.0) > 0.1) {
+            add(Finding::kDoubtful, device, fmt::format("{}; cameras.rate_hz says {:.1f}", what, wanted));
+        } else {
+            add(Finding::kGood, device, what);
+        }
+    });
+}
+
+void Probe::trigger(TriggerSource& source, const std::string& device) {
+    this->source<TriggerSource, TriggerEdge>(
+        source, device, [](const TriggerEdge&) {},
+        [&](const Heard& heard) {
+            const double wanted = vehicle_.cameras.rate_hz;
+            const std::string what = fmt::format("{:.1f} edges/s, {} lost", heard.rate_hz(), source.counters().lost);
+            if (heard.samples > 2 && std::abs(heard.rate_hz() / wanted - 1.0) > 0.1) {
+                add(Finding::kDoubtful, device, fmt::format("{}; cameras.rate_hz says {:.1f}", what, wanted));
+            } else {
+                add(Finding::kGood, device, what);
+            }
+        });
+}
+
+void Probe::imu(ImuSource& source, const std::string& device, bool has_data_ready) {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    int count = 0;
+    const auto sum = [&](const ImuSample& sample) {
+        force += sample.a_B;
+        ++count;
+    };
+    this->source<ImuSource, ImuSample>(source, device, sum, [&](const Heard& heard) {
+        const Eigen::Vector3d mean = force / std::max(count, 1);
+        const double wanted = vehicle_.calibration.noise.rate_hz;
+        const std::string what = fmt::format(
+            "{:.0f} samples/s, {} lost, {} bad; mean specific force {:.2f} {:.2f} {:.2f} m/s^2", heard.rate_hz(),
+            source.counters().lost, source.counters().corrupt, mean.x(), mean.y(), mean.z());
+        if (std::abs(mean.norm() - kGravity) > 2.0) {
+            add(Finding::kDoubtful, device, what + "; at rest it is 9.8: scale or decoder are wrong, or it moves");
+        } else if (heard.samples > 2 && std::abs(heard.rate_hz() / wanted - 1.0) > 0.1) {
+            add(Finding::kDoubtful, device, fmt::format("{}; the calibration says {:.0f} samples/s", what, wanted));
+        } else if (!has_data_ready) {
+            add(Finding::kDoubtful, device, what + "; polled: no data_ready line, stamps are of the reading");
+        } else {
+            add(Finding::kGood, device, what);
+        }
+    });
+}
+
+void Probe::sinks(SinkMavlink* mavlink) {
+    if (mavlink == nullptr) {
+        add(Finding::kDoubtful, "mavlink", "no sink: nobody will receive estimates");
+        return;
+    }
+    std::string problem;
+    if (ok(mavlink->open(problem))) {
+        add(Finding::kGood, "mavlink", mavlink->name());
+        mavlink->close();
+    } else {
+        add(Finding::kWrong, "mavlink", problem);
+    }
+}
+
+void Probe::log_folder() {
+    const std::string& folder = vehicle_.log.folder;
+    if (folder.empty()) {
+        return;
+    }
+    try {
+        make_folder(folder);
+        const std::string file = folder + "/dry_run.tmp";
+        TextFile(file).close();
+        std::filesystem::remove(file);
+        const double free_gb = static_cast<double>(std::filesystem::space(folder).available) * 1e-9;
+        add(free_gb < 1.0 ? Finding::kDoubtful : Finding::kGood, "log",
+            fmt::format("{}, {:.1f} GB free", folder, free_gb));
+    } catch (const std::exception& e) {
+        add(Finding::kWrong, "log", e.what());
+    }
+}
+
+void Probe::system() {
+    const VehicleRealtime& wanted = vehicle_.realtime;
+    std::string refusals;
+    if (wanted.lock_memory) {
+        std::string words;
+        (void)lock_memory(words);
+        refusals += words.empty() ? "" : words + ". ";
+    }
+    const std::pair<const char*, ThreadOptions> threads[] = {{"estimator", wanted.estimator},
+                                                             {"cameras", wanted.cameras},
+                                                             {"imu", wanted.imu},
+                                                             {"trigger", wanted.trigger},
+                                                             {"output", wanted.output}};
+    for (const auto& [name, options] : threads) {
+        LinuxWorker worker;
+        WorkerReport report;
+        if (ok(worker.start(
+                {name, options.cpu, options.priority}, [](const std::atomic<bool>&) {}, report))) {
+            refusals += report.refusals;
+        }
+    }
+    if (refusals.empty()) {
+        add(Finding::kGood, "system", "grants what 'realtime' asks for");
+    } else {
+        add(Finding::kDoubtful, "system", refusals);
+    }
+}
+
+}  // namespace
+
+std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& vehicle, Duration listen) {
+    Probe probe(clock, vehicle, listen);
+    const RunSources& sources = hardware.sources();
+    const VehicleCameras& cameras = vehicle.cameras;
+    probe.camera(*sources.left, sources.right == nullptr ? "cameras" : "left camera", cameras.left);
+    if (sources.right != nullptr) {
+        probe.camera(*sources.right, "right camera", cameras.right);
+    }
+    if (sources.trigger != nullptr) {
+        probe.trigger(*sources.trigger, "trigger");
+    }
+    probe.imu(*sources.imu, "imu", !vehicle.imu_spi || hardware.data_ready() != nullptr);
+    probe.sinks(hardware.mavlink());
+    probe.log_folder();
+    probe.system();
+    return probe.take();
+}
+
+std::string to_text(const std::vector<ProbeLine>& lines) {
+    std::string text;
+    for (const ProbeLine& line : lines) {
+        constexpr const char* kWords[] = {"ok", "doubtful", "WRONG"};
+        text += fmt::format("{:<9} {:<13} {}\n", kWords[static_cast<std::size_t>(line.finding)], line.device + ":",
+                            line.text);
+    }
+    return text;
+}
+
+}  // namespace facet

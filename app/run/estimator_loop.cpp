@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/run/estimator_loop.h"
+
+namespace facet {
+namespace {
+
+constexpr auto kRelaxed = std::memory_order_relaxed;
+/// The estimator may have found a time offset beyond the delay: a frame is offered again until samples are this far past it.
+constexpr Duration kMaxRetry = Duration::from_seconds(0.2);
+
+}  // namespace
+
+EstimatorLoop::EstimatorLoop(const EstimatorLoopOptions& options, Clock& clock, FramePipeline& pipeline,
+                             RunQueues& queues, CameraSource& left, CameraSource* right, LoopOutput& output)
+    : options_(options),
+      clock_(clock),
+      pipeline_(pipeline),
+      queues_(queues),
+      left_(left),
+      right_(right),
+      output_(output),
+      sync_(options.sync) {}
+
+void EstimatorLoop::release(SyncCamera camera, int slot) {
+    if (slot < 0) {
+        return;
+    }
+    --(camera == SyncCamera::kLeft ? left_waiting_ : right_waiting_);
+    if (options_.side_by_side) {
+        std::uint8_t& halves = halves_[static_cast<std::size_t>(slot)];
+        if (--halves > 0) {
+            return;
+        }
+        left_.release(slot);
+    } else {
+        (camera == SyncCamera::kLeft ? left_ : *right_).release(slot);
+    }
+}
+
+void EstimatorLoop::release(const SyncedFrame& frame) {
+    release(SyncCamera::kLeft, frame.left.slot);
+    release(SyncCamera::kRight, frame.right.slot);
+}
+
+/// Passes on what the synchroniser has dropped and found.
+void EstimatorLoop::tell() {
+    for (DroppedSlot dropped; ok(sync_.pop_dropped(dropped));) {
+        release(dropped.camera, dropped.slot);
+    }
+    for (SyncReport report; ok(sync_.pop_report(report));) {
+        output_.on_report(report);
+    }
+    for (std::size_t i = 0; i < counters_.findings.size(); ++i) {
+        counters_.findings[i].store(sync_.count(static_cast<SyncFault>(i)), kRelaxed);
+    }
+}
+
+bool EstimatorLoop::take_edges() {
+    bool any = false;
+    for (TriggerEdge edge; ok(queues_.edges.pop(edge)); any = true) {
+        (void)sync_.add_edge(edge);  // refused ones are counted there
+    }
+    return any;
+}
+
+std::uint32_t EstimatorLoop::Count::next(std::uint32_t sequence) {
+    if (any && static_cast<std::int32_t>(sequence + base - last) <= 0) {
+        base = last + 1 - sequence;
+    }
+    any = true;
+    last = sequence + base;
+    return last;
+}
+
+void EstimatorLoop::add_halves(const CameraFrame& frame) {
+    CameraFrame left = frame;
+    left.image.width /= 2;
+    CameraFrame right = left;
+    right.image.data += left.image.width;
+    halves_[static_cast<std::size_t>(frame.slot)] = 2;
+    (void)sync_.add_left(left);
+    (void)sync_.add_right(right);
+}
+
+bool EstimatorLoop::take_image(SyncCamera camera, SpscQueue<CameraFrame, 8>& queue) {
+    CameraFrame frame;
+    if (!ok(queue.pop(frame))) {
+        return false;
+    }
+    frame.sequence = counts_[static_cast<std::size_t>(camera)].next(frame.sequence);
+    ++(camera == SyncCamera::kLeft ? left_waiting_ : right_waiting_);
+    if (options_.side_by_side) {
+        ++right_waiting_;
+        add_halves(frame);
+    } else {
+        (void)(camera == SyncCamera::kLeft ? sync_.add_left(frame) : sync_.add_right(frame));
+    }
+    tell();
+    return true;
+}
+
+bool EstimatorLoop::take_images() {
+    // A log's images wait in their queues rather than push each other out of the synchroniser.
+    const auto has_room = [&](std::size_t waiting) {
+        return !options_.lossless || waiting < Synchroniser::kPending - 1;
+    };
+    bool any = false;
+    for (bool more = true; more; any = any || more) {
+        more = has_room(left_waiting_) && take_image(SyncCamera::kLeft, queues_.left);
+        if (!options_.side_by_side && has_room(right_waiting_)) {
+            more = take_image(SyncCamera::kRight, queues_.right) || more;
+        }
+    }
+    return any;
+}
+
+void EstimatorLoop::hold(const ImuSample& sample) {
+    if (held_.full()) {
+        feed(held_.front());
+        held_.pop_front();
+    }
+    held_.push(sample);
+    newest_ = sample;
+    any_imu_ = true;
+    sync_.add_imu(sample.stamp - options_.camera_time_shift - options_.frame_delay);
+}
+
+bool EstimatorLoop::take_inertial() {
+    bool any = false;
+    ImuSample sample;
+    // A recorded log has no now: only as many samples as the oldest frame needs.
+    while (wants_imu() && ok(queues_.imu.pop(sample))) {
+        hold(sample);
+        any = true;
+        if (options_.lossless) {
+            (void)give_frames();
+        }
+    }
+    return any;
+}
+
+void EstimatorLoop::feed(const ImuSample& sample) {
+    pipeline_.add_imu(sample);
+    fed_w_B_ = sample.w_B;
+}
+
+void EstimatorLoop::feed_until(Timestamp stamp) {
+    while (!held_.empty()) {
+        const ImuSample sample = held_.front();
+        held_.pop_front();
+        feed(sample);
+        if (sample.stamp >= stamp) {
+            return;
+        }
+    }
+}
+
+/// Offers the pending frame to the estimator. @return whether it is done with
+bool EstimatorLoop::try_frame() {
+    const Timestamp stamp = pending_->stamp + options_.camera_time_shift;
+    const Timestamp begin = clock_.now();
+    feed_until(stamp + options_.frame_delay);
+    pipeline_.add_frame({stamp, pending_->left.image, pending_->right.image}, stamp, result_);
+    if (result_.status == Status::kNotReady && !options_.lossless && newest_.stamp < stamp + kMaxRetry) {
+        return false;
+    }
+    counters_.used.fetch_add(1, kRelaxed);
+    if (clock_.now() - begin > options_.sync.period) {
+        counters_.overruns.fetch_add(1, kRelaxed);
+    }
+    output_.on_frame(result_, pipeline_.departed(), fed_w_B_);
+    release(*pending_);
+    pending_.reset();
+    return true;
+}
+
+bool EstimatorLoop::give_frames() {
+    bool any = false;
+    SyncedFrame frame;
+    while ((!options_.lossless || !pending_) && ok(sync_.pop(frame))) {
+        any = true;
+        counters_.paired.fetch_add(1, kRelaxed);
+        if (pending_) {
+            counters_.late.fetch_add(1, kRelaxed);
+            release(*pending_);
+        }
+        pending_ = frame;
+        if (options_.lossless) {
+            (void)try_frame();
+        }
+    }
+    if (pending_ && (any || !held_.empty())) {
+        any = try_frame() || any;
+    }
+    tell();
+    return any;
+}
+
+bool EstimatorLoop::step() {
+    bool any = take_edges();
+    any = take_images() || any;
+    any = take_inertial() || any;
+    any = give_frames() || any;
+    while (!options_.lossless && !held_.empty() && newest_.stamp - held_.front().stamp > options_.max_hold) {
+        feed(held_.front());
+        held_.pop_front();
+    }
+    return any;
+}
+
+void EstimatorLoop::finish() {
+    while (step()) {
+    }
+    if (any_imu_) {
+        sync_.add_imu(newest_.stamp - options_.camera_time_shift);
+        while (give_frames()) {
+        }
+    }
+    release_all();
+}
+
+void EstimatorLoop::release_all() {
+    if (pending_) {
+        counters_.late.fetch_add(1, kRelaxed);
+        release(*pending_);
+        pending_.reset();
+    }
+    CameraFrame frame;
+    while (ok(queues_.left.pop(frame))) {
+        left_.release(frame.slot);
+    }
+    while (right_ != nullptr && ok(queues_.right.pop(frame))) {
+        right_->release(frame.slot);
+    }
+}
+
+}  // namespace facet

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The drivers of a vehicle's sensors and sinks, connected as its file says.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/config/vehicle.h"
+#include "app/run/live_run.h"
+#include "drivers/imu_spi/spidev.h"
+
+namespace facet {
+
+/// Makes the drivers; opens nothing. Thread-bound; heap.
+class Hardware {
+public:
+    /// Everything is borrowed and must outlive this.
+    Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle);
+
+    const RunSources& sources() const { return sources_; }
+    SinkMavlink* mavlink() { return mavlink_.get(); }
+    /// nullptr if the IMU's data-ready line is not wired.
+    TriggerGpio* data_ready() { return data_ready_.get(); }
+
+private:
+    void make_spi(KernelIo& io, Clock& clock, const VehicleImuSpi& spi);
+    void make_can(KernelIo& io, const Clock& clock, const VehicleImuCan& can);
+
+    std::unique_ptr<CameraV4l2> left_;
+    std::unique_ptr<CameraV4l2> right_;
+    std::unique_ptr<TriggerGpio> trigger_;
+    std::unique_ptr<TriggerGpio> data_ready_;
+    std::unique_ptr<Spidev> bus_;
+    std::unique_ptr<Spidev> accel_bus_;
+    std::unique_ptr<SpiImuChip> chip_;
+    std::unique_ptr<CanDecoder> decoder_;
+    std::unique_ptr<ImuSource> imu_;
+    std::unique_ptr<SinkMavlink> mavlink_;
+    RunSources sources_;
+};
+
+}  // namespace facet

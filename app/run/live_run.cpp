@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/run/live_run.h"
+
+#include <fmt/core.h>
+
+#include "app/support/input_error.h"
+#include "app/support/text_file.h"
+#include "platform/linux/memory_lock.h"
+
+namespace facet {
+namespace {
+
+constexpr Duration kEstimatorWait = Duration::from_seconds(0.02);
+
+/// Puts samples into a queue; nothing is borrowed with them.
+template <class Queue, class Sample>
+struct PushSample {
+    Queue& queue;
+    bool operator()(const Sample& sample) { return ok(queue.push(sample)); }
+    void give_back(const Sample&) {}
+};
+
+/// Images hold a slot of their camera.
+struct PushImage {
+    CameraSource& camera;
+    SpscQueue<CameraFrame, 8>& queue;
+    bool operator()(const CameraFrame& frame) { return ok(queue.push(frame)); }
+    void give_back(const CameraFrame& frame) { camera.release(frame.slot); }
+};
+
+std::string make_log_folder(const std::string& folder) {
+    if (!folder.empty()) {
+        make_folder(folder);
+    }
+    return folder;
+}
+
+}  // namespace
+
+SynchroniserOptions synchroniser_options(const Vehicle& vehicle) {
+    SynchroniserOptions options;
+    options.period = Duration::from_seconds(1.0 / vehicle.cameras.rate_hz);
+    options.has_trigger = vehicle.trigger.has_value();
+    options.use_sequence = vehicle.cameras.use_sequence;
+    if (vehicle.trigger) {
+        options.trigger_delay = vehicle.trigger->delay;
+    } else if (vehicle.cameras.side_by_side) {
+        options.votes = 1;  // halves of one image need no evidence that they belong together
+    }
+    return options;
+}
+
+LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks,
+                 bool lossless)
+    : clock_(clock),
+      vehicle_(vehicle),
+      sources_(sources),
+      lossless_(lossless),
+      queues_(std::make_unique<RunQueues>()),
+      recorder_(make_log_folder(vehicle.log.folder),
+                {.timed_frames = static_cast<std::size_t>(vehicle.log.timed_frames),
+                 .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}) {
+    pipeline_.configure(vehicle.config, vehicle.calibration);
+    left_.name = sources.right == nullptr ? "cameras" : "left";
+    RunSummary& summary = recorder_.summary();
+    summary.dataset = "live: " + vehicle.source;
+    summary.mode = to_string(vehicle.config.regularity.mode);
+    summary.calibration = vehicle.calibration.source;
+    output_ = std::make_unique<OutputThreads>(
+        clock, vehicle.calibration.noise, std::move(sinks), recorder_,
+        std::vector<EventQueue*>{&left_.events, &right_.events, &trigger_.events, &imu_.events},
+        static_cast<std::size_t>(vehicle.log.timed_frames));
+    EstimatorLoopOptions options;
+    options.sync = synchroniser_options(vehicle);
+    options.frame_delay = vehicle.frame_delay;
+    options.camera_time_shift = vehicle.calibration.camera_time_shift;
+    options.side_by_side = sources.right == nullptr;
+    options.lossless = lossless;
+    loop_ =
+        std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *sources.left, sources.right, *output_);
+}
+
+LiveRun::~LiveRun() { join_all(); }
+
+void LiveRun::join_all() {
+    // In the order of the data: a thread stops when the one before it gives it nothing more.
+    for (LinuxWorker* worker :
+         {&left_worker_, &right_worker_, &trigger_worker_, &imu_worker_, &estimator_, &sender_, &writer_}) {
+        worker->request_stop();
+        wakeup_.notify();
+        worker->join();
+    }
+}
+
+void LiveRun::set_quiet() {
+    if (WarningLog* log = recorder_.warnings()) {
+        log->set_quiet();
+    }
+}
+
+void LiveRun::start_source(Source& source, const char* name) {
+    if (!ok(source.start())) {
+        throw InputError(fmt::format("{}: {}", name, source.problem()));
+    }
+}
+
+void LiveRun::start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body) {
+    const auto stack = static_cast<std::size_t>(vehicle_.realtime.prefault_stack_kb) * 1024;
+    WorkerReport report;
+    const Status status = worker.start(
+        {name, options.cpu, options.priority},
+        [stack, body = std::move(body)](const std::atomic<bool>& stopping) {
+            prefault_stack(stack);
+            body(stopping);
+        },
+        report);
+    if (!ok(status)) {
+        throw std::runtime_error(fmt::format("thread {}: {}", name, to_string(status)));
+    }
+    if (!report.refusals.empty()) {
+        refusals_.push_back(report.refusals);
+    }
+}
+
+void LiveRun::start_cameras() {
+    start_worker(left_worker_, "facet-left", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
+        pump<CameraSource, CameraFrame>(*sources_.left, left_, clock_, wakeup_, lossless_, stopping,
+                                        PushImage{*sources_.left, queues_->left});
+    });
+    if (sources_.right == nullptr) {
+        right_.ended = true;
+        return;
+    }
+    start_worker(right_worker_, "facet-right", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
+        pump<CameraSource, CameraFrame>(*sources_.right, right_, clock_, wakeup_, lossless_, stopping,
+                                        PushImage{*sources_.right, queues_->right});
+    });
+}
+
+void LiveRun::start() {
+    if (std::string refusal; vehicle_.realtime.lock_memory && !ok(lock_memory(refusal))) {
+        refusals_.push_back(refusal);
+    }
+    start_source(*sources_.imu, "imu");
+    if (sources_.trigger != nullptr) {
+        start_source(*sources_.trigger, "trigger");
+    }
+    start_source(*sources_.left, sources_.right == nullptr ? "cameras" : "left camera");
+    if (sources_.right != nullptr) {
+        start_source(*sources_.right, "right camera");
+    }
+    begin_ = last_status_ = clock_.now();
+    // Consumers before producers.
+    start_worker(writer_, "facet-files", {},
+                 [this](const std::atomic<bool>& stopping) { output_->write_files(stopping); });
+    start_worker(sender_, "facet-sinks", vehicle_.realtime.output,
+                 [this](const std::atomic<bool>& stopping) { output_->send_poses(stopping); });
+    start_worker(estimator_, "facet-estimator", vehicle_.realtime.estimator,
+                 [this](const std::atomic<bool>& stopping) { estimate(stopping); });
+    start_worker(imu_worker_, "facet-imu", vehicle_.realtime.imu, [this](const std::atomic<bool>& stopping) {
+        pump<ImuSource, ImuSample>(*sources_.imu, imu_, clock_, wakeup_, lossless_, stopping,
+                                   PushSample<decltype(queues_->imu), ImuSample>{queues_->imu});
+    });
+    trigger_.ended = sources_.trigger == nullptr;
+    if (sources_.trigger != nullptr) {
+        start_worker(
+            trigger_worker_, "facet-trigger", vehicle_.realtime.trigger, [this](const std::atomic<bool>& stopping) {
+                pump<TriggerSource, TriggerEdge>(*sources_.trigger, trigger_, clock_, wakeup_, lossless_, stopping,
+                                                 PushSample<decltype(queues_->edges), TriggerEdge>{queues_->edges});
+            });
+    }
+    start_cameras();
+}
+
+bool LiveRun::cameras_ended() const {
+    return left_.ended.load(std::memory_order_acquire) && right_.ended.load(std::memory_order_acquire) &&
+           trigger_.ended.load(std::memory_order_acquire);
+}
+
+void LiveRun::estimate(const std::atomic<bool>& stopping) {
+    for (;;) {
+        // Asked before the step: what came until then is in the queues.
+        const bool stopped = stopping.load(std::memory_order_acquire);
+        const bool no_images = cameras_ended();
+        const bool no_imu = imu_.ended.load(std::memory_order_acquire);
+        const bool any = loop_->step();
+        // A log's inertial samples may go on after its last image, and wait in a full queue.
+        const bool done = no_images && !any && (no_imu || !loop_->wants_imu());
+        if (stopped || done) {
+            break;
+        }
+        if (!any) {
+            (void)wakeup_.wait(kEstimatorWait);
+        }
+    }
+    loop_->finish();
+    estimated_.store(true, std::memory_order_release);
+}
+
+RunStatus LiveRun::status() {
+    RunStatus status;
+    const Timestamp now = clock_.now();
+    status.uptime_s = (now - begin_).seconds();
+    const std::uint64_t used = loop_->counters().used.load(std::memory_order_relaxed);
+    const double span_s = (now - last_status_).seconds();
+    status.rate_hz = span_s > 0.0 ? static_cast<double>(used - last_frames_) / span_s : 0.0;
+    last_status_ = now;
+    last_frames_ = used;
+    status.frame = output_->status();
+    const LiveAccount so_far = account();
+    status.late = loop_->counters().late.load(std::memory_order_relaxed);
+    status.overruns = so_far.overruns;
+    const OutputCounters& dropped = output_->counters();
+    status.outputs_dropped = dropped.poses_dropped + dropped.frames_dropped + dropped.refused;
+    status.sources = so_far.sources;
+    return status;
+}
+
+/// All but the latencies, which are the sending thread's.
+LiveAccount LiveRun::account() const {
+    LiveAccount account;
+    account.duration_s = (clock_.now() - begin_).seconds();
+    const LoopCounters& loop = loop_->counters();
+    account.overruns = loop.overruns;
+    const OutputCounters& output = output_->counters();
+    account.drops = {{"late_frames", loop.late},
+                     {"poses", output.poses_dropped},
+                     {"poses_refused_by_sinks", output.refused},
+                     {"frames_not_written", output.frames_dropped},
+                     {"faces_not_written", output.faces_dropped}};
+    for (std::size_t i = 0; i < loop.findings.size(); ++i) {
+        account.findings.push_back({to_string(static_cast<SyncFault>(i)), loop.findings[i]});
+    }
+    account.sources.push_back(left_.counters.account(left_.name));
+    if (sources_.right != nullptr) {
+        account.sources.push_back(right_.counters.account(right_.name));
+    }
+    if (sources_.trigger != nullptr) {
+        account.sources.push_back(trigger_.counters.account(trigger_.name));
+    }
+    account.sources.push_back(imu_.counters.account(imu_.name));
+    account.refusals = refusals_;
+    return account;
+}
+
+RunSummary LiveRun::stop() {
+    const bool had_ended = ended();
+    join_all();
+    sources_.left->stop();
+    if (sources_.right != nullptr) {
+        sources_.right->stop();
+    }
+    if (sources_.trigger != nullptr) {
+        sources_.trigger->stop();
+    }
+    sources_.imu->stop();
+    RunSummary& summary = recorder_.summary();
+    summary.interrupted = !had_ended;
+    summary.frames_listed = loop_->counters().paired;
+    summary.live = account();
+    summary.live->latency_ms = output_->latencies_ms();
+    summary.wall_s = summary.live->duration_s;
+    failure_ = output_->failure();
+    try {
+        if (failure_.empty()) {
+            recorder_.finish(pipeline_);
+        }
+    } catch (const InputError& e) {
+        failure_ = e.what();  // the flight is over; what it has written so far stays
+    }
+    return summary;
+}
+
+}  // namespace facet

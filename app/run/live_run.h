@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The estimator on live sensors: threads, their queues, and what they leave behind.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/config/vehicle.h"
+#include "app/output/summary.h"
+#include "app/run/output_threads.h"
+#include "app/run/source_thread.h"
+#include "platform/linux/linux_worker.h"
+#include "platform/port/imu_source.h"
+
+namespace facet {
+
+/// The sensors of a run, borrowed.
+struct RunSources {
+    CameraSource* left = nullptr;      ///< or the node of both
+    CameraSource* right = nullptr;     ///< nullptr if side by side
+    TriggerSource* trigger = nullptr;  ///< nullptr if there is none
+    ImuSource* imu = nullptr;
+};
+
+/// What a run looks like from outside.
+struct RunStatus {
+    double uptime_s = 0.0;
+    double rate_hz = 0.0;  ///< of frames used, since the last status
+    FrameStatus frame;
+    std::uint64_t late = 0;
+    std::uint64_t overruns = 0;
+    std::uint64_t outputs_dropped = 0;
+    std::vector<SourceAccount> sources;
+};
+
+/// One thread a source, the estimator's thread, one for sinks and one for files. Usage:
+///   LiveRun run(clock, vehicle, sources, sinks);
+///   run.start();
+///   while (!stop && !run.ended()) { wait; run.status(); }
+///   RunSummary summary = run.stop();
+/// What the system refuses (cores, priorities, locked memory) is told in refusals() and done without. Thread-bound to its
+/// owner. Throws InputError where files or parameters cannot be used, and from start() if a source cannot be started.
+class LiveRun {
+public:
+    /// @param vehicle   must outlive the run
+    /// @param lossless  for recorded logs: as fast as it goes, nothing dropped
+    LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks,
+            bool lossless = false);
+    ~LiveRun();
+    LiveRun(const LiveRun&) = delete;
+    LiveRun& operator=(const LiveRun&) = delete;
+
+    void start();
+    /// All sources have ended and everything is estimated.
+    bool ended() const { return estimated_.load(std::memory_order_acquire); }
+    /// Frames used so far.
+    std::uint64_t frames() const { return output_->frames(); }
+    RunStatus status();
+    const std::vector<std::string>& refusals() const { return refusals_; }
+    /// Warnings are no more shown on stderr, only in the status.
+    void set_quiet();
+
+    /// Stops everything in the order of the data, so that all that was estimated is sent and written.
+    RunSummary stop();
+    /// Why files are not complete; empty if they are. After stop().
+    const std::string& failure() const { return failure_; }
+
+private:
+    void start_source(Source& source, const char* name);
+    void start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body);
+    void start_cameras();
+    void estimate(const std::atomic<bool>& stopping);
+    bool cameras_ended() const;
+    void join_all();
+    LiveAccount account() const;
+
+    Clock& clock_;
+    const Vehicle& vehicle_;
+    RunSources sources_;
+    bool lossless_;
+    std::vector<std::string> refusals_;
+    std::string failure_;
+    std::unique_ptr<RunQueues> queues_;
+    FramePipeline pipeline_;
+    FrameRecorder recorder_;
+    SourceThread left_{"left"};
+    SourceThread right_{"right"};
+    SourceThread trigger_{"trigger"};
+    SourceThread imu_{"imu"};
+    std::unique_ptr<OutputThreads> output_;
+    std::unique_ptr<EstimatorLoop> loop_;
+    LinuxWakeup wakeup_;
+    std::atomic<bool> estimated_{false};
+    Timestamp begin_;
+    Timestamp last_status_;
+    std::uint64_t last_frames_ = 0;
+    LinuxWorker sender_;
+    LinuxWorker writer_;
+    LinuxWorker estimator_;
+    LinuxWorker left_worker_;
+    LinuxWorker right_worker_;
+    LinuxWorker trigger_worker_;
+    LinuxWorker imu_worker_;
+};
+
+/// How the synchroniser is to treat a vehicle's sensors.
+SynchroniserOptions synchroniser_options(const Vehicle& vehicle);
+
+}  // namespace facet

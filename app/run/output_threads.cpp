@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/run/output_threads.h"
+
+#include <algorithm>
+#include <exception>
+
+namespace facet {
+namespace {
+
+constexpr Duration kPoll = Duration::from_seconds(0.1);
+constexpr Duration kFlushPeriod = Duration::from_seconds(1.0);
+constexpr std::size_t kShownEvents = 6;
+constexpr auto kLoose = std::memory_order_relaxed;
+
+}  // namespace
+
+Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const ImuNoise& noise) {
+    const NavState& state = estimate.state;
+    Odometry odometry;
+    odometry.stamp = estimate.stamp;
+    odometry.q_W_B = state.q_W_B;
+    odometry.p_W_B = state.p_W_B;
+    odometry.v_W_B = state.v_W_B;
+    odometry.w_B = w_B - state.bias.gyro;
+    // The estimate's order is [theta p v], the consumer's [p theta].
+    const auto& c = estimate.covariance;
+    odometry.pose_covariance << c.block<3, 3>(3, 3), c.block<3, 3>(3, 0), c.block<3, 3>(0, 3), c.block<3, 3>(0, 0);
+    odometry.v_covariance = c.block<3, 3>(6, 6);
+    const double density = noise.gyro_noise_rad_per_s_per_sqrt_hz;
+    odometry.w_covariance = Eigen::Matrix3d::Identity() * (density * density * noise.rate_hz);
+    odometry.quality = estimate.health.state == TrackingState::kLost ? -1 : estimate.health.quality;
+    odometry.reset_counter = static_cast<std::uint8_t>(estimate.health.reset_counter & 0xffU);
+    return odometry;
+}
+
+OutputThreads::OutputThreads(const Clock& clock, const ImuNoise& noise, std::vector<OdometrySink*> sinks,
+                             FrameRecorder& recorder, std::vector<EventQueue*> events, std::size_t keep_latencies)
+    : clock_(clock),
+      noise_(noise),
+      sinks_(std::move(sinks)),
+      recorder_(recorder),
+      events_(std::move(events)),
+      keep_latencies_(keep_latencies),
+      next_flush_(clock.now()) {
+    events_.push_back(&reports_);
+    batch_.reserve(decltype(faces_)::capacity());
+    latencies_ms_.reserve(std::min<std::size_t>(keep_latencies, 1U << 17U));
+}
+
+void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedFace> departed,
+                             const Eigen::Vector3d& w_B) {
+    // Before the start there is nothing to tell; when lost, that.
+    if (ok(frame.status) && frame.estimate.health.state != TrackingState::kInit) {
+        const Pose pose{to_odometry(frame.estimate, w_B, noise_), true};
+        counters_.poses_dropped.fetch_add(ok(poses_.push(pose)) ? 0 : 1, kLoose);
+        pose_wakeup_.notify();
+    }
+    std::uint64_t lost = 0;
+    for (const DepartedFace& face : departed) {
+        lost += ok(faces_.push(face)) ? 0 : 1;
+    }
+    counters_.faces_dropped.fetch_add(lost, kLoose);
+    counters_.frames_dropped.fetch_add(ok(frame_queue_.push(frame)) ? 0 : 1, kLoose);
+    frames_.fetch_add(1, kLoose);
+    frame_wakeup_.notify();
+}
+
+void OutputThreads::on_report(const SyncReport& report) {
+    const char* camera = report.camera == SyncCamera::kLeft    ? "left camera: "
+                         : report.camera == SyncCamera::kRight ? "right camera: "
+                                                               : "";
+    (void)reports_.push(RunEvent::make("synchroniser", "synchroniser: {}{} (value {}, at {} ns)", camera,
+                                       to_string(report.fault), report.value, report.stamp.ns));
+    frame_wakeup_.notify();
+}
+
+void OutputThreads::keep_latency(double latency_ms) {
+    const std::lock_guard lock(mutex_);
+    recent_ms_.push(latency_ms);
+    if (latencies_ms_.size() < keep_latencies_) {
+        latencies_ms_.push_back(latency_ms);
+    } else if (keep_latencies_ > 0) {
+        latencies_ms_[oldest_latency_] = latency_ms;
+        oldest_latency_ = (oldest_latency_ + 1) % keep_latencies_;
+    }
+}
+
+void OutputThreads::send(const Pose& pose) {
+    for (OdometrySink* sink : sinks_) {
+        counters_.refused.fetch_add(ok(sink->send(pose.odometry)) ? 0 : 1, kLoose);
+    }
+    keep_latency((clock_.now() - pose.odometry.stamp).seconds() * 1e3);
+}
+
+void OutputThreads::send_poses(const std::atomic<bool>& stopping) {
+    for (;;) {
+        const bool last = stopping.load(std::memory_order_acquire);
+        while (ok(poses_.pop(pose_))) {
+            send(pose_);
+        }
+        if (last) {
+            return;
+        }
+        (void)pose_wakeup_.wait(kPoll);
+    }
+}
+
+/// Calls a function of the recorder unless it has failed before.
+template <class Function>
+void OutputThreads::guarded(Function function) {
+    if (!failure_.empty()) {
+        return;
+    }
+    try {
+        function();
+    } catch (const std::exception& e) {
+        failure_ = e.what();
+        const std::lock_guard lock(mutex_);
+        status_.events.push_back(failure_ + "; no more is written");
+    }
+}
+
+bool OutputThreads::write_events() {
+    bool any = false;
+    RunEvent event;
+    for (EventQueue* queue : events_) {
+        while (ok(queue->pop(event))) {
+            any = true;
+            guarded([&] { recorder_.warn(event.kind.data(), event.text.data()); });
+            const std::lock_guard lock(mutex_);
+            status_.events.emplace_back(event.text.data());
+            if (status_.events.size() > kShownEvents) {
+                status_.events.erase(status_.events.begin());
+            }
+        }
+    }
+    return any;
+}
+
+void OutputThreads::publish(const FrameResult& frame) {
+    const std::lock_guard lock(mutex_);
+    ++status_.frames;
+    status_.health = frame.estimate.health;
+    if (frame.is_usable) {
+        status_.p_W_B = frame.estimate.state.p_W_B;
+        status_.speed_m_per_s = frame.estimate.state.v_W_B.norm();
+    }
+    status_.total_ms = frame.timing.total_ms;
+    if (frame.has_mesh) {
+        status_.planes = frame.told.size();
+        status_.mesh_faces = frame.mesh_faces;
+    }
+}
+
+/// Writes one frame, if there is one.
+bool OutputThreads::write_once() {
+    if (!ok(frame_queue_.pop(frame_))) {
+        return false;
+    }
+    // Faces come before their frame; those of later frames may be among them, which does not matter.
+    batch_.clear();
+    for (DepartedFace face; batch_.size() < batch_.capacity() && ok(faces_.pop(face));) {
+        batch_.push_back(face);
+    }
+    guarded([&] {
+        recorder_.collect(batch_);
+        recorder_.write(frame_, {});
+    });
+    publish(frame_);
+    return true;
+}
+
+void OutputThreads::write_files(const std::atomic<bool>& stopping) {
+    for (;;) {
+        const bool last = stopping.load(std::memory_order_acquire);
+        bool any = write_events();
+        while (write_once()) {
+            any = write_events() || any;
+        }
+        if (clock_.now() >= next_flush_ || last) {
+            next_flush_ = clock_.now() + kFlushPeriod;
+            guarded([&] { recorder_.flush(); });
+        }
+        if (last) {
+            return;
+        }
+        if (!any) {
+            (void)frame_wakeup_.wait(kPoll);
+        }
+    }
+}
+
+FrameStatus OutputThreads::status() const {
+    const std::lock_guard lock(mutex_);
+    FrameStatus status = status_;
+    std::vector<double> recent;
+    for (std::size_t i = 0; i < recent_ms_.size(); ++i) {
+        recent.push_back(recent_ms_[i]);
+    }
+    const TimingStatistics latency = timing_statistics(std::move(recent));
+    status.latency_median_ms = latency.median_ms;
+    status.latency_p99_ms = latency.p99_ms;
+    return status;
+}
+
+}  // namespace facet

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Tells systemd how the service is.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "platform/port/clock.h"
+#include "platform/port/kernel_io.h"
+
+namespace facet {
+
+/// The protocol of sd_notify(3): datagrams of NAME=value lines to the Unix socket of $NOTIFY_SOCKET, a path or, after
+/// '@', an abstract name. Without a socket everything is a no-op. Never blocks; what the socket refuses is not sent.
+/// Thread-bound. Heap.
+class ServiceNotifier {
+public:
+    /// @param socket       content of NOTIFY_SOCKET; empty: nobody is listening
+    /// @param watchdog_us  content of WATCHDOG_USEC; empty or no number: no watchdog
+    /// @param watchdog_pid content of WATCHDOG_PID; another process's watchdog is none of ours
+    ServiceNotifier(KernelIo& io, const Clock& clock, const std::string& socket, const std::string& watchdog_us,
+                    const std::string& watchdog_pid, int own_pid);
+    ~ServiceNotifier();
+    ServiceNotifier(const ServiceNotifier&) = delete;
+    ServiceNotifier& operator=(const ServiceNotifier&) = delete;
+
+    void ready() { send("READY=1"); }
+    void stopping() { send("STOPPING=1"); }
+    void status(const std::string& text) { send("STATUS=" + text); }
+    /// Feeds the watchdog if frames were used since the last time, at most four times in its period. So a process that
+    /// runs but estimates nothing is restarted.
+    void progress(std::uint64_t frames);
+
+private:
+    void send(const std::string& text);
+
+    KernelIo& io_;
+    const Clock& clock_;
+    int fd_ = -1;
+    std::optional<Duration> watchdog_;
+    Timestamp next_feed_;
+    std::uint64_t frames_ = 0;
+};
+
+}  // namespace facet

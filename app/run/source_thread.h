@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What the thread of a sensor does: waits for samples and puts them into a queue.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "app/output/live_account.h"
+#include "app/run/run_event.h"
+#include "app/run/stamp_mapper.h"
+#include "platform/linux/linux_wakeup.h"
+#include "platform/port/source.h"
+
+namespace facet {
+
+/// SourceCounters and what the way to the estimator adds, readable from any thread.
+class SharedCounters {
+public:
+    void publish(const SourceCounters& c) {
+        delivered_.store(c.delivered, kOrder);
+        lost_.store(c.lost, kOrder);
+        corrupt_.store(c.corrupt, kOrder);
+        discarded_.store(c.discarded, kOrder);
+        errors_.store(c.errors, kOrder);
+        recoveries_.store(c.recoveries, kOrder);
+    }
+    void add_rejected() { rejected_.fetch_add(1, kOrder); }
+    void add_unmapped() { unmapped_.fetch_add(1, kOrder); }
+
+    SourceAccount account(std::string name) const {
+        return {std::move(name),
+                {delivered_.load(kOrder), lost_.load(kOrder), corrupt_.load(kOrder), discarded_.load(kOrder),
+                 errors_.load(kOrder), recoveries_.load(kOrder)},
+                rejected_.load(kOrder),
+                unmapped_.load(kOrder)};
+    }
+
+private:
+    static constexpr auto kOrder = std::memory_order_relaxed;
+    std::atomic<std::uint64_t> delivered_{0};
+    std::atomic<std::uint64_t> lost_{0};
+    std::atomic<std::uint64_t> corrupt_{0};
+    std::atomic<std::uint64_t> discarded_{0};
+    std::atomic<std::uint64_t> errors_{0};
+    std::atomic<std::uint64_t> recoveries_{0};
+    std::atomic<std::uint64_t> rejected_{0};
+    std::atomic<std::uint64_t> unmapped_{0};
+};
+
+/// State of one sensor's thread, shared with the others.
+struct SourceThread {
+    explicit SourceThread(std::string source_name) : name(std::move(source_name)) {}
+
+    std::string name;  ///< as in the account and in ps
+    SharedCounters counters;
+    EventQueue events;
+    std::atomic<bool> ended{false};  ///< no more samples will come
+};
+
+/// Longest wait in the driver: how long a stop may take.
+inline constexpr Duration kSourceWait = Duration::from_seconds(0.05);
+/// A source that gives nothing without waiting (it is closed, or failing) is asked again after this.
+inline constexpr Duration kSourcePause = Duration::from_seconds(0.005);
+
+/// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started.
+/// @param push  bool(Sample&): takes the sample, false if there is no room; called again with the same one if `lossless`
+template <class Source, class Sample, class Push>
+void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, bool lossless,
+          const std::atomic<bool>& stopping, Push push) {
+    StampMapper mapper(clock, source.clock());
+    bool failing = false;
+    Sample sample;
+    while (!stopping.load(std::memory_order_relaxed)) {
+        const Timestamp begin = clock.now();
+        const Status status = source.next(kSourceWait, sample);
+        shared.counters.publish(source.counters());
+        if (ok(status)) {
+            if (failing) {
+                failing = false;
+                (void)shared.events.push(RunEvent::make("recovered", "{}: works again", shared.name));
+            }
+            if (!ok(mapper.map(sample.stamp))) {
+                shared.counters.add_unmapped();
+                push.give_back(sample);
+                continue;
+            }
+            while (!push(sample)) {
+                if (!lossless || stopping.load(std::memory_order_relaxed)) {
+                    shared.counters.add_rejected();
+                    push.give_back(sample);
+                    break;
+                }
+                clock.sleep(kSourcePause);
+            }
+            wakeup.notify();
+            continue;
+        }
+        if (status == Status::kEndOfStream) {
+            break;
+        }
+        if (status == Status::kIo && !failing) {
+            failing = true;
+            (void)shared.events.push(RunEvent::make("source_failed", "{}: {}", shared.name, source.problem()));
+        }
+        if (status != Status::kCorrupt && clock.now() - begin < kSourcePause) {
+            clock.sleep(kSourcePause);
+        }
+    }
+    shared.ended.store(true, std::memory_order_release);
+    wakeup.notify();
+}
+
+}  // namespace facet

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/run/dry_run.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <map>
+
+#include "platform/sim/scripted_source.h"
+#include "tests/support/fake_kernel.h"
+#include "tests/support/temp_dir.h"
+
+namespace facet {
+namespace {
+
+/// Devices by path: what opening gives. What is opened answers no request; SPI transfers return zeros.
+class FakeBench final : public test::FakeKernel {
+public:
+    std::map<std::string, int> devices;
+    int open(const char* path, int) override {
+        const auto at = devices.find(path);
+        return at == devices.end() ? -ENOENT : at->second;
+    }
+    int close(int) override { return 0; }
+    int ioctl(int fd, unsigned long, void*) override { return fd == kSpi ? 0 : -ENOTTY; }
+    int socket(int domain, int, int) override { return domain == 2 ? 40 : -EAFNOSUPPORT; }
+    int connect(int, const void*, std::size_t) override { return 0; }
+
+    static constexpr int kSpi = 30;
+};
+
+Vehicle spi_vehicle() {
+    Vehicle vehicle;
+    vehicle.calibration.noise.rate_hz = 200.0;
+    for (CameraV4l2Options* camera : {&vehicle.cameras.left, &vehicle.cameras.right}) {
+        camera->capture.width = 160;
+        camera->capture.height = 120;
+    }
+    vehicle.cameras.left.capture.device = "/dev/video0";
+    vehicle.cameras.right.capture.device = "/dev/video1";
+    vehicle.trigger.emplace();
+    vehicle.trigger->input.line = {"/dev/gpiochip0", 17, ""};
+    vehicle.imu_spi.emplace();
+    vehicle.imu_spi->source.name = "adis16448";
+    vehicle.mavlink.emplace();
+    return vehicle;
+}
+
+const ProbeLine& line_of(const std::vector<ProbeLine>& lines, const std::string& device) {
+    const auto at = std::find_if(lines.begin(), lines.end(), [&](const ProbeLine& l) { return l.device == device; });
+    REQUIRE(at != lines.end());
+    return *at;
+}
+
+std::vector<ProbeLine> probe(FakeBench& kernel, const Vehicle& vehicle) {
+    ManualClock clock({1'000'000'000});
+    Hardware hardware(kernel, clock, vehicle);
+    return dry_run(hardware, clock, vehicle, Duration::from_seconds(0.5));
+}
+
+TEST_CASE("what is not there is named, device by device") {
+    FakeBench kernel;
+    const std::vector<ProbeLine> lines = probe(kernel, spi_vehicle());
+    REQUIRE(lines.size() == 6);
+    const struct {
+        const char* device;
+        const char* text;
+    } expected[] = {{"left camera", "/dev/video0: cannot be opened: No such file or directory"},
+                    {"right camera", "/dev/video1: cannot be opened: No such file or directory"},
+                    {"trigger", "/dev/gpiochip0"},
+                    {"imu", "/dev/spidev0.0"}};
+    for (const auto& e : expected) {
+        INFO(e.device << ": " << line_of(lines, e.device).text);
+        CHECK(line_of(lines, e.device).finding == Finding::kWrong);
+        CHECK(line_of(lines, e.device).text.find(e.text) != std::string::npos);
+    }
+    CHECK(line_of(lines, "mavlink").finding == Finding::kGood);
+    CHECK(line_of(lines, "system").finding == Finding::kGood);
+    const std::string text = to_text(lines);
+    CHECK(text.find("WRONG     left camera:  /dev/video0: cannot be opened") != std::string::npos);
+    CHECK(text.find("ok        mavlink:      127.0.0.1:14540") != std::string::npos);
+}
+
+TEST_CASE("no permission, no camera, and a chip that does not answer are told apart") {
+    FakeBench kernel;
+    kernel.devices = {{"/dev/video0", -EACCES}, {"/dev/video1", 8}, {"/dev/spidev0.0", FakeBench::kSpi}};
+    const std::vector<ProbeLine> lines = probe(kernel, spi_vehicle());
+    CHECK(line_of(lines, "left camera").text.find("Permission denied") != std::string::npos);
+    CHECK(line_of(lines, "right camera").text.find("is no video device") != std::string::npos);
+    INFO(line_of(lines, "imu").text);
+    CHECK(line_of(lines, "imu").finding == Finding::kWrong);
+    CHECK(line_of(lines, "imu").text.find("adis16448: ") == 0);
+}
+
+TEST_CASE("a CAN interface and a log folder that are not there") {
+    const test::TempDir dir;
+    FakeBench kernel;
+    Vehicle vehicle = spi_vehicle();
+    vehicle.imu_spi.reset();
+    vehicle.imu_can.emplace();
+    vehicle.imu_can->protocol = CanProtocol::kDroneCan;
+    vehicle.imu_can->source.socket.interface = "can7";
+    vehicle.mavlink.reset();
+    dir.write("file", "");
+    vehicle.log.folder = dir.file("file/log");
+    const std::vector<ProbeLine> lines = probe(kernel, vehicle);
+    INFO(line_of(lines, "imu").text);
+    CHECK(line_of(lines, "imu").finding == Finding::kWrong);
+    CHECK(line_of(lines, "imu").text.find("can7") != std::string::npos);
+    CHECK(line_of(lines, "log").finding == Finding::kWrong);
+    CHECK(line_of(lines, "mavlink").finding == Finding::kDoubtful);
+
+    vehicle.log.folder = dir.file("log");
+    const std::vector<ProbeLine> good = probe(kernel, vehicle);
+    CHECK(line_of(good, "log").finding != Finding::kWrong);
+    CHECK_FALSE(std::filesystem::exists(dir.file("log/dry_run.tmp")));
+}
+
+}  // namespace
+}  // namespace facet

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The whole of `facet run` with threads, on a simulated flight in the place of sensors, against a replay of the same log.
+#include "app/run/live_run.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app/pipeline/replay.h"
+#include "app/run/stereo_as_camera.h"
+#include "app/sim/simulate.h"
+#include "drivers/replay_asl/asl_sources.h"
+#include "platform/linux/linux_clock.h"
+#include "tests/support/temp_dir.h"
+
+namespace facet {
+namespace {
+
+/// Three seconds in the room, the first one standing; coarse rendering. Made once.
+class Flight {
+public:
+    Flight() {
+        sim::SimOptions options;
+        options.out = dir_.path();
+        options.duration_s = 3.0;
+        options.stand_s = 1.0;
+        options.samples = 1;
+        options.texture_size = 256;
+        sim::SimSummary summary;
+        std::string error;
+        REQUIRE(ok(sim::simulate(
+            options, [](int, int) {}, summary, error)));
+        vehicle_.source = "simulated";
+        vehicle_.calibration = load_euroc_calibration(folder() + "/mav0");
+        vehicle_.config.imu_noise = vehicle_.calibration.noise;
+        vehicle_.config.regularity.mode = RegularityMode::kSpr;
+        vehicle_.frame_delay = kFrameDelay;
+        vehicle_.cameras.side_by_side = true;
+        ReplayOptions replay;
+        replay.dataset = folder();
+        replay.out = replayed();
+        replay.config = vehicle_.config;
+        replay.calibration = vehicle_.calibration;
+        replay.show_progress = false;
+        run_ = run_replay(replay, false);
+    }
+    std::string folder() const { return dir_.path(); }
+    std::string replayed() const { return dir_.file("replay"); }
+    const RunSummary& run() const { return run_; }
+    Vehicle vehicle(const std::string& out) const {
+        Vehicle vehicle = vehicle_;
+        vehicle.log.folder = out;
+        return vehicle;
+    }
+    AslSourceOptions source() const {
+        AslSourceOptions options;
+        options.folder = folder();
+        options.log.frame_delay = kFrameDelay;
+        options.pace.as_fast_as_asked = true;
+        return options;
+    }
+
+private:
+    test::TempDir dir_;
+    Vehicle vehicle_;
+    RunSummary run_;
+};
+
+const Flight& flight() {
+    static const Flight made;
+    return made;
+}
+
+class CountingSink final : public OdometrySink {
+public:
+    Status send(const Odometry& odometry) override {
+        increasing = increasing && (count == 0 || odometry.stamp > last);
+        last = odometry.stamp;
+        ++count;
+        return Status::kOk;
+    }
+    std::size_t count = 0;
+    Timestamp last;
+    bool increasing = true;
+};
+
+/// One view of the log's pairs as a camera of its own.
+class ViewCamera final : public CameraSource {
+public:
+    ViewCamera(Clock& clock, bool is_left, const std::atomic<bool>& go)
+        : stereo_(clock, flight().source()), is_left_(is_left), go_(go) {
+        const CameraIntrinsics& k = flight().vehicle("").calibration.rig.left.intrinsics();
+        both_ = std::make_unique<StereoAsCamera>(stereo_, k.width, k.height);
+    }
+    Status start() override { return both_->start(); }
+    void stop() override { both_->stop(); }
+    ClockDomain clock() const override { return ClockDomain::kMonotonic; }
+    SourceCounters counters() const override { return both_->counters(); }
+    std::string_view problem() const override { return both_->problem(); }
+    Status next(Duration timeout, CameraFrame& frame) override {
+        if (!go_) {
+            return Status::kNotReady;
+        }
+        FACET_TRY(both_->next(timeout, frame));
+        frame.image.width /= 2;
+        frame.image.data += is_left_ ? 0 : frame.image.width;
+        return Status::kOk;
+    }
+    void release(int slot) override { both_->release(slot); }
+
+private:
+    AslStereoSource stereo_;
+    bool is_left_;
+    const std::atomic<bool>& go_;
+    std::unique_ptr<StereoAsCamera> both_;
+};
+
+/// The log's frame stamps as edges; then lets the cameras go.
+class LogTrigger final : public TriggerSource {
+public:
+    LogTrigger(Clock& clock, std::atomic<bool>& go) : stereo_(clock, flight().source()), go_(go) {}
+    Status start() override { return stereo_.start(); }
+    void stop() override { stereo_.stop(); }
+    ClockDomain clock() const override { return ClockDomain::kMonotonic; }
+    SourceCounters counters() const override { return stereo_.counters(); }
+    std::string_view problem() const override { return stereo_.problem(); }
+    Status next(Duration timeout, TriggerEdge& edge) override {
+        StereoFrame frame;
+        const Status status = stereo_.next(timeout, frame);
+        if (status == Status::kEndOfStream) {
+            go_ = true;
+        }
+        FACET_TRY(status);
+        edge = {frame.stamp, count_++, true};
+        return Status::kOk;
+    }
+
+private:
+    AslStereoSource stereo_;
+    std::uint32_t count_ = 100;
+    std::atomic<bool>& go_;
+};
+
+/// Gives nothing but failures instead of the samples from `first` on, `count` of them.
+template <class Base, class Inner, class Sample>
+class Flaky final : public Base {
+public:
+    Flaky(Inner& inner, std::uint64_t first, std::uint64_t count)
+        : inner_(inner), first_(first), last_(first + count) {}
+    Status start() override { return inner_.start(); }
+    void stop() override { inner_.stop(); }
+    ClockDomain clock() const override { return inner_.clock(); }
+    SourceCounters counters() const override {
+        SourceCounters c = inner_.counters();
+        c.errors = failed_ ? 1 : 0;
+        c.recoveries = back_ ? 1 : 0;
+        return c;
+    }
+    std::string_view problem() const override { return failed_ ? "unplugged" : ""; }
+    Status next(Duration timeout, Sample& sample) override {
+        FACET_TRY(inner_.next(timeout, sample));
+        const std::uint64_t n = taken_++;
+        if (n >= first_ && n < last_) {
+            failed_ = true;
+            this->lose(sample);
+            return Status::kIo;
+        }
+        back_ = back_ || failed_;
+        return Status::kOk;
+    }
+
+private:
+    void lose(const CameraFrame& frame) { inner_.release(frame.slot); }
+    void lose(const ImuSample&) {}
+
+    Inner& inner_;
+    std::uint64_t first_;
+    std::uint64_t last_;
+    std::uint64_t taken_ = 0;
+    bool failed_ = false;
+    bool back_ = false;
+
+public:
+    // Of cameras only.
+    void release(int slot) {
+        if constexpr (std::is_same_v<Base, CameraSource>) {
+            inner_.release(slot);
+        }
+    }
+};
+
+/// Runs until the sources end.
+RunSummary run_to_end(LiveRun& run) {
+    run.start();
+    while (!run.ended()) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        (void)run.status();
+    }
+    return run.stop();
+}
+
+std::size_t rows(const std::string& path) {
+    const std::string text = test::read_file(path);
+    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+nlohmann::json summary_of(const std::string& folder) {
+    return nlohmann::json::parse(test::read_file(folder + "/summary.json"));
+}
+
+struct Rig {
+    LinuxClock clock;
+    AslStereoSource stereo{clock, flight().source()};
+    AslImuSource imu{clock, flight().source()};
+    StereoAsCamera camera{stereo, flight().vehicle("").calibration.rig.left.intrinsics().width,
+                          flight().vehicle("").calibration.rig.left.intrinsics().height};
+};
+
+TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
+    const test::TempDir dir;
+    Rig rig;
+    CountingSink sink;
+    const Vehicle vehicle = flight().vehicle(dir.file("out"));
+    LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {&sink}, true);
+    const RunSummary summary = run_to_end(run);
+    CHECK(run.failure().empty());
+    CHECK_FALSE(summary.interrupted);
+    CHECK(summary.frames == flight().run().frames);
+    CHECK(summary.estimates == flight().run().estimates);
+    CHECK(summary.imu_samples == flight().run().imu_samples);
+    CHECK(summary.keyframes == flight().run().keyframes);
+    REQUIRE(summary.estimates > 50);
+    for (const char* name : {"trajectory.tum", "trajectory.csv", "covariance.csv", "health.csv", "mesh.csv",
+                             "planes.csv", "mesh.ply", "mesh_live.ply", "planes.json"}) {
+        INFO(name);
+        CHECK(test::read_file(dir.file(std::string("out/") + name)) ==
+              test::read_file(flight().replayed() + "/" + name));
+    }
+    CHECK(sink.count == summary.estimates);
+    CHECK(sink.increasing);
+    const nlohmann::json live = summary_of(dir.file("out"))["live"];
+    CHECK(live["latency_ms"]["count"] == summary.estimates);
+    CHECK(live["drops"]["late_frames"] == 0);
+    CHECK(live["sources"]["cameras"]["delivered"] == summary.frames);
+    CHECK(live["sources"]["imu"]["rejected"] == 0);
+}
+
+TEST_CASE("two cameras and a trigger line are put together, and estimate the same flight") {
+    const test::TempDir dir;
+    LinuxClock clock;
+    std::atomic<bool> go{false};
+    ViewCamera left(clock, true, go);
+    ViewCamera right(clock, false, go);
+    LogTrigger trigger(clock, go);
+    AslImuSource imu(clock, flight().source());
+    Vehicle vehicle = flight().vehicle(dir.file("out"));
+    vehicle.cameras.side_by_side = false;
+    vehicle.trigger.emplace();
+    LiveRun run(clock, vehicle, {&left, &right, &trigger, &imu}, {}, true);
+    const RunSummary summary = run_to_end(run);
+    // The first frames are not believed until five agree.
+    CHECK(summary.frames == flight().run().frames - 4);
+    CHECK(summary.live->findings[static_cast<std::size_t>(SyncFault::kDoubtful)].value == 8);
+    CHECK(summary.last.health.state == TrackingState::kTracking);
+    CHECK(summary.last.stamp == flight().run().last.stamp);
+    CHECK((summary.last.state.p_W_B - flight().run().last.state.p_W_B).norm() < 0.05);
+}
+
+TEST_CASE("sensors that fail and come back are told, counted and survived") {
+    const test::TempDir dir;
+    Rig rig;
+    // 0.2 s without inertial samples, and 0.3 s without images, in flight.
+    Flaky<ImuSource, AslImuSource, ImuSample> imu(rig.imu, 420, 40);
+    Flaky<CameraSource, StereoAsCamera, CameraFrame> camera(rig.camera, 40, 6);
+    const Vehicle vehicle = flight().vehicle(dir.file("out"));
+    LiveRun run(rig.clock, vehicle, {&camera, nullptr, nullptr, &imu}, {}, true);
+    const RunSummary summary = run_to_end(run);
+    CHECK(summary.frames == flight().run().frames - 6);
+    CHECK(summary.last.health.state != TrackingState::kLost);
+    CHECK(summary.last.health.imu_gaps >= 1);
+    CHECK(summary.warnings.at("source_failed") == 2);
+    CHECK(summary.warnings.at("recovered") == 2);
+    const std::string log = test::read_file(dir.file("out/warnings.txt"));
+    CHECK(log.find("source_failed: imu: unplugged") != std::string::npos);
+    CHECK(log.find("recovered: cameras: works again") != std::string::npos);
+    const nlohmann::json sources = summary_of(dir.file("out"))["live"]["sources"];
+    CHECK(sources["imu"]["errors"] == 1);
+    CHECK(sources["imu"]["recoveries"] == 1);
+    CHECK(sources["cameras"]["recoveries"] == 1);
+}
+
+TEST_CASE("a stop in mid-flight leaves complete files") {
+    const test::TempDir dir;
+    LinuxClock clock;
+    AslSourceOptions options = flight().source();
+    AslDataset log;
+    std::string error;
+    REQUIRE(ok(log.open(options.folder, {}, {}, error)));
+    options.pace = {log.log_begin(), clock.now() + Duration::from_seconds(0.2), false, false};
+    AslStereoSource stereo(clock, options);
+    AslImuSource imu(clock, options);
+    const CameraIntrinsics& k = flight().vehicle("").calibration.rig.left.intrinsics();
+    StereoAsCamera camera(stereo, k.width, k.height);
+    CountingSink sink;
+    const Vehicle vehicle = flight().vehicle(dir.file("out"));
+    LiveRun run(clock, vehicle, {&camera, nullptr, nullptr, &imu}, {&sink});
+    run.start();
+    for (int i = 0; i < 1000 && run.frames() < 10; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    const RunSummary summary = run.stop();
+    CHECK(summary.interrupted);
+    REQUIRE(summary.frames >= 10);
+    CHECK(summary.frames < flight().run().frames);
+    CHECK(rows(dir.file("out/health.csv")) == summary.frames + 1);
+    CHECK(rows(dir.file("out/trajectory.tum")) == summary.estimates);
+    CHECK(sink.count >= summary.estimates);
+    const nlohmann::json json = summary_of(dir.file("out"));
+    CHECK(json["interrupted"] == true);
+    CHECK(json["live"]["latency_ms"]["median"] > 0.0);
+    // Frames of the live clock: used, late, or not ready in time.
+    CHECK(json["frames_listed"].get<std::size_t>() ==
+          summary.frames + json["live"]["drops"]["late_frames"].get<std::size_t>());
+}
+
+TEST_CASE("a source that cannot start ends the run before it begins") {
+    Rig rig;
+    AslSourceOptions nowhere = flight().source();
+    nowhere.folder = "/no/such/log";
+    AslImuSource imu(rig.clock, nowhere);
+    const Vehicle vehicle = flight().vehicle("");
+    LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &imu}, {}, true);
+    CHECK_THROWS_WITH(run.start(), "imu: /no/such/log: no such folder");
+}
+
+}  // namespace
+}  // namespace facet

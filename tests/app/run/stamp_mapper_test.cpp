@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/run/stamp_mapper.h"
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "platform/sim/scripted_source.h"
+
+namespace facet {
+namespace {
+
+TEST_CASE("monotonic stamps pass as they are") {
+    const ManualClock clock({5});
+    StampMapper mapper(clock, ClockDomain::kMonotonic);
+    Timestamp stamp{123};
+    CHECK(mapper.map(stamp) == Status::kOk);
+    CHECK(stamp.ns == 123);
+}
+
+TEST_CASE("wall-clock stamps come onto the monotonic clock within a tenth of a second, and follow a step") {
+    ManualClock clock({1'000'000'000}, Duration::from_seconds(1.7e9));
+    StampMapper mapper(clock, ClockDomain::kRealtime);
+    int refused = 0;
+    for (int i = 0; i < 400; ++i) {
+        if (i == 200) {
+            clock.set_realtime_offset(Duration::from_seconds(1.7e9 + 1.0));
+        }
+        clock.advance({10'000'000});
+        Timestamp stamp = clock.read_pair().realtime - Duration{2'000'000};
+        if (!ok(mapper.map(stamp))) {
+            ++refused;
+            CHECK((i < 10 || i >= 200));
+            continue;
+        }
+        if (i < 200) {
+            CHECK(std::abs((stamp - clock.now()).ns + 2'000'000) < 1000);
+        }
+    }
+    CHECK(refused > 0);
+    CHECK(refused < 20);
+}
+
+TEST_CASE("stamps of a hardware clock come onto the monotonic clock by their earliest arrivals") {
+    ManualClock clock({1'000'000'000});
+    StampMapper mapper(clock, ClockDomain::kHardware);
+    Timestamp stamp;
+    for (int i = 0; i < 500; ++i) {
+        clock.advance({5'000'000});
+        const Timestamp measured = clock.now();
+        clock.advance({50'000 + (i % 7 == 0 ? 2'000'000 : 0)});  // seldom late
+        stamp = Timestamp{measured.ns - 900'000'000};
+        const Status status = mapper.map(stamp);
+        CHECK((ok(status) || i < 3));
+        if (i > 100) {
+            CHECK(std::abs((stamp - measured).ns - 50'000) < 300'000);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace facet
