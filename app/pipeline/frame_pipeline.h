@@ -50,6 +50,9 @@ public:
     /// @param result        status kNotReady: inertial samples do not reach the frame yet
     void add_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result);
 
+    /// The last frame was finished too late for whoever waits for it; see Estimator.
+    void report_overrun() { estimator_.report_overrun(); }
+
     /// Faces that left the horizon at the last frame; empty if that had no mesh.
     std::span<const DepartedFace> departed() const;
 

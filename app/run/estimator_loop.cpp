@@ -167,6 +167,9 @@ bool EstimatorLoop::try_frame() {
     counters_.used.fetch_add(1, kRelaxed);
     if (clock_.now() - begin > options_.sync.period) {
         counters_.overruns.fetch_add(1, kRelaxed);
+        if (!options_.lossless) {
+            pipeline_.report_overrun();  // nobody waits for a recorded log
+        }
     }
     output_.on_frame(result_, pipeline_.departed(), fed_w_B_);
     release(*pending_);

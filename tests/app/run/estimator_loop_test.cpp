@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-#include "platform/sim/scripted_source.h"
+#include "platform/port/clock.h"
 #include "tests/support/asl_folder.h"
 #include "tests/support/temp_dir.h"
 
@@ -38,6 +38,18 @@ struct Collected final : LoopOutput {
         statuses.push_back(frame.status);
     }
     void on_report(const SyncReport& report) override { reports.push_back(report.fault); }
+};
+
+/// A clock that goes on by a step whenever it is read.
+class SlowClock final : public Clock {
+public:
+    Duration step;
+    Timestamp now() const override { return now_ = now_ + step; }
+    ClockPair read_pair() const override { return {now_, now_, {}}; }
+    void sleep_until(Timestamp) override {}
+
+private:
+    mutable Timestamp now_;
 };
 
 /// A loop on grey images, with time in milliseconds.
@@ -77,7 +89,7 @@ struct Bench {
     }
 
     test::TempDir dir;
-    ManualClock clock;
+    SlowClock clock;
     bool is_double;
     FramePipeline pipeline;
     EstimatorLoopOptions options;
@@ -132,6 +144,20 @@ TEST_CASE("of several frames that are ready only the newest is used, of a log ev
         CHECK(bench.loop->counters().late == 2);
     }
     CHECK(bench.left.out.empty());
+}
+
+TEST_CASE("frames that take longer than a period are counted") {
+    const bool slow = GENERATE(false, true);
+    Bench bench(true);
+    bench.clock.step = Duration::from_seconds(slow ? 0.06 : 0.04);
+    bench.make();
+    bench.imu(0, 700);
+    for (int k = 0; k < 3; ++k) {
+        bench.image(500 + 50 * k, static_cast<std::uint32_t>(k), 0);
+        (void)bench.loop->step();
+    }
+    CHECK(bench.output.frames.size() == 3);
+    CHECK(bench.loop->counters().overruns == (slow ? 3 : 0));
 }
 
 TEST_CASE("images of another epoch are refused by name and their slots given back") {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -263,7 +264,8 @@ TEST_CASE("two cameras and a trigger line are put together, and estimate the sam
     CHECK(summary.frames == flight().run().frames - 4);
     CHECK(summary.live->findings[static_cast<std::size_t>(SyncFault::kDoubtful)].value == 8);
     CHECK(summary.last.health.state == TrackingState::kTracking);
-    CHECK(summary.last.stamp == flight().run().last.stamp);
+    // The estimated time offset is part of an estimate's stamp, and may differ a little.
+    CHECK(std::abs((summary.last.stamp - flight().run().last.stamp).ns) < 2'000'000);
     CHECK((summary.last.state.p_W_B - flight().run().last.state.p_W_B).norm() < 0.05);
 }
 
