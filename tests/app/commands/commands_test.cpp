@@ -67,7 +67,8 @@ TEST_CASE("help, version and info explain the program") {
     CHECK(run(dir, "--version").out.starts_with("facet "));
     const Outcome info = run(dir, "info");
     CHECK(info.code == 0);
-    for (const char* part : {"compiler", "-Wall", "Eigen 3", "OpenCV 4", "memory", "inertial history", "max_features"}) {
+    for (const char* part :
+         {"compiler", "-Wall", "Eigen 3", "OpenCV 4", "memory", "inertial history", "max_features"}) {
         INFO(part);
         CHECK(contains(info.out, part));
     }

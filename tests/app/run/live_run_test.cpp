@@ -91,7 +91,7 @@ class ViewCamera final : public CameraSource {
 public:
     ViewCamera(Clock& clock, bool is_left, const std::atomic<bool>& go)
         : stereo_(clock, flight().source()), is_left_(is_left), go_(go) {
-        const CameraIntrinsics& k = flight().vehicle("").calibration.rig.left.intrinsics();
+        const CameraIntrinsics k = flight().vehicle("").calibration.rig.left.intrinsics();
         both_ = std::make_unique<StereoAsCamera>(stereo_, k.width, k.height);
     }
     Status start() override { return both_->start(); }
@@ -302,7 +302,7 @@ TEST_CASE("a stop in mid-flight leaves complete files") {
     options.pace = {log.log_begin(), clock.now() + Duration::from_seconds(0.2), false, false};
     AslStereoSource stereo(clock, options);
     AslImuSource imu(clock, options);
-    const CameraIntrinsics& k = flight().vehicle("").calibration.rig.left.intrinsics();
+    const CameraIntrinsics k = flight().vehicle("").calibration.rig.left.intrinsics();
     StereoAsCamera camera(stereo, k.width, k.height);
     CountingSink sink;
     const Vehicle vehicle = flight().vehicle(dir.file("out"));

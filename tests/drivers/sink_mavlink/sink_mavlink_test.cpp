@@ -2,10 +2,11 @@
 #include "drivers/sink_mavlink/mavlink_frame.h"
 
 #include <arpa/inet.h>
+#include <asm/termbits.h>
 #include <fcntl.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -219,9 +220,9 @@ TEST_CASE("over a serial line every byte arrives as it was sent") {
     REQUIRE(sink.open(problem) == Status::kOk);
     CHECK(sink.name() == autopilot.path());
     const int line = ::open(autopilot.path().c_str(), O_RDWR | O_NOCTTY);
-    termios settings{};
-    REQUIRE(::tcgetattr(line, &settings) == 0);
-    CHECK(cfgetospeed(&settings) == B500000);
+    termios2 settings{};
+    REQUIRE(::ioctl(line, TCGETS2, &settings) == 0);
+    CHECK(settings.c_ospeed == 500000);
     CHECK((settings.c_oflag & OPOST) == 0);
     CHECK((settings.c_lflag & (ICANON | ECHO)) == 0);
     REQUIRE(sink.send(example()) == Status::kOk);
