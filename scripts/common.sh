@@ -26,10 +26,21 @@ help_if_asked() {
 
 known_preset() {
     case "$1" in
-        dev | release | asan | tsan) ;;
-        *) die "unknown preset '$1' (dev, release, asan, tsan)" ;;
+        dev | release | asan | tsan | aarch64) ;;
+        *) die "unknown preset '$1' (dev, release, asan, tsan, aarch64)" ;;
     esac
 }
 
 # shellcheck disable=SC2034  # for the scripts that source this one
-JOBS="${FACET_JOBS:-$(nproc)}"
+{
+    JOBS="${FACET_JOBS:-$(nproc)}"
+    # Where the cross build finds the target's libraries; toolchains/aarch64-linux-gnu.cmake has the same default.
+    SYSROOT="${FACET_SYSROOT:-${XDG_CACHE_HOME:-$HOME/.cache}/facet/sysroot-arm64}"
+    # Debian packages that the program, or its tests, are compiled and linked with: on the host and in the sysroot.
+    # Two single OpenCV modules: libopencv-dev, or features2d alone, would pull in several hundred packages.
+    LIBRARY_PACKAGES=(
+        libeigen3-dev libboost-dev libopencv-core-dev libopencv-imgproc-dev libpng-dev
+        libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libfmt-dev
+    )
+    TEST_LIBRARY_PACKAGES=(catch2 libbenchmark-dev)
+}

@@ -36,6 +36,16 @@ endif()
 # the build type. Eigen's own kernels use FMA explicitly and are not affected.
 string(APPEND CMAKE_CXX_FLAGS " -ffp-contract=off")
 
+# As packages are built. The same commit gives the same bytes wherever it is built: names of source files, which FACET_ASSERT
+# prints, start at the project's root. While developing they do not: an editor finds a file by its whole path. The second
+# form is the relative path that ccache gives the compiler if it has a base_dir. The compiler also notes the stack frame of
+# every function beside its object, for scripts/stack_report; that changes no code.
+option(FACET_FOR_PACKAGE "Build as packages are built" ${CMAKE_CROSSCOMPILING})
+if(FACET_FOR_PACKAGE)
+  file(RELATIVE_PATH _root_from_build "${CMAKE_BINARY_DIR}" "${CMAKE_SOURCE_DIR}")
+  add_compile_options("-fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=" "-fmacro-prefix-map=${_root_from_build}/=" -fstack-usage)
+endif()
+
 add_library(facet_flags INTERFACE)
 target_compile_options(facet_flags INTERFACE -Wall -Wextra -Werror)
 # False alarms of GCC 12: Eigen's AVX loads of the first lanes of a Vector3d, and std::string concatenation (bug 105329).
