@@ -34,7 +34,7 @@ def main():
         print("skipped: assimp is not installed; scripts/setup does it")
         return 77
     with tempfile.TemporaryDirectory() as folder:
-        written = subprocess.run([sys.argv[1], folder], check=True, stdout=subprocess.PIPE, text=True).stdout.split()
+        written = subprocess.run([*sys.argv[1:], folder], check=True, stdout=subprocess.PIPE, text=True).stdout.split()
         live_vertices, live_faces, run_faces = (int(word) for word in written)
         assert live_faces > 200 and run_faces > live_faces
         check(pathlib.Path(folder) / "mesh_live.ply", live_faces, live_vertices)

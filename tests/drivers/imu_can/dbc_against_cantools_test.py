@@ -15,9 +15,9 @@ def main():
     except ImportError:
         print("SKIPPED: the Python package cantools is not installed (Debian 12 does not have it)")
         return 77
-    program, path = sys.argv[1:]
+    *program, path = sys.argv[1:]  # the program, after the emulator that runs it if there is one
     database = cantools.database.load_file(path, strict=False)
-    output = subprocess.run([program, path], check=True, capture_output=True, text=True).stdout
+    output = subprocess.run([*program, path], check=True, capture_output=True, text=True).stdout
     compared = 0
     for line in output.splitlines():
         message, data, signal, value = line.split()
