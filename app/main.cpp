@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include "app/commands/build_version.h"
 #include "app/commands/eval_command.h"
 #include "app/commands/info_command.h"
 #include "app/commands/replay_command.h"
@@ -23,7 +24,7 @@ bool is_command(const CLI::App& app, const std::string& name) {
 
 int main(int argc, char** argv) {
     CLI::App app("facet: stereo visual-inertial estimator", "facet");
-    app.set_version_flag("--version", std::string("facet ") + FACET_VERSION);
+    app.set_version_flag("--version", facet::build_version(), "Version, commit, compiler, target and flags");
     app.require_subcommand(1);
     app.footer(
         "Each command explains itself: facet COMMAND --help.\n"

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/build_info.h"
+#include "app/commands/build_version.h"
 #include "app/commands/run_guarded.h"
 #include "app/config/config_file.h"
 #include "app/sim/default_rig.h"
@@ -22,10 +23,7 @@ namespace facet {
 namespace {
 
 void print_build() {
-    fmt::print("facet        {}\n", FACET_VERSION);
-    fmt::print("compiler     {}\n", build_info::kCompiler);
-    fmt::print("target       {}\n", build_info::kSystem);
-    fmt::print("build        {}: {}\n", build_info::kBuildType, build_info::kFlags);
+    fmt::print("{}\n", build_version());
     fmt::print(
         "libraries    Eigen {}, OpenCV {}, Boost {}, libpng {}, yaml-cpp {}, fmt {}.{}.{}, nlohmann-json {}.{}.{}, "
         "CLI11 {}\n",

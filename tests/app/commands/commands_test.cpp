@@ -64,7 +64,13 @@ TEST_CASE("help, version and info explain the program") {
          {"--mode", "--out", "--config", "--start", "--duration", "--calibration", "--imu-calibration", "--inject"}) {
         CHECK(contains(run(dir, "replay --help").out, option));
     }
-    CHECK(run(dir, "--version").out.starts_with("facet "));
+    const Outcome version = run(dir, "--version");
+    CHECK(version.code == 0);
+    CHECK(version.out.starts_with("facet "));
+    for (const char* part : {"\ncommit ", "\ncompiler ", "\ntarget ", "\nbuild ", "-Wall"}) {
+        INFO(part);
+        CHECK(contains(version.out, part));
+    }
     const Outcome info = run(dir, "info");
     CHECK(info.code == 0);
     for (const char* part :

@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-2-Clause
+"""Tests of scripts/deploy: ssh and scp are programs made for the purpose, which note what they are asked to do."""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# Notes the command, fails if it matches FAIL_ON, and answers for a vehicle with the architecture THERE.
+FAKE = """#!/bin/sh
+printf '%s\\n' "$(basename "$0") $*" >> "$LOG"
+if [ -n "$FAIL_ON" ] && printf '%s' "$*" | grep -q -e "$FAIL_ON"; then exit 1; fi
+case "$*" in
+    *print-architecture*) echo "$THERE" ;;
+    *status*) echo "facet.service: state of the vehicle" ;;
+esac
+exit 0
+"""
+
+
+class Deploy(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = Path(self.folder.name)
+        for name in ("ssh", "scp"):
+            program = self.root / "bin" / name
+            program.parent.mkdir(exist_ok=True)
+            program.write_text(FAKE, encoding="utf-8")
+            program.chmod(0o755)
+        control = self.root / "tree/DEBIAN/control"
+        control.parent.mkdir(parents=True)
+        control.write_text(
+            "Package: facet\nVersion: 1\nArchitecture: arm64\nMaintainer: a <a@b>\nDescription: x\n", encoding="utf-8"
+        )
+        self.package = self.root / "facet_1_arm64.deb"
+        subprocess.run(
+            ["dpkg-deb", "--root-owner-group", "--build", str(control.parent.parent), str(self.package)],
+            check=True,
+            capture_output=True,
+        )
+        self.config = self.root / "my vehicle.yaml"
+        self.config.write_text("window:\n  keyframes: 12\n", encoding="utf-8")
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def deploy(self, *arguments, fail_on="", there="arm64"):
+        """Runs the script; returns its outcome and the lines that ssh and scp noted."""
+        log = self.root / "log"
+        log.write_text("", encoding="utf-8")
+        environment = {
+            **os.environ,
+            "PATH": f"{self.root / 'bin'}:{os.environ['PATH']}",
+            "LOG": str(log),
+            "FAIL_ON": fail_on,
+            "THERE": there,
+        }
+        run = subprocess.run(
+            [str(ROOT / "scripts/deploy"), *map(str, arguments)],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return run, log.read_text(encoding="utf-8").splitlines()
+
+    def test_all_steps_in_order(self):
+        run, log = self.deploy("--package", self.package, "--config", self.config, "pilot@drone")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        steps = (
+            "print-architecture",
+            "mkdir",
+            f"scp -q -o BatchMode=yes {self.package} pilot@drone:",
+            f"scp -q -o BatchMode=yes {self.config} pilot@drone:",
+            "apt-get",
+            "/etc/facet/vehicle.yaml.before",
+            "facet --version",
+            "systemctl restart facet.service",
+            "is-active",
+            "status",
+        )
+        self.assertEqual(len(log), len(steps), log)
+        for step, line in zip(steps, log):
+            self.assertIn(step, line)
+            self.assertIn("pilot@drone", line)
+        self.assertIn("state of the vehicle", run.stdout)
+        self.assertIn("the service runs on pilot@drone", run.stdout)
+
+    def test_without_configuration_the_vehicle_keeps_its_own(self):
+        run, log = self.deploy("--package", self.package, "drone")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertFalse([line for line in log if "vehicle.yaml" in line])
+
+    def test_dry_run_touches_nothing_and_prints_what_can_be_pasted(self):
+        run, log = self.deploy("--dry-run", "--package", self.package, "--config", self.config, "drone")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual(log, [])
+        commands = [line for line in run.stdout.splitlines() if line.startswith(("ssh ", "scp "))]
+        self.assertEqual(len(commands), 9)
+        self.assertIn(f"'{self.config}'", run.stdout)
+        # Every printed line is a command that a shell reads back as it is meant.
+        script = "\n".join(commands)
+        pasted = subprocess.run(
+            ["bash", "-e", "-c", script],
+            env={**os.environ, "PATH": f"{self.root / 'bin'}:{os.environ['PATH']}", "LOG": str(self.root / "log"),
+                 "FAIL_ON": "", "THERE": "arm64"},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        self.assertEqual(pasted.returncode, 0, pasted.stderr)
+        self.assertNotIn("runs on", run.stdout)
+
+    def test_every_failure_stops_and_is_told(self):
+        cases = {
+            "print-architecture": (2, "cannot log in"),
+            "mkdir": (2, "cannot make"),
+            "facet.deb": (2, "copying the package failed"),
+            "drone:.*vehicle.yaml": (2, "copying the configuration failed"),
+            "apt-get": (2, "the installation failed"),
+            "before": (2, "installing the configuration failed"),
+            "version": (2, "the program does not run"),
+            "is-active": (1, "does NOT run"),
+        }
+        for fail_on, (code, words) in cases.items():
+            run, log = self.deploy("--package", self.package, "--config", self.config, "drone", fail_on=fail_on)
+            self.assertEqual(run.returncode, code, fail_on)
+            self.assertIn(words, run.stdout + run.stderr)
+            if code == 2:
+                self.assertRegex(log[-1], fail_on, "nothing is done after a failure")
+                self.assertEqual(run.stderr.count("\n"), 1)
+
+    def test_the_wrong_processor_is_refused_before_anything_is_copied(self):
+        run, log = self.deploy("--package", self.package, "drone", there="armhf")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("drone is armhf, the package is for arm64", run.stderr)
+        self.assertEqual(len(log), 1)
+
+    def test_bad_usage(self):
+        for arguments, words in (
+            ((), "which host"),
+            (("--package", self.root / "none.deb", "drone"), "no such file"),
+            (("--package",), "--package needs a file"),
+            (("--package", self.package, "a", "b"), "one host at a time"),
+            (("--package", self.package, "drone; reboot"), "no name of a host"),
+            (("--package", self.package, "--fast", "drone"), "unknown option"),
+        ):
+            run, log = self.deploy(*arguments)
+            self.assertEqual(run.returncode, 2, arguments)
+            self.assertIn(words, run.stderr)
+            self.assertEqual(log, [])
+
+
+if __name__ == "__main__":
+    if not shutil.which("dpkg-deb"):
+        print("dpkg-deb is not installed")
+        sys.exit(77)
+    unittest.main()
