@@ -4,11 +4,11 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <csignal>
 #include <memory>
 
 #include "app/commands/run_guarded.h"
+#include "app/commands/stop_signal.h"
 #include "app/config/config_file.h"
 #include "app/config/config_table.h"
 #include "app/faults/fault.h"
@@ -18,15 +18,6 @@
 
 namespace facet {
 namespace {
-
-std::atomic<bool> g_stop{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
-
-/// The second Ctrl-C ends the program at once.
-void stop_on_signal(int signal) {
-    g_stop.store(true);
-    std::signal(signal, SIG_DFL);
-}
 
 /// What the user typed.
 struct ReplayArguments {
@@ -138,9 +129,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
     options.start_s = args.start_s;
     options.duration_s = has_duration ? std::optional<double>(args.duration_s) : std::nullopt;
     options.show_progress = !args.quiet;
-    std::signal(SIGINT, stop_on_signal);
-    std::signal(SIGTERM, stop_on_signal);
-    return report(run_replay(options, g_stop), args.out);
+    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM})), args.out);
 }
 
 }  // namespace

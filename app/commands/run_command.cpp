@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "app/commands/run_guarded.h"
+#include "app/commands/stop_signal.h"
 #include "app/config/vehicle_file.h"
 #include "app/run/dry_run.h"
 #include "app/run/hardware.h"
@@ -28,15 +29,6 @@ namespace {
 constexpr Duration kTick = Duration::from_seconds(0.05);
 constexpr Duration kRedraw = Duration::from_seconds(0.5);
 constexpr Duration kLinePeriod = Duration::from_seconds(10.0);
-
-std::atomic<bool> g_stop{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
-
-/// The second Ctrl-C ends the program at once.
-void stop_on_signal(int signal) {
-    g_stop.store(true);
-    std::signal(signal, SIG_DFL);
-}
 
 /// What the user typed.
 struct RunArguments {
@@ -118,7 +110,8 @@ int report(const RunSummary& run, const LiveRun& live, const std::string& folder
     return kExitFailed;
 }
 
-int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const RunArguments& args) {
+int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const RunArguments& args,
+        const std::atomic<bool>& stop) {
     std::vector<OdometrySink*> sinks;
     if (SinkMavlink* mavlink = hardware.mavlink()) {
         std::string problem;
@@ -141,7 +134,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     notifier.ready();
     StatusPrinter printer(clock, args.vehicle, is_terminal, args.quiet);
     const Timestamp begin = clock.now();
-    while (!g_stop.load() && !run.ended() &&
+    while (!stop.load() && !run.ended() &&
            (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
         clock.sleep(kTick);
         notifier.progress(run.frames());
@@ -167,10 +160,8 @@ int run_vehicle(const RunArguments& args) {
         return probe(hardware, clock, vehicle);
     }
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads the status may go away in flight
-    std::signal(SIGINT, stop_on_signal);
-    std::signal(SIGTERM, stop_on_signal);
-    std::signal(SIGHUP, stop_on_signal);  // the terminal was closed
-    return fly(hardware, clock, io, vehicle, args);
+    // SIGHUP: the terminal was closed.
+    return fly(hardware, clock, io, vehicle, args, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
 }
 
 }  // namespace
