@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/mesh_output/counter.h"
+#include "app/support/named_counter.h"
 #include "app/support/text_file.h"
 #include "mesh/planes/plane_finder.h"
 #include "platform/base/timestamp.h"

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/support/named_counter.h"
 #include "platform/port/source.h"
 
 namespace facet {
@@ -18,18 +19,12 @@ struct SourceAccount {
     std::uint64_t unmapped = 0;  ///< samples whose stamp could not be brought onto the pipeline's clock
 };
 
-/// A thing counted, under its name in summary.json.
-struct LiveCounter {
-    std::string name;
-    std::uint64_t value = 0;
-};
-
 struct LiveAccount {
     double duration_s = 0.0;
-    std::vector<double> latency_ms;     ///< exposure midpoint to pose given to the sinks, newest frames
-    std::uint64_t overruns = 0;         ///< frames whose processing took longer than a period of the cameras
-    std::vector<LiveCounter> drops;     ///< frames and outputs dropped, by reason
-    std::vector<LiveCounter> findings;  ///< of the synchroniser
+    std::vector<double> latency_ms;      ///< exposure midpoint to pose given to the sinks, newest frames
+    std::uint64_t overruns = 0;          ///< frames whose processing took longer than a period of the cameras
+    std::vector<NamedCounter> drops;     ///< frames and outputs dropped, by reason
+    std::vector<NamedCounter> findings;  ///< of the synchroniser
     std::vector<SourceAccount> sources;
     std::vector<std::string> refusals;  ///< by the system, in words
 };

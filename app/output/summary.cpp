@@ -91,10 +91,10 @@ Json live(const LiveAccount& account) {
     Json json = {{"duration_s", account.duration_s},
                  {"latency_ms", to_json(timing_statistics(account.latency_ms))},
                  {"overruns", account.overruns}};
-    for (const LiveCounter& drop : account.drops) {
+    for (const NamedCounter& drop : account.drops) {
         json["drops"][drop.name] = drop.value;
     }
-    for (const LiveCounter& finding : account.findings) {
+    for (const NamedCounter& finding : account.findings) {
         json["synchroniser"][finding.name] = finding.value;
     }
     for (const SourceAccount& source : account.sources) {
