@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """Runs clang-tidy on the sources of the build, skipping those that passed before and have not changed since.
 
+Sources that the build itself writes, into BUILD_FOLDER, are not checked: they may not be there yet.
+
 Usage: check_tidy.py [--jobs N] [--tests] BUILD_FOLDER      (BUILD_FOLDER holds compile_commands.json)
 """
 import argparse
@@ -34,9 +36,10 @@ def main():
     parser.add_argument("--tests", action="store_true", help="the tests too")
     arguments = parser.parse_args()
     cache = Cache("tidy")
+    unchecked = {"build"} if arguments.tests else {"build", "tests"}
     entries = {}
     for entry in json.loads((arguments.build_folder / "compile_commands.json").read_text(encoding="utf-8")):
-        if arguments.tests or Path(entry["file"]).relative_to(ROOT).parts[0] != "tests":
+        if Path(entry["file"]).relative_to(ROOT).parts[0] not in unchecked:
             entries.setdefault(entry["file"], entry)
 
     bad = known = 0
