@@ -25,11 +25,11 @@ namespace {
 void print_build() {
     fmt::print("{}\n", build_version());
     fmt::print(
-        "libraries    Eigen {}, OpenCV {}, Boost {}, libpng {}, yaml-cpp {}, fmt {}.{}.{}, nlohmann-json {}.{}.{}, "
+        "libraries    Eigen {}, Boost {}, libpng {}, yaml-cpp {}, fmt {}.{}.{}, nlohmann-json {}.{}.{}, "
         "CLI11 {}\n",
-        build_info::kEigen, build_info::kOpenCv, build_info::kBoost, PNG_LIBPNG_VER_STRING, build_info::kYamlCpp,
-        FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100, NLOHMANN_JSON_VERSION_MAJOR,
-        NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH, CLI11_VERSION);
+        build_info::kEigen, build_info::kBoost, PNG_LIBPNG_VER_STRING, build_info::kYamlCpp, FMT_VERSION / 10000,
+        FMT_VERSION / 100 % 100, FMT_VERSION % 100, NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
+        NLOHMANN_JSON_VERSION_PATCH, CLI11_VERSION);
     fmt::print(
         "capacities   {} features a frame, {} keyframes, {} landmarks, {} planes, {} inertial samples between "
         "keyframes\n",

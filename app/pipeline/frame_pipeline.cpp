@@ -3,44 +3,33 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+#include <utility>
+
 #include "app/support/input_error.h"
 
 namespace facet {
 namespace {
 
 /// Section of the parameters that its module refuses, also for reasons the single ranges do not tell; empty if none.
-std::string refused_section(const ProgramConfig& config) {
-    if (!ok(config.frontend.validate())) {
-        return "frontend";
-    }
-    if (!ok(config.initializer.validate())) {
-        return "initializer";
-    }
-    if (!ok(config.window.validate())) {
-        return "window";
-    }
-    if (!ok(config.calibration.validate())) {
-        return "calibration";
-    }
-    if (!ok(config.regularity.validate())) {
-        return "regularity";
-    }
-    if (!ok(config.stationarity.validate())) {
-        return "stationarity";
-    }
-    if (!ok(config.health.validate())) {
-        return "health";
-    }
-    if (!ok(config.imu_limits.validate())) {
-        return "imu_limits";
-    }
-    if (!ok(config.mesh.validate())) {
-        return "mesh";
-    }
-    if (!ok(config.planes.validate())) {
-        return "planes";
-    }
-    return ok(config.validate()) ? "" : "imu_noise";
+std::string_view refused_section(const ProgramConfig& config) {
+    const std::pair<std::string_view, Status> sections[] = {
+        {"frontend", config.frontend.validate()},
+        {"initializer", config.initializer.validate()},
+        {"window", config.window.validate()},
+        {"calibration", config.calibration.validate()},
+        {"regularity", config.regularity.validate()},
+        {"stationarity", config.stationarity.validate()},
+        {"health", config.health.validate()},
+        {"imu_limits", config.imu_limits.validate()},
+        {"mesh", config.mesh.validate()},
+        {"planes", config.planes.validate()},
+        {"imu_noise", config.validate()},
+    };
+    const auto* refused = std::ranges::find_if(sections, [](const auto& section) { return !ok(section.second); });
+    return refused == std::end(sections) ? std::string_view() : refused->first;
 }
 
 }  // namespace
@@ -48,7 +37,7 @@ std::string refused_section(const ProgramConfig& config) {
 FramePipeline::FramePipeline() : mesher_(std::make_unique<Mesher>()), planes_(std::make_unique<PlaneFinder>()) {}
 
 void FramePipeline::configure(const ProgramConfig& config, const Calibration& calibration) {
-    if (const std::string section = refused_section(config); !section.empty()) {
+    if (const std::string_view section = refused_section(config); !section.empty()) {
         throw InputError(fmt::format("parameters '{}.*': one is out of range, or two contradict each other", section));
     }
     if (!ok(estimator_.configure(config, calibration.rig))) {
