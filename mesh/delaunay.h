@@ -23,13 +23,20 @@ struct Triangle {
 /// Divide and conquer [Guibas85] with exact predicates [Shewchuk97]: no triangle's circumcircle holds a point, the
 /// triangles cover the convex hull, and no input makes it fail: equal points count once (the first one is used), points
 /// on one line give no triangle, and where more than three points lie on a circle the choice depends on the coordinates
-/// only, not on the order of the points. O(n log n). Thread-bound (it has a workspace). No heap.
+/// only, not on the order of the points. Cuts alternate between x and y [Dwyer87]: halves of slabs would be joined by
+/// long edges that the next join deletes. O(n log n). Thread-bound (it has a workspace). No heap.
 class Delaunay {
 public:
     /// @param points  at most kMaxMeshPoints, |coordinate| <= 1e9
     /// @return kFull if there are more points, kInvalidArgument if a coordinate is not finite or too large: then there are
     ///         no triangles.
     Status triangulate(std::span<const Eigen::Vector2d> points);
+
+    /// Adds points to the last triangulation, one after the other [Guibas85, sec. 10]. Points outside its hull, or on the
+    /// border, are left out. Where more than three points lie on a circle the choice depends on their order.
+    /// @param points  those of the last call, and behind them the new ones
+    /// @return as above; kInvalidArgument also if there are fewer points than before
+    Status insert(std::span<const Eigen::Vector2d> points);
 
     std::span<const Triangle> triangles() const { return {triangles_.data(), triangles_.size()}; }
 
@@ -40,25 +47,39 @@ private:
     // Directed edges in pairs: edge e and its reverse e ^ 1. Edges that leave a point form a ring, counterclockwise.
     using Edge = std::uint16_t;
     static constexpr int kMaxEdges = 6 * kMaxMeshPoints;  // directed; a planar graph has at most 3n - 6 pairs
-    struct Hull {
-        Edge left;   ///< counterclockwise out of the leftmost point
-        Edge right;  ///< clockwise out of the rightmost point
+    struct Key {
+        double x;
+        double y;
+        std::uint16_t index;
     };
+    /// Along which points are ordered: by x, then y; or, seen with the head turned by a right angle, by y, then -x.
+    enum class Axis : std::uint8_t { kX, kY };
+    struct Hull {
+        Edge left;   ///< counterclockwise out of the first point along the axis
+        Edge right;  ///< clockwise out of the last one
+    };
+
+    static Axis other(Axis axis) { return axis == Axis::kX ? Axis::kY : Axis::kX; }
+    template <class Point>
+    static bool is_before(Axis axis, const Point& a, const Point& b);
 
     static Edge reverse(Edge e) { return static_cast<Edge>(e ^ 1U); }
     std::uint16_t destination(Edge e) const { return origin_[reverse(e)]; }
     Edge left_next(Edge e) const { return previous_[reverse(e)]; }
     Edge right_previous(Edge e) const { return next_[reverse(e)]; }
+    Edge left_previous(Edge e) const { return reverse(next_[e]); }
     const Eigen::Vector2d& at(std::uint16_t rank) const { return sorted_[rank]; }
     bool left_of(std::uint16_t p, Edge e) const;
     bool right_of(std::uint16_t p, Edge e) const;
 
     void sort(std::span<const Eigen::Vector2d> points);
+    void arrange(int first, int count, Axis axis);
     Edge make_edge(std::uint16_t from, std::uint16_t to);
     void splice(Edge a, Edge b);
     Edge connect(Edge a, Edge b);
     void remove(Edge e);
-    Hull build(int first, int count);
+    void swap(Edge e);
+    Hull build(int first, int count, Axis axis);
     Hull build_three(std::uint16_t first);
     Hull merge(Hull left, Hull right);
     /// An edge that may be the next across the seam, and whether it rises above the base.
@@ -67,25 +88,25 @@ private:
         bool is_valid;
     };
     Candidate candidate(Edge base, Edge first, const std::array<Edge, kMaxEdges>& following);
-    void collect(const Hull& hull);
+    Hull ends_along(Axis axis, Edge on_hull) const;
+    Edge locate(const Eigen::Vector2d& p, Edge from) const;
+    bool add_point(const Eigen::Vector2d& p, std::uint16_t index, Edge& near);
+    void collect();
 
     int duplicates_ = 0;
-    int count_ = 0;  ///< distinct points
-    int edges_ = 0;  ///< directed edges ever made
+    int points_ = 0;  ///< given
+    int count_ = 0;   ///< of these, in the triangulation
+    int edges_ = 0;   ///< directed edges ever made
+    Edge hull_ = 0;   ///< some edge of the hull, counterclockwise
     FixedVector<Edge, kMaxEdges> free_;
     std::array<std::uint16_t, kMaxEdges> origin_{};  ///< rank of the point it leaves
     std::array<Edge, kMaxEdges> next_{};             ///< counterclockwise around the origin
     std::array<Edge, kMaxEdges> previous_{};         ///< clockwise
     std::array<bool, kMaxEdges> alive_{};
     std::array<std::int16_t, kMaxEdges> left_face_{};
-    std::array<Edge, kMaxTriangles> first_edge_{};  ///< of each triangle
-    struct Key {
-        double x;
-        double y;
-        std::uint16_t index;
-    };
+    std::array<Edge, kMaxTriangles> first_edge_{};        ///< of each triangle
     std::array<Key, kMaxMeshPoints> keys_{};              ///< scratch of sort()
-    std::array<Eigen::Vector2d, kMaxMeshPoints> sorted_;  ///< distinct points by x, then y
+    std::array<Eigen::Vector2d, kMaxMeshPoints> sorted_;  ///< distinct points, each half of a cut behind the other
     std::array<std::uint16_t, kMaxMeshPoints> index_{};   ///< of each of them in the input
     FixedVector<Triangle, kMaxTriangles> triangles_;
 };

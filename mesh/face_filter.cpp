@@ -18,11 +18,12 @@ bool crosses_gradient(const ImageView& image, const Eigen::Vector2f& a, const Ei
     if (image.empty() || !(length > 2.0F * static_cast<float>(kMarginPx) + 2.0F)) {
         return false;
     }
+    // Counted from the outer corner of the first pixel, so that the pixel is the whole part.
+    const Eigen::Vector2f begin = a.array() + 0.5F;
+    const Eigen::Vector2f end(static_cast<float>(image.width) - 0.5F, static_cast<float>(image.height) - 0.5F);
     const auto grey = [&](float s) {
-        const Eigen::Vector2f p = a + (s / length) * d;
-        const int u = std::clamp(static_cast<int>(std::lround(p.x())), 0, image.width - 1);
-        const int v = std::clamp(static_cast<int>(std::lround(p.y())), 0, image.height - 1);
-        return static_cast<int>(image.at(u, v));
+        const Eigen::Vector2f p = (begin + (s / length) * d).cwiseMax(0.0F).cwiseMin(end);
+        return static_cast<int>(image.at(static_cast<int>(p.x()), static_cast<int>(p.y())));
     };
     int last = grey(static_cast<float>(kMarginPx));
     for (float s = static_cast<float>(kMarginPx) + 2.0F; s <= length - static_cast<float>(kMarginPx); s += 2.0F) {
@@ -45,36 +46,37 @@ Corners corners_of(const Triangle& t, std::span<const MeshPoint> points) {
     return {{&points[t.point[0]], &points[t.point[1]], &points[t.point[2]]}};
 }
 
-FaceVerdict judge_shape(const MeshConfig& config, const Corners& c) {
-    double shortest = 1e300;
-    double longest = 0.0;
+double squared(double x) { return x * x; }
+
+/// Along the ray and across it are told from products with the centroid c, lengths times |c|: no root is needed.
+/// @param least_cosine  between normal and ray
+FaceVerdict judge_shape(const MeshConfig& config, double least_cosine, const Corners& c) {
     const Eigen::Vector3d centroid = (c.at(0) + c.at(1) + c.at(2)) / 3.0;
-    const Eigen::Vector3d ray = centroid.normalized();
-    double along_low = 1e300;
-    double along_high = -1e300;
-    double across = 0.0;
+    const double centroid2 = centroid.squaredNorm();
+    const std::array<double, 3> along{centroid.dot(c.at(0)), centroid.dot(c.at(1)), centroid.dot(c.at(2))};
+    double shortest2 = 1e300;
+    double longest2 = 0.0;
+    double across2 = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
-        const Eigen::Vector3d side = c.at(k + 1) - c.at(k);
-        const double length = side.norm();
-        shortest = std::min(shortest, length);
-        longest = std::max(longest, length);
-        const double along = ray.dot(c.at(k));
-        along_low = std::min(along_low, along);
-        along_high = std::max(along_high, along);
-        across = std::max(across, (side - ray.dot(side) * ray).norm());
+        const double length2 = (c.at(k + 1) - c.at(k)).squaredNorm();
+        shortest2 = std::min(shortest2, length2);
+        longest2 = std::max(longest2, length2);
+        across2 = std::max(across2, length2 * centroid2 - squared(along[(k + 1) % 3] - along[k]));
     }
-    if (longest > config.longest_side_m()) {
+    const double depth = std::max({along[0], along[1], along[2]}) - std::min({along[0], along[1], along[2]});
+    if (longest2 > squared(config.longest_side_m())) {
         return FaceVerdict::kSideLength;
     }
-    if (shortest < config.min_side_ratio * longest) {
+    if (shortest2 < squared(config.min_side_ratio) * longest2) {
         return FaceVerdict::kSideRatio;
     }
-    if (across < config.min_elongation * (along_high - along_low)) {
+    if (across2 < squared(config.min_elongation * depth)) {
         return FaceVerdict::kElongation;
     }
-    const double cosine = std::abs(c.normal().dot(ray));
-    return cosine < std::cos(config.max_grazing_deg * std::numbers::pi / 180.0) ? FaceVerdict::kGrazing
-                                                                                : FaceVerdict::kAccepted;
+    const Eigen::Vector3d cross = (c.at(1) - c.at(0)).cross(c.at(2) - c.at(0));
+    return squared(cross.dot(centroid)) < squared(least_cosine) * cross.squaredNorm() * centroid2
+               ? FaceVerdict::kGrazing
+               : FaceVerdict::kAccepted;
 }
 
 FaceVerdict judge_steps(const MeshConfig& config, const Corners& c, const ImageView& image) {
@@ -83,7 +85,7 @@ FaceVerdict judge_steps(const MeshConfig& config, const Corners& c, const ImageV
         const MeshPoint& a = *c.p[k];
         const MeshPoint& b = *c.p[(k + 1) % 3];
         const double gap = std::abs(a.p_C.z() - b.p_C.z());
-        if (gap <= config.step_sigmas * std::hypot(a.depth_sigma_m, b.depth_sigma_m)) {
+        if (squared(gap) <= squared(config.step_sigmas) * (squared(a.depth_sigma_m) + squared(b.depth_sigma_m))) {
             continue;
         }
         const double lateral =
@@ -124,11 +126,12 @@ int coplanar_neighbours(const MeshConfig& config, std::span<const Triangle> tria
 
 void filter_faces(const MeshConfig& config, std::span<const Triangle> triangles, std::span<const MeshPoint> points,
                   const ImageView& image, std::span<FaceVerdict> verdicts) {
+    const double least_cosine = std::cos(config.max_grazing_deg * std::numbers::pi / 180.0);
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         const Corners c = corners_of(triangles[i], points);
         verdicts[i] = FaceVerdict::kLandmark;
         if (c.p[0]->is_usable && c.p[1]->is_usable && c.p[2]->is_usable) {
-            verdicts[i] = judge_shape(config, c);
+            verdicts[i] = judge_shape(config, least_cosine, c);
         }
     }
     for (std::size_t i = 0; i < triangles.size(); ++i) {

@@ -51,7 +51,7 @@ void Mesher::update(const KeyframeView& view, const ImageView& left) {
     collect_tracked(view);
     triangulate();
     collect_recent(view);
-    triangulate();
+    insert_recent();
     counters_.duplicate_points += static_cast<std::uint64_t>(delaunay_.duplicates());
     const std::span<const Triangle> triangles = delaunay_.triangles();
     filter_faces(config_, triangles, {points_.data(), points_.size()}, left, {verdicts_.data(), triangles.size()});
@@ -155,6 +155,11 @@ void Mesher::refresh_faces() {
 void Mesher::triangulate() {
     // Refused are only coordinates that are no image points: then this keyframe adds nothing.
     static_cast<void>(delaunay_.triangulate({image_points_.data(), image_points_.size()}));
+    locator_.build(delaunay_.triangles(), {image_points_.data(), image_points_.size()});
+}
+
+void Mesher::insert_recent() {
+    static_cast<void>(delaunay_.insert({image_points_.data(), image_points_.size()}));
     locator_.build(delaunay_.triangles(), {image_points_.data(), image_points_.size()});
 }
 

@@ -97,6 +97,7 @@ private:
     void add_point(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C, const Eigen::Vector2d& xy,
                    const Eigen::Vector2f& pixel);
     void triangulate();
+    void insert_recent();
     void merge();
     bool add_corners(const Triangle& t);
     void make_room(std::size_t wanted);

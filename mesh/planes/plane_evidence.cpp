@@ -40,6 +40,7 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
         if (const auto slot = mesh.find_vertex(s.id); slot.ok()) {
             point_of_vertex_[slot.value()] = static_cast<std::uint16_t>(points_.size());
         }
+        from_origin_[points_.size()] = (s.p_W - origin_).cast<float>();
         points_.push_back({s.p_W, static_cast<float>(view.observation_variance) * s.covariance_W});
         state_.push_back(state);
     }
@@ -48,6 +49,8 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
 
 /// Tilt of a face whose corners move by independent amounts s along its normal: s^2 sum 1 / height_i^2, halved for one axis.
 void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
+    const auto base = static_cast<float>(kRadPerDeg * config_.face_angle_deg);
+    const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
     faces_.clear();
     for (int i = 0; i < mesh.face_end(); ++i) {
         if (!mesh.is_face(i)) {
@@ -55,30 +58,25 @@ void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
         }
         const auto index = static_cast<FaceIndex>(i);
         const MeshFace& from = mesh.face(index);
-        Face face;
-        for (std::size_t k = 0; k < 3; ++k) {
-            face.point[k] = point_of_vertex_[from.vertex[k]];
-        }
-        if (face.point[0] == kNoPoint || face.point[1] == kNoPoint || face.point[2] == kNoPoint) {
+        const std::array<std::uint16_t, 3> point{point_of_vertex_[from.vertex[0]], point_of_vertex_[from.vertex[1]],
+                                                 point_of_vertex_[from.vertex[2]]};
+        if (point[0] == kNoPoint || point[1] == kNoPoint || point[2] == kNoPoint) {
             continue;
         }
-        std::array<Eigen::Vector3f, 3> corner;
-        for (std::size_t k = 0; k < 3; ++k) {
-            corner[k] = (points_[face.point[k]].p_W - origin_).cast<float>();
-        }
-        const float sides = (corner[1] - corner[0]).squaredNorm() + (corner[2] - corner[1]).squaredNorm() +
-                            (corner[0] - corner[2]).squaredNorm();
+        const Eigen::Vector3f& a = from_origin_[point[0]];
+        const Eigen::Vector3f& b = from_origin_[point[1]];
+        const Eigen::Vector3f& c = from_origin_[point[2]];
+        const float sides = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
+        Face& face = faces_.push_back({});
+        face.point = point;
         face.normal_W = from.normal_W;
         face.area = from.area_m2;
-        face.centroid = (corner[0] + corner[1] + corner[2]) / 3.0F;
+        face.centroid = (a + b + c) / 3.0F;
         face.sigma = from.sigma_m;
         face.tilt_sigma = from.sigma_m * std::sqrt(0.125F * sides) / std::max(from.area_m2, 1e-6F);
-        face.least_cosine = static_cast<float>(
-            std::cos(std::min(kRadPerDeg * config_.max_face_angle_deg,
-                              kRadPerDeg * config_.face_angle_deg + 2.0 * static_cast<double>(face.tilt_sigma))));
+        face.least_cosine = std::cos(std::min(widest, base + 2.0F * face.tilt_sigma));
         face.index = index;
         face.is_fill = from.is_fill;
-        faces_.push_back(face);
     }
 }
 
@@ -97,12 +95,16 @@ bool PlaneEvidence::fits(std::uint16_t point, const PlaneFit& fit, PlaneSerial p
     const PlaneGate& gate = is_member ? stay : join;
     const PlanePoint& p = points_[point];
     const double r = fit.residual(p.p_W);
-    const double sigma = static_cast<double>(p.sigma_along(fit.normal_W.cast<float>()));
-    if (std::abs(r) > gate.distance_m || sigma > (is_member ? kStaySigma : 1.0) * config_.max_point_sigma_m) {
+    if (std::abs(r) > gate.distance_m) {
+        return false;
+    }
+    const auto across = static_cast<double>(p.variance_along(fit.normal_W.cast<float>()));
+    const double most = (is_member ? kStaySigma : 1.0) * config_.max_point_sigma_m;
+    if (across > most * most) {
         return false;
     }
     const double own = fit.sigma_at(p.p_W);
-    const double variance = sigma * sigma + config_.surface_sigma_m * config_.surface_sigma_m;
+    const double variance = across + config_.surface_sigma_m * config_.surface_sigma_m;
     if (r * r > gate.sigmas * gate.sigmas * (variance + own * own)) {
         return false;
     }
@@ -144,7 +146,6 @@ void PlaneEvidence::collect(const PlaneFit& fit, PlaneSerial plane, const PlaneG
             support.points.push_back(p);
         }
     }
-    weigh(support);
 }
 
 /// Coherence and roughness.

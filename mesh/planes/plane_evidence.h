@@ -46,10 +46,12 @@ public:
     PlaneSerial owner(std::uint16_t point) const { return state_[point].owner; }
 
     /// Landmarks on a plane: the corners of faces turned like it that lie on it with all three, and its former landmarks.
-    /// Landmarks of other planes are left out.
+    /// Landmarks of other planes are left out. Coherence and roughness are weigh()'s.
     /// @param plane  whose former landmarks pass by `stay` and need no face; 0 for a candidate
     void collect(const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join, const PlaneGate& stay,
                  PlaneSupport& support);
+    /// Coherence and roughness of what the last collect() found.
+    void weigh(PlaneSupport& support) const;
     /// Former landmarks of a plane, wherever they are.
     void collect_former(PlaneSerial plane, FixedVector<std::uint16_t, kMaxLandmarks>& points) const;
     /// Landmarks that a plane has now.
@@ -118,7 +120,6 @@ private:
     void take_faces(const HorizonMesh& mesh);
     bool fits(std::uint16_t point, const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join,
               const PlaneGate& stay);
-    void weigh(PlaneSupport& support) const;
     PlaneSerial majority(const Face& face) const;
     bool lies_on(const Face& face, PlaneSerial plane, const PlaneFit& fit) const;
 
@@ -126,6 +127,7 @@ private:
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     FixedVector<PlanePoint, kMaxLandmarks> points_;
     FixedVector<PointState, kMaxLandmarks> state_;
+    std::array<Eigen::Vector3f, kMaxLandmarks> from_origin_;  ///< points, from origin_
     std::array<Standing, kMaxLandmarks> standing_;
     std::array<std::uint16_t, kMaxMeshVertices> point_of_vertex_{};
     FixedVector<Face, kMaxMeshFaces> faces_;

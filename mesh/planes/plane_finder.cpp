@@ -2,6 +2,7 @@
 #include "mesh/planes/plane_finder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "platform/base/angle.h"
@@ -76,7 +77,8 @@ void PlaneFinder::follow(TrackedPlane& plane) {
     evidence_.collect_former(plane.serial, points_);
     const std::span<const std::uint16_t> former{points_.data(), points_.size()};
     if (!plane.is_held && plane.lost == 0) {
-        static_cast<void>(fit_plane(points, former, config_.surface_sigma_m, plane.fit));  // else: where it was
+        // Where it was if that fails.
+        static_cast<void>(fit_plane(points, former, config_.surface_sigma_m, plane.fit, PlaneBend::kLeave));
     }
     plane.lost += 1;
     plane.landmarks = 0;
@@ -85,6 +87,7 @@ void PlaneFinder::follow(TrackedPlane& plane) {
         return;  // only a candidate brings it back
     }
     evidence_.collect(plane.fit, plane.serial, join_gate(), stay_gate(), support_);
+    evidence_.weigh(support_);
     PlaneFit fit = plane.fit;
     const std::span<const std::uint16_t> on{support_.points.data(), support_.points.size()};
     const Status fitted = plane.is_held ? describe_plane(points, on, config_.surface_sigma_m, fit)
@@ -149,15 +152,17 @@ bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
     const double wide = config_.search_gate_m;
     const double middle = 0.5 * (wide + config_.join_m);
     const PlaneGate none;
-    for (const PlaneGate& gate : {PlaneGate{wide, 1e3}, PlaneGate{middle, 1e3}, join_gate(), join_gate()}) {
-        evidence_.collect(fit, 0, gate, none, support_);
+    const std::array<PlaneGate, 4> gates{PlaneGate{wide, 1e3}, PlaneGate{middle, 1e3}, join_gate(), join_gate()};
+    for (std::size_t i = 0; i < gates.size(); ++i) {
+        evidence_.collect(fit, 0, gates[i], none, support_);
         if (static_cast<int>(support_.points.size()) < config_.min_landmarks ||
             !ok(fit_plane(evidence_.points(), {support_.points.data(), support_.points.size()}, config_.surface_sigma_m,
-                          fit)) ||
+                          fit, i + 1 == gates.size() ? PlaneBend::kAsk : PlaneBend::kLeave)) ||
             !is_upright_or_level(peak.kind, fit, 2.0)) {
             return false;
         }
     }
+    evidence_.weigh(support_);
     return judge(peak.kind, fit, support_, 1.0) == Verdict::kPlane;
 }
 

@@ -24,8 +24,7 @@ struct Scatter {
 };
 
 double variance_across(const PlanePoint& point, const Eigen::Vector3f& n, double surface_sigma) {
-    const double sigma = static_cast<double>(point.sigma_along(n));
-    return sigma * sigma + surface_sigma * surface_sigma;
+    return static_cast<double>(point.variance_along(n)) + surface_sigma * surface_sigma;
 }
 
 Scatter scatter_of(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma,
@@ -65,7 +64,7 @@ double bend_of(std::span<const PlanePoint> points, std::span<const std::uint16_t
         const double w = 1.0 / variance_across(points[i], n, surface_sigma);
         Vector6 j;
         j << 1.0, u, v, u * u, u * v, v * v;
-        h.selfadjointView<Eigen::Lower>().rankUpdate(j, w);
+        h += (w * j) * j.transpose();
         g += w * fit.residual(points[i].p_W) * j;
         weights += w;
     }
@@ -79,10 +78,6 @@ double bend_of(std::span<const PlanePoint> points, std::span<const std::uint16_t
 
 }  // namespace
 
-float PlanePoint::sigma_along(const Eigen::Vector3f& n) const {
-    return std::sqrt(std::max(0.0F, n.dot(covariance_W * n)));
-}
-
 double PlaneFit::sigma_at(const Eigen::Vector3d& p_W) const {
     const Eigen::Vector3d q = p_W - centroid_W;
     const double along = sigma_along_rad * along_W.dot(q);
@@ -91,7 +86,7 @@ double PlaneFit::sigma_at(const Eigen::Vector3d& p_W) const {
 }
 
 Status describe_plane(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma_m,
-                      PlaneFit& fit) {
+                      PlaneFit& fit, PlaneBend bend) {
     if (which.size() < kMinFitPoints) {
         return Status::kDegenerate;
     }
@@ -128,13 +123,15 @@ Status describe_plane(std::span<const PlanePoint> points, std::span<const std::u
     out.sigma_m = scale / std::sqrt(s.weight);
     out.sigma_along_rad = scale / std::sqrt(large);
     out.sigma_across_rad = scale / std::sqrt(small);
-    out.bend_m = bend_of(points, which, surface_sigma_m, out);
+    if (bend == PlaneBend::kAsk) {
+        out.bend_m = bend_of(points, which, surface_sigma_m, out);
+    }
     fit = out;
     return Status::kOk;
 }
 
 Status fit_plane(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma_m,
-                 PlaneFit& fit) {
+                 PlaneFit& fit, PlaneBend bend) {
     if (which.size() < kMinFitPoints) {
         return Status::kDegenerate;
     }
@@ -155,7 +152,7 @@ Status fit_plane(std::span<const PlanePoint> points, std::span<const std::uint16
             break;
         }
     }
-    FACET_TRY(describe_plane(points, which, surface_sigma_m, out));
+    FACET_TRY(describe_plane(points, which, surface_sigma_m, out, bend));
     fit = out;
     return Status::kOk;
 }

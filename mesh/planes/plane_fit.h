@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -15,8 +17,10 @@ struct PlanePoint {
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero();           ///< (m)
     Eigen::Matrix3f covariance_W = Eigen::Matrix3f::Zero();  ///< (m^2)
 
+    /// Variance along a unit vector (m^2).
+    float variance_along(const Eigen::Vector3f& n) const { return std::max(0.0F, n.dot(covariance_W * n)); }
     /// Standard deviation along a unit vector (m).
-    float sigma_along(const Eigen::Vector3f& n) const;
+    float sigma_along(const Eigen::Vector3f& n) const { return std::sqrt(variance_along(n)); }
 };
 
 /// A plane n . p = d with its uncertainty at the place of its points. The axes along, across and normal are orthonormal.
@@ -44,16 +48,20 @@ struct PlaneFit {
 /// Fewest points of a fit: three determine a plane, the others tell whether it is one.
 inline constexpr int kMinFitPoints = 6;
 
+/// Whether a fit asks for the bend, which takes as long as all the rest.
+enum class PlaneBend : std::uint8_t { kAsk, kLeave };
+
 /// Weighted least squares: minimises sum w_i (n . p_i - d)^2 / (n' Sigma_i n + s^2), where s is how flat the surface is and w
 /// Huber's weight, by a bounded number of steps from `fit`, each the eigenvectors of the weighted scatter.
 /// @param which  indices of the points that take part
 /// @param fit    in: normal and distance to start from; out: everything
+/// @param bend   kLeave: fit.bend_m stays as it is
 /// @return kDegenerate if there are fewer than kMinFitPoints, or they lie nearly on one line (fit untouched).
 Status fit_plane(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma_m,
-                 PlaneFit& fit);
+                 PlaneFit& fit, PlaneBend bend = PlaneBend::kAsk);
 
 /// Everything but normal and distance, which stay. Errors as above.
 Status describe_plane(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma_m,
-                      PlaneFit& fit);
+                      PlaneFit& fit, PlaneBend bend = PlaneBend::kAsk);
 
 }  // namespace facet

@@ -76,6 +76,7 @@ void PlaneVotes::begin(const Eigen::Vector3d& origin_W) {
     for (Row& row : walls_) {
         row.fill(0.0F);
     }
+    row_weight_.fill(0.0F);
     level_weight_ = level_variance_ = upright_weight_ = upright_variance_ = 0.0F;
     peaks_.clear();
 }
@@ -95,13 +96,17 @@ void PlaneVotes::vote_upright(const Eigen::Vector3f& normal_W, float sigma_rad, 
     const float reach = 2.0F * sigma_rad + kAzimuthBin;  // where the vote ends
     const int first = static_cast<int>(std::ceil((azimuth - reach) / kAzimuthBin - 0.5F));
     const int last = static_cast<int>(std::floor((azimuth + reach) / kAzimuthBin - 0.5F));
+    auto bin = static_cast<std::size_t>(((first % kAzimuthBins) + kAzimuthBins) % kAzimuthBins);
     for (int k = first; k <= last; ++k) {
         const float off = ((static_cast<float>(k) + 0.5F) * kAzimuthBin - azimuth) / reach;
-        const auto bin = static_cast<std::size_t>(((k % kAzimuthBins) + kAzimuthBins) % kAzimuthBins);
         const float taper = 1.0F - off * off;
         const float distance = direction_[bin].dot(offset);
-        add_shared(walls_[bin], (distance + static_cast<float>(kReach)) / static_cast<float>(kDistanceBin),
-                   weight * taper * taper);
+        const float share = weight * taper * taper;
+        if (add_shared(walls_[bin], (distance + static_cast<float>(kReach)) / static_cast<float>(kDistanceBin),
+                       share)) {
+            row_weight_[bin] += share;
+        }
+        bin = bin + 1 == kAzimuthBins ? 0 : bin + 1;
     }
     upright_weight_ += weight;
     upright_variance_ += weight * sigma_m * sigma_m;
@@ -119,6 +124,9 @@ void PlaneVotes::keep(const PlanePeak& peak) {
         std::swap(peaks_[i - 1], peaks_[i]);
     }
 }
+
+/// Whether a bin of this row can reach `least`; the sum of its votes is known up to rounding.
+bool PlaneVotes::may_peak(std::size_t azimuth, float least) const { return row_weight_[azimuth] > 0.99F * least; }
 
 void PlaneVotes::find_level(float least) {
     for (std::size_t side = 0; side < 2; ++side) {
@@ -139,6 +147,9 @@ void PlaneVotes::find_level(float least) {
 
 void PlaneVotes::find_upright(float least) {
     for (std::size_t a = 0; a < kAzimuthBins; ++a) {
+        if (!may_peak(a, least)) {
+            continue;
+        }
         const Row& row = walls_[a];
         for (std::size_t i = 2; i + 2 < row.size(); ++i) {
             const float here = row[i];
@@ -173,8 +184,11 @@ std::span<const PlanePeak> PlaneVotes::find_peaks(float min_support_m2) {
     if (upright_weight_ > min_support_m2) {
         const auto kernel =
             kernel_of(std::sqrt(upright_variance_ / upright_weight_) / static_cast<float>(kDistanceBin));
-        for (Row& row : walls_) {
-            smooth(row, kernel);
+        // Rows without a peak are compared with only, and lose against one as they are.
+        for (std::size_t a = 0; a < kAzimuthBins; ++a) {
+            if (may_peak(a, min_support_m2)) {
+                smooth(walls_[a], kernel);
+            }
         }
         find_upright(min_support_m2);
     }

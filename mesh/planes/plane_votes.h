@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -55,6 +56,7 @@ public:
 
 private:
     void keep(const PlanePeak& peak);
+    bool may_peak(std::size_t azimuth, float least) const;
     void find_level(float least);
     void find_upright(float least);
 
@@ -63,6 +65,7 @@ private:
     std::array<Eigen::Vector2f, kAzimuthBins> direction_;  ///< of the middles of the bins
     std::array<std::array<float, kHeightBins>, 2> heights_{};
     std::array<Row, kAzimuthBins> walls_{};
+    std::array<float, kAzimuthBins> row_weight_{};  ///< of all votes in a row: no smoothed bin has more
     float level_weight_ = 0.0F;
     float level_variance_ = 0.0F;  ///< weighted sum
     float upright_weight_ = 0.0F;

@@ -10,6 +10,7 @@
 #include <memory>
 #include <random>
 #include <set>
+#include <span>
 #include <vector>
 
 #include "tests/support/allocation_guard.h"
@@ -226,6 +227,65 @@ TEST_CASE("the order of the points does not matter, not even on a grid") {
         REQUIRE(ok(delaunay->triangulate(points)));
         CHECK(as_coordinates(*delaunay, points) == first);
     }
+}
+
+/// Triangulates the corners of a rectangle and `first` of the points, and then inserts the others.
+void insert_and_check(Delaunay& delaunay, const Points& inside, std::size_t first, double low, double high) {
+    Points points{{low, low}, {high, low}, {low, high}, {high, high}};
+    points.insert(points.end(), inside.begin(), inside.end());
+    REQUIRE(ok(delaunay.triangulate(std::span(points).first(4 + first))));
+    REQUIRE(ok(delaunay.insert(points)));
+    check_delaunay(delaunay, points);
+}
+
+TEST_CASE("points that are inserted later are triangulated with the others") {
+    const auto delaunay = std::make_unique<Delaunay>();
+    for (unsigned seed = 0; seed < 20; ++seed) {
+        insert_and_check(*delaunay, random_points(10 + 9 * static_cast<int>(seed), seed), 5 * seed, -1.0, 800.0);
+    }
+    insert_and_check(*delaunay, random_points(508, 4), 0, -1.0, 800.0);
+    Points points = random_points(300, 8);
+    REQUIRE(ok(delaunay->triangulate(points)));
+    const auto whole = as_coordinates(*delaunay, points);
+    std::stable_partition(points.begin(), points.end(), [](const Vector2d& p) {
+        return p.x() < 50.0 || p.x() > 700.0 || p.y() < 50.0 || p.y() > 430.0;  // the border before the middle
+    });
+    REQUIRE(ok(delaunay->triangulate(std::span(points).first(200))));
+    REQUIRE(ok(delaunay->insert(points)));
+    CHECK(as_coordinates(*delaunay, points) == whole);
+}
+
+TEST_CASE("points are inserted on sides, on circles and twice") {
+    const auto delaunay = std::make_unique<Delaunay>();
+    for (unsigned seed = 0; seed < 60; ++seed) {
+        Points coarse;
+        for (const Vector2d& p : random_points(3 + static_cast<int>(seed), seed, 6.0, 6.0)) {
+            coarse.push_back(p.array().floor());
+        }
+        insert_and_check(*delaunay, coarse, seed / 3, -2.0, 8.0);
+    }
+}
+
+TEST_CASE("points outside the hull or on its border are not inserted") {
+    const auto delaunay = std::make_unique<Delaunay>();
+    Points points{{0.0, 0.0}, {10.0, 0.0}, {0.0, 10.0}, {10.0, 10.0}, {4.0, 3.0}};
+    REQUIRE(ok(delaunay->triangulate(points)));
+    const auto before = as_coordinates(*delaunay, points);
+    points.insert(points.end(), {{11.0, 5.0}, {5.0, 0.0}, {-3.0, -3.0}, {20.0, 0.0}});
+    REQUIRE(ok(delaunay->insert(points)));
+    CHECK(as_coordinates(*delaunay, points) == before);
+    points.push_back({6.0, 6.0});
+    REQUIRE(ok(delaunay->insert(points)));
+    CHECK(delaunay->triangles().size() == before.size() + 2);
+    CHECK(delaunay->insert(std::span(points).first(3)) == Status::kInvalidArgument);
+    points.push_back({std::numeric_limits<double>::quiet_NaN(), 1.0});
+    CHECK(delaunay->insert(points) == Status::kInvalidArgument);
+    CHECK(delaunay->insert(Points(513, Vector2d(5.0, 6.0))) == Status::kFull);
+    CHECK(delaunay->triangles().size() == before.size() + 2);
+    const Points line{{0.0, 0.0}, {1.0, 1.0}, {2.0, 2.0}, {1.0, 0.0}};
+    REQUIRE(ok(delaunay->triangulate(std::span(line).first(3))));
+    REQUIRE(ok(delaunay->insert(line)));
+    CHECK(delaunay->triangles().empty());
 }
 
 TEST_CASE("too many points and values that are no coordinates are refused") {
