@@ -23,10 +23,10 @@ struct PlaneConfig {
     int min_landmarks = 14;            ///< of a new plane [4, 256]
     double min_area_m2 = 0.35;         ///< its faces cover at least this [0.01, 100]
     double min_extent_m = 0.12;        ///< standard deviation of its landmarks along its shorter side [0.01, 10]
-    double max_chi2 = 1.2;             ///< squared whitened residual per degree of freedom [0.5, 100]
+    double max_chi2 = 1.0;             ///< squared whitened residual per degree of freedom [0.5, 100]; clutter is above
     double max_bend_m = 0.010;         ///< rms of the best quadratic surface against the plane [0.001, 1]
     double max_roughness_m = 0.010;    ///< rms of what neighbouring residuals have in common [0.001, 1]
-    double min_coherence = 0.5;        ///< share of the faces with two corners on it whose third is so too [0, 1]
+    double min_coherence = 0.55;       ///< share of the faces with two corners on it whose third is so too [0, 1]
     double same_angle_deg = 5.0;       ///< planes turned farther are never the same [0.1, 30]
     double same_distance_m = 0.06;     ///< nor those farther apart at their landmarks [0.005, 1]
     int confirm_keyframes = 2;         ///< a plane is told when found at this many keyframes [1, 20]
