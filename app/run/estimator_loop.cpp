@@ -63,15 +63,6 @@ bool EstimatorLoop::take_edges() {
     return any;
 }
 
-std::uint32_t EstimatorLoop::Count::next(std::uint32_t sequence) {
-    if (any && static_cast<std::int32_t>(sequence + base - last) <= 0) {
-        base = last + 1 - sequence;
-    }
-    any = true;
-    last = sequence + base;
-    return last;
-}
-
 void EstimatorLoop::add_halves(const CameraFrame& frame) {
     CameraFrame left = frame;
     left.image.width /= 2;
@@ -87,7 +78,6 @@ bool EstimatorLoop::take_image(SyncCamera camera, SpscQueue<CameraFrame, 8>& que
     if (!ok(queue.pop(frame))) {
         return false;
     }
-    frame.sequence = counts_[static_cast<std::size_t>(camera)].next(frame.sequence);
     ++(camera == SyncCamera::kLeft ? left_waiting_ : right_waiting_);
     if (options_.side_by_side) {
         ++right_waiting_;

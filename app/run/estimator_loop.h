@@ -72,14 +72,6 @@ public:
     const LoopCounters& counters() const { return counters_; }
 
 private:
-    /// Goes on counting where a camera begins at zero again because its node was reopened.
-    struct Count {
-        std::uint32_t base = 0;
-        std::uint32_t last = 0;
-        bool any = false;
-        std::uint32_t next(std::uint32_t sequence);
-    };
-
     bool take_edges();
     bool take_images();
     bool take_image(SyncCamera camera, SpscQueue<CameraFrame, 8>& queue);
@@ -110,7 +102,6 @@ private:
     Eigen::Vector3d fed_w_B_ = Eigen::Vector3d::Zero();
     std::size_t right_waiting_ = 0;
     std::size_t left_waiting_ = 0;           ///< left images in the synchroniser
-    std::array<Count, 2> counts_;            ///< left, right
     std::array<std::uint8_t, 64> halves_{};  ///< of a side-by-side slot that are still in use
     FrameResult result_;
 };

@@ -130,19 +130,36 @@ Status Synchroniser::check(SyncCamera camera, const CameraFrame& frame) {
     return Status::kOk;
 }
 
-Status Synchroniser::add(SyncCamera camera, const CameraFrame& frame) {
+/// A count that does not rise although time has passed begins anew: what it lacks, time tells.
+std::uint32_t Synchroniser::base_for(const Stream& s, const CameraFrame& frame) const {
+    const Duration passed = frame.stamp - s.last.stamp;
+    if (!s.any || is_after(frame.sequence + s.base, s.last.sequence) || passed.ns <= options_.period.ns / 2) {
+        return s.base;
+    }
+    const std::int64_t periods = (passed.ns + options_.period.ns / 2) / options_.period.ns;
+    return s.last.sequence + static_cast<std::uint32_t>(periods) - frame.sequence;
+}
+
+Status Synchroniser::add(SyncCamera camera, const CameraFrame& own) {
+    Stream& s = stream(camera);
+    const std::uint32_t base = base_for(s, own);
+    CameraFrame frame = own;
+    frame.sequence += base;
     if (const Status status = check(camera, frame); !ok(status)) {
         drop(camera, frame);
         return status;
     }
-    Stream& s = stream(camera);
     s.any = true;
+    s.base = base;
     s.last = frame;
     if (s.pending.full()) {
-        // Waiting for an edge, or assigned and waiting for inertial samples: the reasons differ.
+        // Waiting for an edge, for the left image, or for inertial samples: the reasons differ.
         const Pending& oldest = s.pending.front();
+        const Timestamp needed = oldest.assigned ? oldest.event.stamp : oldest.frame.stamp;
+        const bool lonely = camera == SyncCamera::kRight && any_imu_ && newest_imu_ >= needed;
         if (oldest.assigned || !options_.has_trigger) {
-            report(SyncFault::kUncovered, camera, oldest.frame.stamp);
+            report(lonely ? SyncFault::kMissingLeft : SyncFault::kUncovered, lonely ? SyncCamera::kLeft : camera,
+                   oldest.frame.stamp);
         }
         drop_front(camera);
     }

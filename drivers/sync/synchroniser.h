@@ -68,7 +68,8 @@ struct DroppedSlot {
 };
 
 /// All stamps are on one clock (ClockMap). Each camera is assigned to events (edges, or the left camera's frames) by a
-/// CountMatcher; images of one event are a pair. Give it things as they come, in any interleaving of the streams, then:
+/// CountMatcher; images of one event are a pair. A camera's count that falls back (its node was opened again) is carried on
+/// by the time that has passed. Give it things as they come, in any interleaving of the streams, then:
 ///   while (ok(sync.pop(pair))) { ... }
 ///   while (ok(sync.pop_dropped(slot))) camera(slot.camera).release(slot.slot);
 ///   while (ok(sync.pop_report(report))) { ... }
@@ -107,14 +108,16 @@ private:
     struct Stream {
         CountMatcher matcher;
         RingBuffer<Pending, kPending> pending;
-        CameraFrame last;
+        CameraFrame last;  ///< its count as carried on
         bool any = false;
+        std::uint32_t base = 0;  ///< added to the camera's own count
         std::uint32_t corrections = 0;
     };
 
     Stream& stream(SyncCamera camera) { return streams_[static_cast<std::size_t>(camera)]; }
     const Stream& stream(SyncCamera camera) const { return streams_[static_cast<std::size_t>(camera)]; }
     Status add(SyncCamera camera, const CameraFrame& frame);
+    std::uint32_t base_for(const Stream& stream, const CameraFrame& frame) const;
     Status check(SyncCamera camera, const CameraFrame& frame);
     void assign(SyncCamera camera);
     void drop_front(SyncCamera camera);

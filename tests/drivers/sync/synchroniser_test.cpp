@@ -34,6 +34,7 @@ struct World {
     std::set<int> left_vanished, right_vanished;  ///< not even counted
     std::set<int> edge_lost, edge_vanished;       ///< counted by the kernel, or not
     std::set<int> left_twice;
+    int left_restart = -1;  ///< the left camera's count begins anew with this event
     std::function<bool(std::int64_t)> imu = [](std::int64_t) { return true; };
     std::function<std::int64_t(int)> left_stamp_error = [](int) { return 0; };
     bool trigger = true;
@@ -78,6 +79,9 @@ Outcome run(const World& world, Synchroniser& sync, unsigned seed = 1) {
         for (int event = -stale; event < world.events; ++event) {
             if (vanished.contains(event)) {
                 continue;
+            }
+            if (kind == 2 && event == world.left_restart) {
+                sequence = 0;
             }
             const std::uint32_t own = sequence++;
             if (lost.contains(event)) {
@@ -259,6 +263,30 @@ TEST_CASE("without a trigger the right camera is paired with the left one by cou
     CHECK(reported(outcome, SyncFault::kMissingLeft));
     CHECK(reported(outcome, SyncFault::kPairingCorrected));
     CHECK(outcome.released == outcome.frames);
+}
+
+TEST_CASE("a left camera that comes back and counts from zero costs no pair beyond those it missed") {
+    for (const bool trigger : {true, false}) {
+        CAPTURE(trigger);
+        World world;
+        world.trigger = trigger;
+        for (int event = 60; event < 75; ++event) {
+            world.left_vanished.insert(event);
+        }
+        world.left_restart = 75;
+        SynchroniserOptions options;
+        options.has_trigger = trigger;
+        Synchroniser sync(options);
+        const Outcome outcome = run(world, sync);
+        check_no_wrong_pair(outcome, trigger ? 0 : 3 * kMs);
+        CHECK(outcome.given.size() == 200 - 15 - (trigger ? 4 : 0));
+        const auto alone = std::count_if(outcome.given.begin(), outcome.given.end(),
+                                         [](const Given& g) { return g.left >= 10 && g.right < 0; });
+        CHECK(alone == 0);
+        CHECK(sync.count(SyncFault::kPairingCorrected) == 0);
+        CHECK(sync.count(SyncFault::kMissingLeft) == 15);
+        CHECK(outcome.released == outcome.frames);
+    }
 }
 
 TEST_CASE("lost frames are named and cost one view or one pair") {
