@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-2-Clause
+"""Runs `facet run` in a guest kernel whose sensors play a log."""
+import json
+import os
+import shlex
+import shutil
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+
+FOLDER = Path(__file__).resolve().parent
+CAN_SENSORS = ("dronecan", "openimu300")
+SENSORS = ("icm42688", "adis16475") + CAN_SENSORS
+
+VEHICLE = """calibration: {{euroc: {calibration}}}
+estimator: {{mode: {mode}}}
+cameras:
+  rate_hz: {rate}
+  exposure_s: 0.004
+  readout_s: 0.008
+  left: {{device: /dev/video40}}
+  right: {{device: /dev/video41}}
+trigger: {{chip: /run/gpiochip, line: camera-trigger}}
+imu:
+  {imu}
+sinks:
+  log: {{folder: out}}
+{realtime}"""
+SENSOR_CONFIG = {
+    "icm42688": "spi: {chip: icm42688, device: /dev/spidev0.0, rate_hz: 200, data_ready: {chip: /run/gpiochip, line: imu-ready}}",
+    "adis16475": "spi: {chip: adis16475-2, device: /dev/spidev0.0, decimation: 9,"
+    " data_ready: {chip: /run/gpiochip, line: imu-ready}}",
+    "dronecan": "can: {interface: vcan0, decoder: dronecan, use_integrals: true}",
+    "openimu300": "can: {interface: vcan0, decoder: openimu300}",
+}
+# As on a vehicle: sensors before the estimator.
+REALTIME = """realtime:
+  threads:
+    estimator: {priority: 10}
+    imu: {priority: 80}
+    cameras: {priority: 70}
+    trigger: {priority: 75}
+    output: {priority: 60}
+"""
+
+
+class GuestError(Exception):
+    pass
+
+
+@dataclass
+class Job:
+    """One flight in the guest."""
+
+    log: Path
+    folder: Path
+    sensor: str = "icm42688"
+    mode: str = "spr"
+    start_s: float = 0.0
+    duration_s: float = 0.0
+    virtual_time: bool = True
+    rate_hz: float = 20.0
+    faults: list = field(default_factory=list)
+    timeout_s: float = 600.0
+
+    def part(self):
+        return ["--start", str(self.start_s), "--duration", str(self.duration_s)]
+
+
+@dataclass
+class Programs:
+    kernel: Path
+    facet: Path
+    inject: Path
+
+
+def write_job(programs, job):
+    share = job.folder
+    (share / "vehicle.yaml").write_text(
+        VEHICLE.format(
+            calibration=job.log / "mav0",
+            mode=job.mode,
+            rate=job.rate_hz,
+            imu=SENSOR_CONFIG[job.sensor],
+            realtime="" if job.virtual_time else REALTIME,
+        ),
+        encoding="utf-8",
+    )
+    play = [str(programs.inject), "play", "--log", str(job.log), *job.part(), "--imu", job.sensor]
+    if job.sensor in CAN_SENSORS:
+        play += ["--lead", "0.05"]
+    for fault in job.faults:
+        play += ["--fault", fault]
+    play += ["--report", "/run/share/inject.json"]
+    lines = '--trigger "$HIL_LINES/sim_gpio0/pull" --data-ready "$HIL_LINES/sim_gpio1/pull"'
+    run = [str(programs.facet), "run", "--config", "/run/share/vehicle.yaml", "--quiet"]
+    (share / "job.sh").write_text(
+        f"{shlex.join(play)} {lines} -- {shlex.join(run)} > /run/share/run.log 2>&1\necho $? > /run/share/exit_code\n",
+        encoding="utf-8",
+    )
+
+
+def memory_mb(job):
+    """The whole log is decoded in the guest, and facet's mesh and window need their own."""
+    frames = len(list((job.log / "mav0/cam0/data").glob("*.png")))
+    if job.duration_s > 0.0:
+        frames = min(frames, int(job.duration_s * job.rate_hz) + 2)
+    return 512 + frames * 2 * 752 * 480 // 1_000_000
+
+
+def fly(programs, job):
+    """Boots, flies, powers off. Returns what the injector reports; raises GuestError if the guest did not come to its end."""
+    shutil.rmtree(job.folder, ignore_errors=True)
+    job.folder.mkdir(parents=True)
+    write_job(programs, job)
+    command = [
+        str(programs.kernel), f"mem={memory_mb(job)}M", "root=none", "rootfstype=hostfs", "ro", f"init={FOLDER / 'guest_init.sh'}",
+        "con=null", "con0=fd:0,fd:1", "ssl=null", "quiet", f"HIL_SHARE={job.folder}", f"HIL_INJECT={programs.inject}",
+        "v4l2loopback.devices=2", "v4l2loopback.video_nr=40,41", "v4l2loopback.exclusive_caps=1,1",
+        "v4l2loopback.max_buffers=4", f"spi_imu.chip={job.sensor}",
+    ]  # fmt: skip
+    if job.virtual_time:
+        command.append("time-travel=inf-cpu")
+    environment = dict(os.environ)
+    if os.access("/dev/shm", os.W_OK):
+        environment["TMPDIR"] = "/dev/shm"  # the guest's memory is a file there
+    with open(job.folder / "console.log", "wb") as console:
+        guest = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT, env=environment, start_new_session=True
+        )
+        try:
+            guest.wait(timeout=job.timeout_s)
+        except subprocess.TimeoutExpired as error:
+            os.killpg(guest.pid, 9)
+            guest.wait()
+            raise GuestError(f"{job.folder}: the guest did not end in {job.timeout_s:.0f} s; see console.log") from error
+    return read_report(job)
+
+
+def read_report(job):
+    try:
+        exit_code = int((job.folder / "exit_code").read_text(encoding="utf-8"))
+        report = json.loads((job.folder / "inject.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        log = job.folder / "run.log"
+        words = log.read_text(encoding="utf-8", errors="replace").strip() if log.exists() else ""
+        raise GuestError(f"{job.folder}: no result from the guest: {words or 'see console.log'}") from error
+    report["exit_code"] = exit_code
+    return report

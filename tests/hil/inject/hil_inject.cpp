@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Plays a recorded log through kernel devices into a program that reads them; see scripts/hil and docs/hil.md.
+#include <fmt/core.h>
+#include <sched.h>
+#include <sys/prctl.h>
+#include <sys/reboot.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <exception>
+
+#include "app/support/text_file.h"
+#include "platform/linux/linux_clock.h"
+#include "tests/hil/inject/injector.h"
+
+namespace {
+
+using namespace facet;
+using namespace facet::hil;
+
+struct Arguments {
+    std::string log;
+    RecordingPart part;
+    std::string imu = "icm42688";
+    std::string out;
+    double lead_s = 0.0;
+    std::vector<std::string> faults;
+    InjectorOptions options;
+    std::vector<std::string> command;
+};
+
+ImuKind imu_kind(const std::string& name) {
+    return static_cast<ImuKind>(std::find(kImuNames.begin(), kImuNames.end(), name) - kImuNames.begin());
+}
+
+/// The program under test gets its signals and its processor when they are due, not when a time slice ends.
+void become_punctual() {
+    (void)prctl(PR_SET_TIMERSLACK, 1UL);
+    sched_param parameters{};
+    parameters.sched_priority = 90;
+    (void)sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters);
+}
+
+int play(Arguments& args) {
+    InjectorOptions& options = args.options;
+    options.imu = imu_kind(args.imu);
+    options.lead = Duration::from_seconds(args.lead_s);
+    for (const std::string& fault : args.faults) {
+        options.faults.add(fault);
+    }
+    const Recording recording = load_recording(args.log, args.part);
+    options.imu_period = imu_period(recording);
+    LinuxClock clock;
+    Injector injector(options, recording, clock);
+    become_punctual();
+    Child child(args.command);
+    if (!child.wait_ready()) {
+        fmt::print(stderr, "hil_inject: {} ended with code {} before it was ready\n", args.command.front(),
+                   child.stop());
+        return 2;
+    }
+    const InjectorReport report = injector.play(child);
+    const int exit_code = child.stop();
+    TextFile file(args.out);
+    file.print(
+        "{{\"shift_ns\": {}, \"first_frame_ns\": {}, \"frames\": {}, \"imu\": {}, \"latest_ms\": {:.3f}, "
+        "\"exit_code\": {}}}\n",
+        report.shift.ns, report.first_frame.ns, report.frames_sent, report.imu_sent, report.latest.seconds() * 1e3,
+        exit_code);
+    return exit_code;
+}
+
+int encode(const Arguments& args) {
+    RecordingPart part = args.part;
+    part.images = false;
+    const Recording recording = load_recording(args.log, part);
+    TextFile file(args.out);
+    file.write("#timestamp [ns],w_x [rad s^-1],w_y,w_z,a_x [m s^-2],a_y,a_z\n");
+    for (const ImuSample& sample : recording.imu) {
+        const ImuSample s = as_encoded(imu_kind(args.imu), sample, imu_period(recording));
+        file.print("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", s.stamp.ns, s.w_B.x(), s.w_B.y(), s.w_B.z(),
+                   s.a_B.x(), s.a_B.y(), s.a_B.z());
+    }
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("Plays a recorded log through the devices of a guest kernel");
+    app.require_subcommand(1);
+    Arguments args;
+    const auto add_common = [&](CLI::App& command) {
+        command.add_option("--log", args.log, "Folder in EuRoC/ASL format")->required();
+        command.add_option("--start", args.part.start_s, "Seconds of the log to leave out");
+        command.add_option("--duration", args.part.duration_s, "Seconds to play; 0 for all");
+        command.add_option("--imu", args.imu, "Sensor that is played")
+            ->check(CLI::IsMember(std::vector<std::string>(kImuNames.begin(), kImuNames.end())));
+    };
+    CLI::App* const play_command = app.add_subcommand("play", "Play, and run a program meanwhile");
+    add_common(*play_command);
+    play_command->add_option("--fault", args.faults, "KIND@START+LENGTH, seconds from the first frame; repeatable")
+        ->take_all();
+    play_command->add_option("--lead", args.lead_s, "Seconds of standing inertial samples before the log");
+    play_command->add_option("--left", args.options.left, "Video node")->capture_default_str();
+    play_command->add_option("--right", args.options.right, "Video node")->capture_default_str();
+    play_command->add_option("--trigger", args.options.trigger_pull, "gpio-sim's pull file of the trigger line")
+        ->required();
+    play_command->add_option("--data-ready", args.options.data_ready_pull, "... of the inertial sensor's line");
+    play_command->add_option("--can", args.options.can_interface, "CAN interface")->capture_default_str();
+    play_command->add_option("--report", args.out, "JSON file to write")->required();
+    play_command->add_option("command", args.command, "Program and arguments, after --")->required();
+    CLI::App* const encode_command =
+        app.add_subcommand("encode", "Write the inertial samples as the sensor rounds them");
+    add_common(*encode_command);
+    encode_command->add_option("--out", args.out, "data.csv to write")->required();
+    CLI::App* const power_off = app.add_subcommand("power-off", "End the guest");
+    CLI11_PARSE(app, argc, argv);
+    try {
+        if (*power_off) {
+            return reboot(RB_POWER_OFF);
+        }
+        return *play_command ? play(args) : encode(args);
+    } catch (const std::exception& e) {
+        fmt::print(stderr, "hil_inject: {}\n", e.what());
+        return 2;
+    }
+}

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "tests/hil/inject/injector.h"
+
+#include <linux/can/error.h>
+
+#include <algorithm>
+
+namespace facet::hil {
+namespace {
+
+/// From the call of play() to the first sample.
+constexpr Duration kStart = Duration::from_seconds(0.2);
+constexpr std::uint32_t kBurst = 10;
+/// Logs have samples at the very stamps of frames. What comes through a kernel is a few nanoseconds off: a frame must not be
+/// stamped after its sample.
+constexpr Duration kBefore{20};
+
+}  // namespace
+
+Injector::Injector(const InjectorOptions& options, const Recording& recording, Clock& clock)
+    : options_(options),
+      recording_(recording),
+      clock_(clock),
+      left_(options.left, recording.width, recording.height),
+      right_(options.right, recording.width, recording.height),
+      trigger_(options.trigger_pull) {
+    if (is_on_can(options.imu)) {
+        can_.emplace(options.can_interface);
+    } else {
+        data_ready_.emplace(options.data_ready_pull);
+        spi_.emplace();
+    }
+    plan();
+}
+
+void Injector::plan() {
+    const ImuSample& first = recording_.imu.front();
+    for (std::int64_t k = options_.lead.ns / options_.imu_period.ns; k > 0; --k) {
+        ImuSample still = first;
+        still.stamp = first.stamp - Duration{k * options_.imu_period.ns};
+        imu_.push_back(still);
+    }
+    imu_.insert(imu_.end(), recording_.imu.begin(), recording_.imu.end());
+    // A DroneCAN node sends at the end of the interval whose middle is the stamp.
+    const Duration delay{options_.imu == ImuKind::kDroneCan ? options_.imu_period.ns / 2 : 0};
+    for (std::size_t i = 0; i < imu_.size(); ++i) {
+        actions_.push_back({imu_[i].stamp + delay, What::kImu, i});
+    }
+    plan_frames();
+    for (std::size_t i = 0; i < options_.faults.faults().size(); ++i) {
+        const Fault& fault = options_.faults.faults()[i];
+        actions_.push_back({recording_.frames.front().stamp + fault.begin, What::kFaultBegin, i});
+        actions_.push_back({recording_.frames.front().stamp + fault.end, What::kFaultEnd, i});
+    }
+    std::stable_sort(actions_.begin(), actions_.end(), [](const Action& a, const Action& b) { return a.due < b.due; });
+}
+
+void Injector::plan_frames() {
+    const std::vector<RecordedFrame>& recorded = recording_.frames;
+    const Duration period = recorded.size() > 1 ? recorded[1].stamp - recorded[0].stamp : Duration::from_seconds(0.05);
+    for (int k = options_.lead_frames; k > 0; --k) {
+        frames_.push_back({recorded.front().stamp - Duration{k * period.ns}, 0});
+    }
+    for (std::size_t i = 0; i < recorded.size(); ++i) {
+        frames_.push_back({recorded[i].stamp, i});
+    }
+    const Duration half{options_.exposure.ns / 2};
+    const Duration arrival = half + options_.readout;
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+        const Timestamp stamp = frames_[i].stamp;
+        if (!active(FaultKind::kEdgesLost, stamp)) {
+            actions_.push_back({stamp - half - kBefore, What::kEdge, i});
+        }
+        if (active(FaultKind::kEdgesExtra, stamp)) {
+            actions_.push_back({stamp + Duration{period.ns / 2}, What::kExtraEdge, i});
+        }
+        actions_.push_back({stamp + arrival, What::kLeft, i});
+        actions_.push_back({stamp + arrival + Duration::from_seconds(0.0003), What::kRight, i});
+    }
+}
+
+void Injector::send_left(std::size_t index, OutgoingFrame outgoing) {
+    const PlayedFrame& played = frames_[index];
+    const RecordedFrame& frame = recording_.frames[played.recorded];
+    if (unplugged_ || active(FaultKind::kLeftDropped, played.stamp)) {
+        return;
+    }
+    count_from_ = count_anew_ ? index : count_from_;
+    count_anew_ = false;
+    outgoing.sequence = static_cast<std::uint32_t>(index - count_from_);
+    outgoing.bytes = frame.left;
+    if (active(FaultKind::kTorn, played.stamp) && played.recorded > 0) {
+        torn_ = frame.left;
+        const std::vector<std::uint8_t>& before = recording_.frames[played.recorded - 1].left;
+        std::copy(before.begin() + static_cast<std::ptrdiff_t>(before.size() / 2), before.end(),
+                  torn_.begin() + static_cast<std::ptrdiff_t>(torn_.size() / 2));
+        outgoing.bytes = torn_;
+    }
+    if (active(FaultKind::kShort, played.stamp)) {
+        outgoing.bytes = outgoing.bytes.first(outgoing.bytes.size() / 2);
+    }
+    outgoing.error = active(FaultKind::kFlagged, played.stamp);
+    left_.send(outgoing);
+    ++report_.frames_sent;
+}
+
+void Injector::send_frame(std::size_t index, bool left) {
+    const PlayedFrame& played = frames_[index];
+    const RecordedFrame& frame = recording_.frames[played.recorded];
+    if (active(FaultKind::kBothDropped, played.stamp)) {
+        return;
+    }
+    OutgoingFrame outgoing;
+    outgoing.stamp = played.stamp + report_.shift + Duration{options_.exposure.ns / 2} + options_.readout;
+    outgoing.sequence = static_cast<std::uint32_t>(index);
+    if (left) {
+        send_left(index, outgoing);
+    } else if (!frame.right.empty() && !active(FaultKind::kRightDropped, played.stamp)) {
+        outgoing.bytes = frame.right;
+        right_.send(outgoing);
+        ++report_.frames_sent;
+    }
+}
+
+void Injector::send_spi(const ImuSample& sample, bool damaged) {
+    if (options_.imu == ImuKind::kIcm42688) {
+        auto packet = icm_packet(sample, static_cast<std::uint16_t>(sample.stamp.ns / 1000 & 0xFFFF));
+        packet[0] ^= damaged ? 0x40 : 0;
+        spi_->push_packet(packet);
+    } else {
+        auto burst = adis_burst(sample, static_cast<std::uint16_t>(imu_count_));
+        burst[5] ^= damaged ? 0x10 : 0;
+        spi_->set_burst(burst);
+    }
+    data_ready_->pulse();
+}
+
+void Injector::send_can(const ImuSample& sample, bool damaged) {
+    auto frames = options_.imu == ImuKind::kDroneCan
+                      ? dronecan_frames(sample, options_.imu_period, static_cast<std::uint8_t>(imu_count_ & 0x1F))
+                      : openimu_frames(sample);
+    if (damaged) {
+        frames.front().bytes[5] ^= 0x10;
+    }
+    for (const CanFrame& frame : frames) {
+        const bool lost = active(FaultKind::kCanLoss, sample.stamp) && can_frames_ / kBurst % 3 == 2;
+        ++can_frames_;
+        if (!lost) {
+            can_->send(frame);
+        }
+    }
+}
+
+void Injector::send_imu(const ImuSample& sample) {
+    ++imu_count_;
+    if (active(FaultKind::kImuSilent, sample.stamp) || active(FaultKind::kBusOff, sample.stamp)) {
+        return;
+    }
+    const bool damaged = active(FaultKind::kImuDamaged, sample.stamp) && imu_count_ % 2 == 0;
+    if (can_) {
+        send_can(sample, damaged);
+    } else {
+        send_spi(sample, damaged);
+    }
+    ++report_.imu_sent;
+}
+
+/// Those that are a change of state rather than of what is sent.
+void Injector::switch_fault(const Fault& fault, bool begins) {
+    switch (fault.kind) {
+        case FaultKind::kUnplugged:
+            if (begins) {
+                left_.unplug();
+            } else {
+                left_.plug();
+                count_anew_ = true;
+            }
+            unplugged_ = begins;
+            break;
+        case FaultKind::kImuDead:
+            if (spi_) {
+                spi_->set_dead(begins);
+            }
+            break;
+        case FaultKind::kBusOff:
+            if (can_) {
+                can_->send_error(begins ? CAN_ERR_BUSOFF : CAN_ERR_RESTARTED);
+            }
+            break;
+        case FaultKind::kCanDown:
+            if (can_) {
+                can_->set_up(!begins);
+            }
+            break;
+        default: break;
+    }
+}
+
+void Injector::act(const Action& action) {
+    switch (action.what) {
+        case What::kEdge:
+        case What::kExtraEdge: trigger_.pulse(); break;
+        case What::kLeft: send_frame(action.index, true); break;
+        case What::kRight: send_frame(action.index, false); break;
+        case What::kImu: send_imu(imu_[action.index]); break;
+        case What::kFaultBegin: switch_fault(options_.faults.faults()[action.index], true); break;
+        case What::kFaultEnd: switch_fault(options_.faults.faults()[action.index], false); break;
+    }
+}
+
+InjectorReport Injector::play(Child& child) {
+    report_.shift = clock_.now() + kStart - actions_.front().due;
+    report_.first_frame = recording_.frames.front().stamp;
+    for (const Action& action : actions_) {
+        const Timestamp due = action.due + report_.shift;
+        clock_.sleep_until(due);
+        act(action);
+        // Afterwards: in virtual time every look at the clock moves it on by a fraction of a microsecond.
+        report_.latest = std::max(report_.latest, clock_.now() - due);
+        if (action.what == What::kEdge && !child.running()) {
+            break;
+        }
+    }
+    clock_.sleep(Duration::from_seconds(0.3));
+    return report_;
+}
+
+}  // namespace facet::hil
