@@ -106,7 +106,7 @@ class Hil:
             "sensor": sensor,
             "time": "virtual" if virtual_time else "real",
             "frames": len(flight["poses"]),
-            "of": len(replay),
+            "of": len(encoded),
             "log": hil_compare.differences(replay, flight["poses"]),
             "encoded": hil_compare.differences(encoded, flight["poses"]),
             "ate_replay_mm": replay_ate,

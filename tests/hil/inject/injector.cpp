@@ -11,9 +11,6 @@ namespace {
 /// From the call of play() to the first sample.
 constexpr Duration kStart = Duration::from_seconds(0.2);
 constexpr std::uint32_t kBurst = 10;
-/// Logs have samples at the very stamps of frames. What comes through a kernel is a few nanoseconds off: a frame must not be
-/// stamped after its sample.
-constexpr Duration kBefore{20};
 
 }  // namespace
 
@@ -69,7 +66,7 @@ void Injector::plan_frames() {
     for (std::size_t i = 0; i < frames_.size(); ++i) {
         const Timestamp stamp = frames_[i].stamp;
         if (!active(FaultKind::kEdgesLost, stamp)) {
-            actions_.push_back({stamp - half - kBefore, What::kEdge, i});
+            actions_.push_back({stamp - half, What::kEdge, i});
         }
         if (active(FaultKind::kEdgesExtra, stamp)) {
             actions_.push_back({stamp + Duration{period.ns / 2}, What::kExtraEdge, i});
