@@ -130,8 +130,8 @@ void EpipolarScan::slide(int count, float* scores) const {
                 const Floats s = simd::load(strip_.data() + at + u + i);
                 const Floats ws = weights_[static_cast<std::size_t>(at + u)] * s;
                 sum += ws;
-                squares += ws * s;
-                product += patch_[static_cast<std::size_t>(at + u)] * s;
+                squares = simd::multiply_add(ws, s, squares);
+                product = simd::multiply_add(simd::splat(patch_[static_cast<std::size_t>(at + u)]), s, product);
             }
         }
         const Floats energy = squares - sum * sum / window_.weight_sum();

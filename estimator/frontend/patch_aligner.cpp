@@ -11,6 +11,8 @@ namespace facet {
 namespace {
 
 using simd::Floats;
+using simd::multiply_add;
+using simd::splat;
 
 constexpr float kMinGain = 0.15F;
 constexpr float kMaxGain = 6.0F;
@@ -28,14 +30,14 @@ void accumulate(const RowPairs& image, const PatchWindow& window, const Eigen::V
     for (int i = 0; i < count; i += simd::kLanes) {
         const Floats x = simd::load(window.u() + i);
         const Floats y = simd::load(window.v() + i);
-        const Floats u = centre.x() + (A(0, 0) * x + A(0, 1) * y);
-        const Floats v = centre.y() + (A(1, 0) * x + A(1, 1) * y);
+        const Floats u = multiply_add(splat(A(0, 0)), x, multiply_add(splat(A(0, 1)), y, splat(centre.x())));
+        const Floats v = multiply_add(splat(A(1, 0)), x, multiply_add(splat(A(1, 1)), y, splat(centre.y())));
         const Floats s = simd::sample(image, u, v) - PatchWindow::kGreyOrigin;
         const Floats ws = simd::load(window.weights() + i) * s;
         acc[0] += ws;
-        acc[1] += ws * s;
+        acc[1] = multiply_add(ws, s, acc[1]);
         for (int j = 0; j < K; ++j) {
-            acc[2 + j] += simd::load(planes + j * count + i) * s;
+            acc[2 + j] = multiply_add(simd::load(planes + j * count + i), s, acc[2 + j]);
         }
     }
     for (int j = 0; j < K + 2; ++j) {

@@ -73,9 +73,9 @@ Moments<K> sum_up(const Cut& cut, const PatchWindow& window, const Eigen::Vector
         for (int a = 0, k = 0; a < K; ++a) {
             const Floats wj = w * d.j[a];
             one[a] += wj;
-            grey[a] += wt * d.j[a];
+            grey[a] = simd::multiply_add(wt, d.j[a], grey[a]);
             for (int b = 0; b <= a; ++b, ++k) {
-                products[k] += wj * d.j[b];
+                products[k] = simd::multiply_add(wj, d.j[b], products[k]);
             }
         }
     }

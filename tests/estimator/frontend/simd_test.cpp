@@ -57,5 +57,9 @@ TEST_CASE("vectors load, store, add up and compare like their lanes", "[frontend
         CHECK(simd::sum(one) == 1.0F);
     }
     CHECK(simd::sum(v) == sum);
+    const simd::Floats squares = simd::multiply_add(v, v, simd::splat(3.0F));
+    for (int i = 0; i < simd::kLanes; ++i) {
+        CHECK(squares[i] == floats[i] * floats[i] + 3.0F);  // whole numbers below 2^24: exact either way
+    }
     CHECK(!simd::any(v > 250.0F));
 }
