@@ -20,6 +20,7 @@ MAX_DIFFERENCE_MM = 0.01
 # Real time: against the replay's error, as a share; differences below this much are rounding.
 MAX_ATE_SHARE = 0.10
 LEAST_ATE_MM = 0.5
+LEAST_FRAMES = 0.95
 
 FAULT_BEGIN_S = 4.0
 FAULTS = (
@@ -124,7 +125,7 @@ class Hil:
         if row["time"] == "virtual":
             return row["frames"] == row["of"] and row["encoded"]["max_mm"] <= MAX_DIFFERENCE_MM
         worse_mm = abs(row["ate_mm"] - row["ate_replay_mm"])
-        return row["frames"] > 0 and worse_mm <= max(MAX_ATE_SHARE * row["ate_replay_mm"], LEAST_ATE_MM)
+        return row["frames"] >= LEAST_FRAMES * row["of"] and worse_mm <= max(MAX_ATE_SHARE * row["ate_replay_mm"], LEAST_ATE_MM)
 
 
 def print_row(row):
