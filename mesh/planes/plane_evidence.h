@@ -99,12 +99,12 @@ private:
         bool was_told = false;
     };
     struct Face {
-        Eigen::Vector3f normal_W;
+        Eigen::Vector3f normal_W = Eigen::Vector3f::Zero();
         float area = 0.0F;
-        Eigen::Vector3f centroid;   ///< from origin_
-        float tilt_sigma = 0.0F;    ///< rad
-        float least_cosine = 1.0F;  ///< to the normal of a plane that it may be part of
-        float sigma = 0.0F;         ///< m
+        Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< from origin_
+        float tilt_sigma = 0.0F;                             ///< rad
+        float least_cosine = 1.0F;                           ///< to the normal of a plane that it may be part of
+        float sigma = 0.0F;                                  ///< m
         std::array<std::uint16_t, 3> point{};
         FaceIndex index = 0;
         bool is_fill = false;
