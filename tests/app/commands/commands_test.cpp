@@ -73,8 +73,7 @@ TEST_CASE("help, version and info explain the program") {
     }
     const Outcome info = run(dir, "info");
     CHECK(info.code == 0);
-    for (const char* part :
-         {"compiler", "-Wall", "Eigen 3", "Boost 1", "memory", "inertial history", "max_features"}) {
+    for (const char* part : {"compiler", "-Wall", "Eigen 3", "Boost 1", "memory", "inertial history", "max_features"}) {
         INFO(part);
         CHECK(contains(info.out, part));
     }
