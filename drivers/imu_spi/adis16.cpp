@@ -181,13 +181,13 @@ Status Adis16::set_up(std::string& problem) {
     return status;
 }
 
-Status Adis16::configure(std::string& problem) {
+Status Adis16::configure(SelfTest test, std::string& problem) {
     any_read_ = false;
     // Clock idle high, sampled on the rising edge; 1 MHz is the most that bursts allow.
     Status status = bus_.open({3, 1'000'000});
     problem.clear();
     status = ok(status) ? reset_and_identify(problem) : status;
-    status = ok(status) && options_.self_test ? self_test(problem) : status;
+    status = ok(status) && test == SelfTest::kRun && options_.self_test ? self_test(problem) : status;
     status = ok(status) ? set_up(problem) : status;
     if (!ok(status) && problem.empty()) {
         problem = bus_.problem();

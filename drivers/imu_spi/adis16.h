@@ -48,7 +48,7 @@ public:
     Adis16(SpiDevice& bus, Clock& clock, const Adis16Options& options)
         : bus_(bus), clock_(clock), options_(options), variant_(adis16_variant(options.model)) {}
 
-    Status configure(std::string& problem) override;
+    Status configure(SelfTest test, std::string& problem) override;
     void close() override { bus_.close(); }
     Status read(const TriggerEdge& edge, SpiMeasurements& out) override;
     bool newest_edge_only() const override { return true; }

@@ -86,7 +86,7 @@ void Bmi088::close() {
     accel_.device().close();
 }
 
-Status Bmi088::start_accelerometer(std::string& problem) {
+Status Bmi088::start_accelerometer(SelfTest test, std::string& problem) {
     std::uint8_t id = 0;
     // The first read after power-on only switches the interface to SPI.
     FACET_TRY(accel_.read(accel::kChipId, id));
@@ -103,7 +103,7 @@ Status Bmi088::start_accelerometer(std::string& problem) {
     clock_.sleep(Duration::from_seconds(0.001));
     FACET_TRY(accel_.write(accel::kPwrCtrl, 0x04));
     clock_.sleep(Duration::from_seconds(0.050));
-    if (options_.self_test) {
+    if (test == SelfTest::kRun) {
         FACET_TRY(test_accelerometer(problem));
     }
     FACET_TRY(accel_.write(accel::kConf, accel::kNormal1600Hz));
@@ -140,7 +140,7 @@ Status Bmi088::test_accelerometer(std::string& problem) {
     return Status::kOk;
 }
 
-Status Bmi088::start_gyro(std::string& problem) {
+Status Bmi088::start_gyro(SelfTest test, std::string& problem) {
     FACET_TRY(gyro_.write(gyro::kSoftReset, kReset));
     clock_.sleep(Duration::from_seconds(0.035));
     std::uint8_t id = 0;
@@ -150,7 +150,7 @@ Status Bmi088::start_gyro(std::string& problem) {
             "BMI088 gyroscope: chip id is " + std::to_string(id) + ", expected " + std::to_string(gyro::kIdentity);
         return Status::kNotFound;
     }
-    if (options_.self_test) {
+    if (test == SelfTest::kRun) {
         FACET_TRY(test_gyro(problem));
     }
     FACET_TRY(gyro_.write(gyro::kRange, gyro::kRange2000));
@@ -182,8 +182,9 @@ Status Bmi088::test_gyro(std::string& problem) {
     return Status::kOk;
 }
 
-Status Bmi088::configure(std::string& problem) {
+Status Bmi088::configure(SelfTest test, std::string& problem) {
     problem.clear();
+    test = options_.self_test ? test : SelfTest::kSkip;
     if (gyro_rate_code(options_.gyro_rate_hz) == 0 || options_.force_range_code > 3) {
         problem = "BMI088: the gyroscope's rate must be 200, 400, 1000 or 2000 Hz and the range code 0 to 3";
         return Status::kInvalidArgument;
@@ -192,11 +193,11 @@ Status Bmi088::configure(std::string& problem) {
     any_rate_ = false;
     SpiDevice* device = &accel_.device();
     Status status = device->open({3, 8'000'000});
-    status = ok(status) ? start_accelerometer(problem) : status;
+    status = ok(status) ? start_accelerometer(test, problem) : status;
     if (ok(status)) {
         device = &gyro_.device();
         status = device->open({3, 8'000'000});
-        status = ok(status) ? start_gyro(problem) : status;
+        status = ok(status) ? start_gyro(test, problem) : status;
     }
     if (!ok(status) && problem.empty()) {
         problem = device->problem();

@@ -25,15 +25,15 @@ public:
     Bmi088(SpiDevice& gyro, SpiDevice& accelerometer, Clock& clock, const Bmi088Options& options)
         : gyro_(gyro), accel_(accelerometer, 1), clock_(clock), options_(options) {}
 
-    Status configure(std::string& problem) override;
+    Status configure(SelfTest test, std::string& problem) override;
     void close() override;
     Status read(const TriggerEdge& edge, SpiMeasurements& out) override;
     bool newest_edge_only() const override { return true; }
     std::string_view problem() const override { return problem_; }
 
 private:
-    Status start_accelerometer(std::string& problem);
-    Status start_gyro(std::string& problem);
+    Status start_accelerometer(SelfTest test, std::string& problem);
+    Status start_gyro(SelfTest test, std::string& problem);
     Status test_accelerometer(std::string& problem);
     Status test_gyro(std::string& problem);
     Status read_force(SpiMeasurement& measurement);

@@ -202,7 +202,7 @@ Status Icm42688::set_up(std::string& problem) {
     return flush();
 }
 
-Status Icm42688::configure(std::string& problem) {
+Status Icm42688::configure(SelfTest test, std::string& problem) {
     problem.clear();
     if (rate_code(options_.rate_hz) == 0 || options_.watermark < 1 || options_.watermark > 50) {
         problem = "ICM-42688-P: the rate must be 200, 500, 1000 or 2000 Hz and the watermark 1 to 50";
@@ -210,7 +210,7 @@ Status Icm42688::configure(std::string& problem) {
     }
     Status status = bus_.device().open({3, 8'000'000});
     status = ok(status) ? reset_and_identify(problem) : status;
-    status = ok(status) && options_.self_test ? self_test(problem) : status;
+    status = ok(status) && test == SelfTest::kRun && options_.self_test ? self_test(problem) : status;
     status = ok(status) ? set_up(problem) : status;
     if (!ok(status) && problem.empty()) {
         problem = bus_.device().problem();

@@ -45,7 +45,7 @@ public:
     Icm42688(SpiDevice& bus, Clock& clock, const Icm42688Options& options)
         : bus_(bus), clock_(clock), options_(options) {}
 
-    Status configure(std::string& problem) override;
+    Status configure(SelfTest test, std::string& problem) override;
     void close() override { bus_.device().close(); }
     Status read(const TriggerEdge& edge, SpiMeasurements& out) override;
     bool newest_edge_only() const override { return false; }

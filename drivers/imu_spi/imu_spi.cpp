@@ -18,7 +18,7 @@ Status ImuSpi::open() {
     assembler_.clear();
     corrupt_in_a_row_ = 0;
     std::string words;
-    if (const Status status = chip_.configure(words); !ok(status)) {
+    if (const Status status = chip_.configure(tested_ ? SelfTest::kSkip : SelfTest::kRun, words); !ok(status)) {
         chip_.close();
         outage_.problem = options_.name + ": " + words;
         return status;
@@ -35,6 +35,7 @@ Status ImuSpi::open() {
         }
     }
     next_poll_ = clock_.now();
+    tested_ = true;
     open_ = true;
     return Status::kOk;
 }
@@ -55,6 +56,7 @@ void ImuSpi::stop() {
     }
     chip_.close();
     started_ = false;
+    tested_ = false;
     open_ = false;
 }
 

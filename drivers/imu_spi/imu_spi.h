@@ -74,6 +74,7 @@ private:
     bool any_delivered_ = false;
     bool started_ = false;
     bool open_ = false;
+    bool tested_ = false;  ///< since start(): a chip opened again in flight is not tested again
 };
 
 }  // namespace facet

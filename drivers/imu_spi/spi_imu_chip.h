@@ -30,15 +30,19 @@ struct SpiMeasurement {
 /// Room for a whole 2 KB FIFO of 20-byte packets.
 using SpiMeasurements = FixedVector<SpiMeasurement, 104>;
 
+/// A self-test pushes the chip's masses and judges their answer: it takes up to a second and needs a vehicle at rest.
+enum class SelfTest : bool { kSkip, kRun };
+
 /// One kind of chip. Thread-bound. Heap in configure, for the words of a problem.
 class SpiImuChip {
 public:
     virtual ~SpiImuChip() = default;
 
-    /// Opens, resets, identifies, tests and sets up the chip; takes a few hundred milliseconds.
+    /// Opens, resets, identifies, tests (unless told otherwise here or by its options) and sets up the chip; takes a few
+    /// hundred milliseconds.
     /// @return kNotFound if there is no such bus or another chip answers, kIo if the bus or the self-test fails; `problem`
     ///         says what.
-    virtual Status configure(std::string& problem) = 0;
+    virtual Status configure(SelfTest test, std::string& problem) = 0;
     virtual void close() = 0;
 
     /// Reads what is there after a data-ready edge; appends to `out` in order of time.

@@ -206,10 +206,10 @@ TEST_CASE("another chip, another range, a failed self-test are named") {
     FakeAdis wrong(Adis16Model::k16475Dash2);
     Adis16 chip(wrong, other.clock, {Adis16Model::k16470, 0, true});
     std::string problem;
-    CHECK(chip.configure(problem) == Status::kNotFound);
+    CHECK(chip.configure(SelfTest::kRun, problem) == Status::kNotFound);
     CHECK(problem == "ADIS16470: product id is 16475, expected 16470");
     Adis16 range(wrong, other.clock, {Adis16Model::k16475Dash3, 0, true});
-    CHECK(range.configure(problem) == Status::kNotFound);
+    CHECK(range.configure(SelfTest::kRun, problem) == Status::kNotFound);
     CHECK(problem == "ADIS16475-3: the chip has another range (RANG_MDL 4)");
     for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470}) {
         AdisHarness h(model);

@@ -131,22 +131,22 @@ TEST_CASE("both dies are set up and identified") {
     std::string problem;
     BmiHarness wrong;
     wrong.accel.registers()[0x00] = 0x1F;
-    CHECK(wrong.chip.configure(problem) == Status::kNotFound);
+    CHECK(wrong.chip.configure(SelfTest::kRun, problem) == Status::kNotFound);
     CHECK(problem == "BMI088 accelerometer: chip id is 31, expected 30");
     BmiHarness wrong_gyro;
     wrong_gyro.gyro.registers()[0x00] = 0;
-    CHECK(wrong_gyro.chip.configure(problem) == Status::kNotFound);
+    CHECK(wrong_gyro.chip.configure(SelfTest::kRun, problem) == Status::kNotFound);
     CHECK(problem == "BMI088 gyroscope: chip id is 0, expected 15");
     BmiHarness weak;
     weak.accel.self_test_g = 0.9;
-    CHECK(weak.chip.configure(problem) == Status::kIo);
+    CHECK(weak.chip.configure(SelfTest::kRun, problem) == Status::kIo);
     CHECK(problem == "BMI088 accelerometer: self-test failed");
     BmiHarness broken;
     broken.gyro.failing_self_test = true;
-    CHECK(broken.chip.configure(problem) == Status::kIo);
+    CHECK(broken.chip.configure(SelfTest::kRun, problem) == Status::kIo);
     CHECK(problem == "BMI088 gyroscope: self-test failed");
     BmiHarness settings({333, 2, true});
-    CHECK(settings.chip.configure(problem) == Status::kInvalidArgument);
+    CHECK(settings.chip.configure(SelfTest::kRun, problem) == Status::kInvalidArgument);
 }
 
 TEST_CASE("lost edges are counted") {

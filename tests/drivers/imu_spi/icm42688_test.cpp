@@ -217,18 +217,38 @@ TEST_CASE("identity, self-test and bad settings are named") {
     std::string problem;
     IcmHarness wrong;
     wrong.device.floating = true;
-    CHECK(wrong.chip.configure(problem) == Status::kNotFound);
+    CHECK(wrong.chip.configure(SelfTest::kRun, problem) == Status::kNotFound);
     CHECK(problem == "ICM-42688-P: WHO_AM_I is 255, expected 71");
     IcmHarness gyro;
     gyro.device.self_test_rate_dps = 50.0;
-    CHECK(gyro.chip.configure(problem) == Status::kIo);
+    CHECK(gyro.chip.configure(SelfTest::kRun, problem) == Status::kIo);
     CHECK(problem == "ICM-42688-P: self-test of the gyroscope failed");
     IcmHarness accel;
     accel.device.self_test_force_mg = 1300.0;
-    CHECK(accel.chip.configure(problem) == Status::kIo);
+    CHECK(accel.chip.configure(SelfTest::kRun, problem) == Status::kIo);
     CHECK(problem == "ICM-42688-P: self-test of the accelerometer failed");
     IcmHarness rate({123, 1, false, false});
-    CHECK(rate.chip.configure(problem) == Status::kInvalidArgument);
+    CHECK(rate.chip.configure(SelfTest::kRun, problem) == Status::kInvalidArgument);
+}
+
+TEST_CASE("a chip that comes back in flight is not tested again, one that is started anew is") {
+    // GIVEN a chip that failed, and a vehicle whose motion would spoil a self-test
+    IcmHarness h;
+    REQUIRE(ok(h.imu->start()));
+    h.break_device();
+    (void)test::drain(h);
+    h.device.self_test_rate_dps = 0.0;
+    // WHEN the chip is there again
+    h.repair_device();
+    h.pass_time();
+    (void)test::drain(h);
+    h.offer(3);
+    (void)test::drain(h);
+    // THEN it gives samples, but does not pass a start
+    CHECK(h.imu->counters().recoveries == 1);
+    CHECK(h.imu->counters().delivered > 0);
+    h.imu->stop();
+    CHECK(h.imu->start() == Status::kIo);
 }
 
 TEST_CASE("a bus that comes loose gives corrupt readings, not samples") {
