@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/frontend/acceleration.h"
 #include "estimator/frontend/simd.h"
 
 namespace facet {
@@ -44,18 +43,6 @@ void accumulate(const RowPairs& image, const PatchWindow& window, const Eigen::V
     for (int j = 0; j < K + 2; ++j) {
         sums[j] = simd::sum(acc[j]);
     }
-}
-
-using Vector6 = Eigen::Matrix<float, 6, 1>;
-
-/// Distance from the centre at which a change of A counts like one of the position (px).
-constexpr float kArmPx = 3.5F;
-
-/// Position, counted from `origin`, and map as one vector, in pixels.
-Vector6 stacked(const Eigen::Vector2f& at, const Eigen::Vector2f& origin, const Eigen::Matrix2f& A) {
-    Vector6 x;
-    x << at - origin, kArmPx * A.row(0).transpose(), kArmPx * A.row(1).transpose();
-    return x;
 }
 
 }  // namespace
@@ -117,7 +104,6 @@ Status PatchAligner::align_level(const PatchTemplate& patch, const RowPairs& ima
     const Eigen::Vector2f start = found.at;
     const float reach = 0.5F * static_cast<float>(window_.side());
     float before = 0.0F;
-    Acceleration<6> acceleration;
     for (int k = 0; k < max_iterations_; ++k) {
         const Eigen::Vector2f centre = found.at + found.A * level.offset;
         if (!covers(image, centre, found.A)) {
@@ -129,15 +115,9 @@ Status PatchAligner::align_level(const PatchTemplate& patch, const RowPairs& ima
         } else {
             accumulate<3>(image, window_, centre, found.A, planes(patch, l), sums);
         }
-        const Vector6 here = stacked(found.at, start, found.A);
         float length = 0.0F;
         if (!step(patch, level, affine, sums, found, length)) {
             return Status::kDegenerate;
-        }
-        if (affine) {
-            const Vector6 next = acceleration.next(here, stacked(found.at, start, found.A) - here);
-            found.at = start + next.head<2>();
-            found.A << next[2] / kArmPx, next[3] / kArmPx, next[4] / kArmPx, next[5] / kArmPx;
         }
         // A step beyond the window means that the linearization has nothing to do with the image.
         if (!((found.at - start).squaredNorm() < reach * reach)) {

@@ -52,8 +52,7 @@ struct AlignOptions {
 /// over uv (and A on request). Gain and offset are eliminated exactly: the steepest-descent images J are projected onto
 /// the complement of {1, T}, so that J^T W I / alpha is the right hand side of the normal equations. The iteration
 /// converges linearly: it ends when the step is below the epsilon or, where AlignOptions::enough_px suffices, what the
-/// rate of the last two steps leaves to go. Affine alignment, whose six parameters converge at rates of up to 0.7, is
-/// accelerated (Acceleration).
+/// rate of the last two steps leaves to go.
 /// Heap: in configure() and allocate() only. Thread-bound.
 class PatchAligner {
 public:
