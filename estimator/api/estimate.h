@@ -74,7 +74,7 @@ struct Health {
 
 /// Estimate at one frame.
 struct Estimate {
-    Timestamp stamp;  ///< of the exposure in the IMU's clock: the frame's stamp plus Health::time_offset_s
+    Timestamp stamp;  ///< of the exposure in the IMU's clock: the frame's stamp plus the time offset known before it
     NavState state;
     /// Of [theta p v]: theta a right perturbation in B (rad), p and v in W (m, m/s). Since the last start; p and yaw are
     /// relative to where that was.
