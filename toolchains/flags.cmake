@@ -33,7 +33,7 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
 endif()
 
 # No fusing of a*b+c behind our back: whether the compiler fuses depends on inlining, so the last bit would change with
-# the build type. Eigen's own kernels use FMA explicitly and are not affected.
+# the build type. Eigen's own kernels and estimator/frontend/simd.h use FMA explicitly and are not affected.
 string(APPEND CMAKE_CXX_FLAGS " -ffp-contract=off")
 
 # As packages are built. The same commit gives the same bytes wherever it is built: names of source files, which FACET_ASSERT
