@@ -7,26 +7,19 @@
 #include "mesh/predicates.h"
 
 namespace facet {
-namespace {
 
-constexpr double kMaxCoordinate = 1e9;
-constexpr std::int16_t kOutside = -1;
-constexpr std::int16_t kNotVisited = -2;
-
-bool are_in_range(std::span<const Eigen::Vector2d> points) {
+bool Delaunay::are_in_range(std::span<const Eigen::Vector2d> points) {
     return std::all_of(points.begin(), points.end(), [](const Eigen::Vector2d& p) {
         return std::abs(p.x()) <= kMaxCoordinate && std::abs(p.y()) <= kMaxCoordinate;
     });
 }
 
-}  // namespace
-
 bool Delaunay::left_of(std::uint16_t p, Edge e) const {
-    return orientation(at(p), at(origin_[e]), at(destination(e))) > 0.0;
+    return orientation(at(p), at(origin(e)), at(destination(e))) > 0.0;
 }
 
 bool Delaunay::right_of(std::uint16_t p, Edge e) const {
-    return orientation(at(p), at(destination(e)), at(origin_[e])) > 0.0;
+    return orientation(at(p), at(destination(e)), at(origin(e))) > 0.0;
 }
 
 template <class Point>
@@ -73,49 +66,6 @@ void Delaunay::arrange(int first, int count, Axis axis) {
     arrange(first + half, count - half, cut);
 }
 
-Delaunay::Edge Delaunay::make_edge(std::uint16_t from, std::uint16_t to) {
-    Edge e = 0;
-    if (free_.empty()) {
-        e = static_cast<Edge>(edges_);
-        edges_ += 2;
-        FACET_ASSERT(edges_ <= kMaxEdges);
-    } else {
-        e = free_.back();
-        free_.pop_back();
-    }
-    const Edge r = reverse(e);
-    origin_[e] = from;
-    origin_[r] = to;
-    next_[e] = previous_[e] = e;
-    next_[r] = previous_[r] = r;
-    alive_[e] = alive_[r] = true;
-    left_face_[e] = left_face_[r] = kNotVisited;
-    return e;
-}
-
-/// Joins the rings of two edges if they are different, separates them if they are one.
-void Delaunay::splice(Edge a, Edge b) {
-    std::swap(next_[a], next_[b]);
-    previous_[next_[a]] = a;
-    previous_[next_[b]] = b;
-}
-
-/// New edge from a's destination to b's origin, with the same left face as both.
-Delaunay::Edge Delaunay::connect(Edge a, Edge b) {
-    const Edge e = make_edge(destination(a), origin_[b]);
-    splice(e, left_next(a));
-    splice(reverse(e), b);
-    return e;
-}
-
-void Delaunay::remove(Edge e) {
-    const Edge r = reverse(e);
-    splice(e, previous_[e]);
-    splice(r, previous_[r]);
-    alive_[e] = alive_[r] = false;
-    free_.push_back(static_cast<Edge>(e & ~1U));
-}
-
 Delaunay::Hull Delaunay::build_three(std::uint16_t first) {
     const auto second = static_cast<std::uint16_t>(first + 1);
     const auto third = static_cast<std::uint16_t>(first + 2);
@@ -156,24 +106,25 @@ Delaunay::Hull Delaunay::ends_along(Axis axis, Edge on_hull) const {
     Edge out_of_first = on_hull;
     Edge into_last = on_hull;
     for (Edge e = right_previous(on_hull); e != on_hull; e = right_previous(e)) {
-        out_of_first = is_before(axis, place(origin_[e]), place(origin_[out_of_first])) ? e : out_of_first;
+        out_of_first = is_before(axis, place(origin(e)), place(origin(out_of_first))) ? e : out_of_first;
         into_last = is_before(axis, place(destination(into_last)), place(destination(e))) ? e : into_last;
     }
     return {out_of_first, reverse(into_last)};
 }
 
 /// Deletes edges on one side of the base that fail the circle test, from `first` on; the next candidate there.
-/// @param following  next_ for the left side, previous_ for the right one
-Delaunay::Candidate Delaunay::candidate(Edge base, Edge first, const std::array<Edge, kMaxEdges>& following) {
+/// @param following  next() for the left side, previous() for the right one
+template <class Following>
+Delaunay::Candidate Delaunay::candidate(Edge base, Edge first, Following following) {
     if (!right_of(destination(first), base)) {
         return {first, false};
     }
     Edge edge = first;
-    while (in_circle(at(destination(base)), at(origin_[base]), at(destination(edge)),
-                     at(destination(following[edge]))) > 0.0) {
-        const Edge next = following[edge];
+    while (in_circle(at(destination(base)), at(origin(base)), at(destination(edge)), at(destination(following(edge)))) >
+           0.0) {
+        const Edge successor = following(edge);
         remove(edge);
-        edge = next;
+        edge = successor;
     }
     return {edge, edge == first || right_of(destination(edge), base)};
 }
@@ -183,30 +134,32 @@ Delaunay::Hull Delaunay::merge(Hull l, Hull r) {
     Edge right = r.left;
     for (bool moved = true; moved;) {  // down to the lower common tangent
         moved = true;
-        if (left_of(origin_[right], left)) {
+        if (left_of(origin(right), left)) {
             left = left_next(left);
-        } else if (right_of(origin_[left], right)) {
+        } else if (right_of(origin(left), right)) {
             right = right_previous(right);
         } else {
             moved = false;
         }
     }
     Edge base = connect(reverse(right), left);
-    if (origin_[left] == origin_[l.left]) {
+    if (origin(left) == origin(l.left)) {
         l.left = reverse(base);
     }
-    if (origin_[right] == origin_[r.right]) {
+    if (origin(right) == origin(r.right)) {
         r.right = base;
     }
+    const auto after = [this](Edge e) { return next(e); };
+    const auto before = [this](Edge e) { return previous(e); };
     for (;;) {  // the rising bubble
-        const auto [from_left, left_valid] = candidate(base, next_[reverse(base)], next_);
-        const auto [from_right, right_valid] = candidate(base, previous_[base], previous_);
+        const auto [from_left, left_valid] = candidate(base, next(reverse(base)), after);
+        const auto [from_right, right_valid] = candidate(base, previous(base), before);
         if (!left_valid && !right_valid) {
             return {l.left, r.right};
         }
         const bool take_right =
-            !left_valid || (right_valid && in_circle(at(destination(from_left)), at(origin_[from_left]),
-                                                     at(origin_[from_right]), at(destination(from_right))) > 0.0);
+            !left_valid || (right_valid && in_circle(at(destination(from_left)), at(origin(from_left)),
+                                                     at(origin(from_right)), at(destination(from_right))) > 0.0);
         base = take_right ? connect(from_right, reverse(base)) : connect(reverse(base), reverse(from_left));
     }
 }
@@ -214,16 +167,15 @@ Delaunay::Hull Delaunay::merge(Hull l, Hull r) {
 /// Walks around the outside first; every other face is a triangle.
 void Delaunay::collect() {
     triangles_.clear();
-    const auto end = static_cast<Edge>(edges_);
-    std::fill_n(left_face_.begin(), edges_, kNotVisited);
+    left_face_.fill(kNotVisited);  // those not made yet as well: insert() asks
     const Edge begin = reverse(hull_);
     Edge outside = begin;
     do {
         left_face_[outside] = kOutside;
         outside = left_next(outside);
     } while (outside != begin);
-    for (Edge e = 0; e < end; ++e) {
-        if (!alive_[e] || left_face_[e] != kNotVisited) {
+    for (Edge e = 0; e < end(); ++e) {
+        if (!is_alive(e) || left_face_[e] != kNotVisited) {
             continue;
         }
         const std::array<Edge, 3> side{e, left_next(e), left_next(left_next(e))};
@@ -231,7 +183,7 @@ void Delaunay::collect() {
         for (const Edge s : side) {
             left_face_[s] = static_cast<std::int16_t>(triangles_.size());
         }
-        triangles_.push_back({{origin_[side[0]], origin_[side[1]], origin_[side[2]]}, {}});
+        triangles_.push_back({{origin(side[0]), origin(side[1]), origin(side[2])}, {}});
     }
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
         Triangle& t = triangles_[i];
@@ -247,110 +199,9 @@ void Delaunay::collect() {
     }
 }
 
-/// Turns the diagonal of the quadrilateral around an edge.
-void Delaunay::swap(Edge e) {
-    const Edge r = reverse(e);
-    const Edge a = previous_[e];
-    const Edge b = previous_[r];
-    splice(e, a);
-    splice(r, b);
-    splice(e, left_next(a));
-    splice(r, left_next(b));
-    origin_[e] = destination(a);
-    origin_[r] = destination(b);
-}
-
-/// A side of the triangle that holds a point, its left one, from an edge on; or of the outside, if it is not in the hull. In a
-/// Delaunay triangulation such a walk never comes back to a triangle.
-Delaunay::Edge Delaunay::locate(const Eigen::Vector2d& p, Edge from) const {
-    const auto is_right_of = [&](Edge e) { return orientation(p, at(destination(e)), at(origin_[e])) > 0.0; };
-    Edge e = is_right_of(from) ? reverse(from) : from;
-    while (left_face_[e] != kOutside) {
-        const Edge second = left_next(e);
-        const Edge third = left_next(second);
-        if (is_right_of(second)) {
-            e = reverse(second);
-        } else if (is_right_of(third)) {
-            e = reverse(third);
-        } else {
-            return e;
-        }
-    }
-    return e;
-}
-
-/// Connects a point to the corners of its triangle, or of the two beside the side that it lies on, and then turns sides
-/// whose circles hold it. @param near  in: where to look first; out: an edge at the point
-/// @return false if the point is outside, on the border, or a duplicate
-bool Delaunay::add_point(const Eigen::Vector2d& p, std::uint16_t index, Edge& near) {
-    Edge e = locate(p, near);
-    if (left_face_[e] == kOutside) {
-        return false;
-    }
-    for (int k = 0; k < 3; ++k, e = left_next(e)) {
-        if (at(origin_[e]) == p) {
-            ++duplicates_;
-            return false;
-        }
-    }
-    for (int k = 0; k < 3; ++k, e = left_next(e)) {
-        if (orientation(p, at(origin_[e]), at(destination(e))) == 0.0) {
-            if (left_face_[reverse(e)] == kOutside) {
-                return false;
-            }
-            e = previous_[e];
-            remove(next_[e]);
-            break;
-        }
-    }
-    const auto rank = static_cast<std::uint16_t>(count_++);
-    sorted_[rank] = p;
-    index_[rank] = index;
-    Edge spoke = make_edge(origin_[e], rank);
-    splice(spoke, e);
-    near = spoke;
-    do {
-        spoke = connect(e, reverse(spoke));
-        e = previous_[spoke];
-    } while (left_next(e) != near);
-    for (;;) {
-        const std::uint16_t beyond = destination(previous_[e]);
-        if (left_face_[reverse(e)] != kOutside && right_of(beyond, e) &&
-            in_circle(at(origin_[e]), at(beyond), at(destination(e)), p) > 0.0) {
-            swap(e);
-            e = previous_[e];
-        } else if (next_[e] == near) {
-            return true;
-        } else {
-            e = left_previous(next_[e]);
-        }
-    }
-}
-
-Status Delaunay::insert(std::span<const Eigen::Vector2d> points) {
-    if (points.size() > static_cast<std::size_t>(kMaxMeshPoints)) {
-        return Status::kFull;
-    }
-    if (points.size() < static_cast<std::size_t>(points_) || !are_in_range(points)) {
-        return Status::kInvalidArgument;
-    }
-    const auto first = static_cast<std::size_t>(points_);
-    points_ = static_cast<int>(points.size());
-    if (triangles_.empty() || first == points.size()) {
-        return Status::kOk;
-    }
-    Edge near = hull_;
-    for (std::size_t i = first; i < points.size(); ++i) {
-        add_point(points[i], static_cast<std::uint16_t>(i), near);
-    }
-    collect();
-    return Status::kOk;
-}
-
 Status Delaunay::triangulate(std::span<const Eigen::Vector2d> points) {
     triangles_.clear();
-    free_.clear();
-    edges_ = 0;
+    clear();
     points_ = 0;
     duplicates_ = 0;
     if (points.size() > static_cast<std::size_t>(kMaxMeshPoints)) {

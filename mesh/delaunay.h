@@ -8,6 +8,7 @@
 #include <span>
 
 #include "mesh/capacity.h"
+#include "mesh/edge_rings.h"
 #include "platform/base/fixed_vector.h"
 #include "platform/base/status.h"
 
@@ -25,7 +26,7 @@ struct Triangle {
 /// on one line give no triangle, and where more than three points lie on a circle the choice depends on the coordinates
 /// only, not on the order of the points. Cuts alternate between x and y [Dwyer87]: halves of slabs would be joined by
 /// long edges that the next join deletes. O(n log n). Thread-bound (it has a workspace). No heap.
-class Delaunay {
+class Delaunay : private EdgeRings {
 public:
     /// @param points  at most kMaxMeshPoints, |coordinate| <= 1e9
     /// @return kFull if there are more points, kInvalidArgument if a coordinate is not finite or too large: then there are
@@ -44,9 +45,9 @@ public:
     int duplicates() const { return duplicates_; }
 
 private:
-    // Directed edges in pairs: edge e and its reverse e ^ 1. Edges that leave a point form a ring, counterclockwise.
-    using Edge = std::uint16_t;
-    static constexpr int kMaxEdges = 6 * kMaxMeshPoints;  // directed; a planar graph has at most 3n - 6 pairs
+    static constexpr double kMaxCoordinate = 1e9;
+    static constexpr std::int16_t kOutside = -1;  ///< as left face of an edge
+    static constexpr std::int16_t kNotVisited = -2;
     struct Key {
         double x;
         double y;
@@ -59,26 +60,17 @@ private:
         Edge right;  ///< clockwise out of the last one
     };
 
+    static bool are_in_range(std::span<const Eigen::Vector2d> points);
     static Axis other(Axis axis) { return axis == Axis::kX ? Axis::kY : Axis::kX; }
     template <class Point>
     static bool is_before(Axis axis, const Point& a, const Point& b);
 
-    static Edge reverse(Edge e) { return static_cast<Edge>(e ^ 1U); }
-    std::uint16_t destination(Edge e) const { return origin_[reverse(e)]; }
-    Edge left_next(Edge e) const { return previous_[reverse(e)]; }
-    Edge right_previous(Edge e) const { return next_[reverse(e)]; }
-    Edge left_previous(Edge e) const { return reverse(next_[e]); }
     const Eigen::Vector2d& at(std::uint16_t rank) const { return sorted_[rank]; }
     bool left_of(std::uint16_t p, Edge e) const;
     bool right_of(std::uint16_t p, Edge e) const;
 
     void sort(std::span<const Eigen::Vector2d> points);
     void arrange(int first, int count, Axis axis);
-    Edge make_edge(std::uint16_t from, std::uint16_t to);
-    void splice(Edge a, Edge b);
-    Edge connect(Edge a, Edge b);
-    void remove(Edge e);
-    void swap(Edge e);
     Hull build(int first, int count, Axis axis);
     Hull build_three(std::uint16_t first);
     Hull merge(Hull left, Hull right);
@@ -87,7 +79,8 @@ private:
         Edge edge;
         bool is_valid;
     };
-    Candidate candidate(Edge base, Edge first, const std::array<Edge, kMaxEdges>& following);
+    template <class Following>
+    Candidate candidate(Edge base, Edge first, Following following);
     Hull ends_along(Axis axis, Edge on_hull) const;
     Edge locate(const Eigen::Vector2d& p, Edge from) const;
     bool add_point(const Eigen::Vector2d& p, std::uint16_t index, Edge& near);
@@ -96,13 +89,7 @@ private:
     int duplicates_ = 0;
     int points_ = 0;  ///< given
     int count_ = 0;   ///< of these, in the triangulation
-    int edges_ = 0;   ///< directed edges ever made
     Edge hull_ = 0;   ///< some edge of the hull, counterclockwise
-    FixedVector<Edge, kMaxEdges> free_;
-    std::array<std::uint16_t, kMaxEdges> origin_{};  ///< rank of the point it leaves
-    std::array<Edge, kMaxEdges> next_{};             ///< counterclockwise around the origin
-    std::array<Edge, kMaxEdges> previous_{};         ///< clockwise
-    std::array<bool, kMaxEdges> alive_{};
     std::array<std::int16_t, kMaxEdges> left_face_{};
     std::array<Edge, kMaxTriangles> first_edge_{};        ///< of each triangle
     std::array<Key, kMaxMeshPoints> keys_{};              ///< scratch of sort()
