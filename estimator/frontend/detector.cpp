@@ -34,6 +34,14 @@ void Detector::configure(const FrontendConfig& config, int width, int height, do
         static_cast<std::size_t>(config.grid_columns) * static_cast<std::size_t>(config.grid_rows);
     score_.configure(width, height);
     blocked_.assign(area + simd::kOverread, 0);
+    column_of_.resize(static_cast<std::size_t>(width));
+    for (int u = 0; u < width; ++u) {
+        column_of_[static_cast<std::size_t>(u)] = u * config.grid_columns / width;
+    }
+    row_of_.resize(static_cast<std::size_t>(height));
+    for (int v = 0; v < height; ++v) {
+        row_of_[static_cast<std::size_t>(v)] = v * config.grid_rows / height;
+    }
     candidates_.assign(cells * kPerCell, Candidate{});
     count_.assign(cells, 0);
     next_.assign(cells, 0);
@@ -49,7 +57,7 @@ void Detector::configure(const FrontendConfig& config, int width, int height, do
 }
 
 int Detector::cell_of(int u, int v) const {
-    return v * config_.grid_rows / height_ * config_.grid_columns + u * config_.grid_columns / width_;
+    return row_of_[static_cast<std::size_t>(v)] * config_.grid_columns + column_of_[static_cast<std::size_t>(u)];
 }
 
 void Detector::occupy(const Eigen::Vector2d& uv) {
@@ -68,10 +76,10 @@ void Detector::occupy(const Eigen::Vector2d& uv) {
     }
 }
 
-bool Detector::may_peak(int u, int v, float threshold) const {
+void Detector::offer_peaks(int u, int v, int count, float threshold) {
     const std::uint8_t* const blocked = blocked_.data() + static_cast<std::ptrdiff_t>(v) * width_ + u;
     if (all_set(blocked)) {
-        return false;
+        return;
     }
     const float* const row = score_.row(v) + u;
     const float* const up = score_.row(v - 1) + u;
@@ -81,7 +89,14 @@ bool Detector::may_peak(int u, int v, float threshold) const {
     const simd::Ints peak = (s >= threshold) & (s > simd::load(row - 1)) & (s >= simd::load(row + 1)) &
                             (s > simd::load(up - 1)) & (s > simd::load(up)) & (s > simd::load(up + 1)) &
                             (s >= simd::load(down - 1)) & (s >= simd::load(down)) & (s >= simd::load(down + 1));
-    return simd::any(peak);
+    if (!simd::any(peak)) {
+        return;
+    }
+    for (int i = 0; i < count; ++i) {
+        if (peak[i] != 0 && blocked[i] == 0) {
+            offer(u + i, v, row[i]);
+        }
+    }
 }
 
 void Detector::offer(int u, int v, float score) {
@@ -100,23 +115,10 @@ void Detector::offer(int u, int v, float score) {
 
 void Detector::collect(float threshold) {
     std::fill(count_.begin(), count_.end(), 0);
+    const int end = width_ - border_;
     for (int v = border_; v < height_ - border_; ++v) {
-        const float* const row = score_.row(v);
-        const float* const up = score_.row(v - 1);
-        const float* const down = score_.row(v + 1);
-        const std::uint8_t* blocked = blocked_.data() + static_cast<std::ptrdiff_t>(v) * width_;
-        for (int first = border_; first < width_ - border_; first += simd::kLanes) {
-            if (!may_peak(first, v, threshold)) {
-                continue;
-            }
-            const int last = std::min(first + simd::kLanes, width_ - border_);
-            for (int u = first; u < last; ++u) {
-                const float s = row[u];
-                if (blocked[u] == 0 && s >= threshold && s > row[u - 1] && s >= row[u + 1] && s > up[u - 1] &&
-                    s > up[u] && s > up[u + 1] && s >= down[u - 1] && s >= down[u] && s >= down[u + 1]) {
-                    offer(u, v, s);
-                }
-            }
+        for (int u = border_; u < end; u += simd::kLanes) {
+            offer_peaks(u, v, std::min(simd::kLanes, end - u), threshold);
         }
     }
 }

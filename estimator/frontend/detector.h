@@ -39,8 +39,8 @@ private:
     static constexpr int kPerCell = 24;  ///< strongest candidates kept a cell: bounds the work
 
     void collect(float threshold);
-    /// Whether pixels (u ... u + kLanes - 1, v) may hold a corner: not all are blocked, and one is a local maximum.
-    bool may_peak(int u, int v, float threshold) const;
+    /// Offers those of the pixels (u ... u + count - 1, v), count <= simd::kLanes, that are free and local maxima.
+    void offer_peaks(int u, int v, int count, float threshold);
     void offer(int u, int v, float score);
     /// Next candidate of a cell that is not blocked; nullptr if there is none.
     const Candidate* next_free(std::size_t cell);
@@ -53,6 +53,8 @@ private:
     int border_ = 0;
     CornerScore score_;
     std::vector<std::uint8_t> blocked_;
+    std::vector<int> column_of_;         ///< column of cells that a pixel's column lies in
+    std::vector<int> row_of_;            ///< likewise
     std::vector<int> disc_;              ///< half width of the blocked disc, a row each
     std::vector<Candidate> candidates_;  ///< kPerCell a cell, strongest first
     std::vector<int> count_;             ///< candidates of each cell
