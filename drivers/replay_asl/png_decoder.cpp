@@ -17,7 +17,7 @@ constexpr png_fixed_point kGreenWeight = 58700;
 constexpr std::size_t kMessageLength = 128;
 
 /// What libpng reads from, and where it leaves its message.
-struct Source {
+struct PngBytes {
     const std::uint8_t* data = nullptr;
     std::size_t size = 0;
     std::size_t position = 0;
@@ -25,7 +25,7 @@ struct Source {
 };
 
 void read_bytes(png_structp png, png_bytep out, std::size_t count) {
-    auto* source = static_cast<Source*>(png_get_io_ptr(png));
+    auto* source = static_cast<PngBytes*>(png_get_io_ptr(png));
     if (count > source->size - source->position) {
         png_error(png, "file ends too early");
     }
@@ -34,7 +34,7 @@ void read_bytes(png_structp png, png_bytep out, std::size_t count) {
 }
 
 void keep_error(png_structp png, png_const_charp message) {
-    auto* source = static_cast<Source*>(png_get_error_ptr(png));
+    auto* source = static_cast<PngBytes*>(png_get_error_ptr(png));
     std::snprintf(source->message, kMessageLength, "%s", message);
     png_longjmp(png, 1);
 }
@@ -100,7 +100,7 @@ bool read_whole_file(const std::string& path, std::vector<std::uint8_t>& bytes, 
 
 /// Owns libpng's two structures.
 struct PngReader {
-    explicit PngReader(Source& source)
+    explicit PngReader(PngBytes& source)
         : png(png_create_read_struct(PNG_LIBPNG_VER_STRING, &source, keep_error, ignore_warning)) {
         if (png != nullptr) {
             info = png_create_info_struct(png);
@@ -121,7 +121,7 @@ Status PngDecoder::decode(const std::string& path, int expected_width, int expec
     if (!read_whole_file(path, file_, error_)) {
         return Status::kNotFound;
     }
-    Source source{.data = file_.data(), .size = file_.size()};
+    PngBytes source{.data = file_.data(), .size = file_.size()};
     PngReader reader(source);
     if (reader.png == nullptr || reader.info == nullptr) {
         error_ = "libpng cannot be started";

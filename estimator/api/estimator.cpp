@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/api/belief.h"
 #include "estimator/api/health_monitor.h"
 #include "estimator/api/motion_start.h"
 #include "estimator/factors/rest_factor.h"
@@ -35,25 +36,6 @@ constexpr double kDivergedTiltSigma = 0.2;      // rad
 constexpr double kDivergedVelocitySigma = 2.0;  // m/s
 constexpr double kDivergedPositionSigma = 1.0;  // m
 constexpr double kDivergedYawSigma = 0.2;       // rad
-
-/// A state with its covariance at a stamp of the IMU's clock.
-struct Belief {
-    Timestamp stamp;
-    NavState state;
-    StateCovariance covariance = StateCovariance::Zero();
-};
-
-bool is_finite(const Belief& b) {
-    return b.state.q_W_B.coeffs().allFinite() && b.state.p_W_B.allFinite() && b.state.v_W_B.allFinite() &&
-           b.state.bias.gyro.allFinite() && b.state.bias.accel.allFinite() && b.covariance.allFinite();
-}
-
-/// Standard deviation of the larger horizontal component of the attitude's error.
-double tilt_sigma(const Belief& b) {
-    const Eigen::Matrix3d R_W_B = b.state.q_W_B.toRotationMatrix();
-    const Eigen::Matrix3d theta_W = R_W_B * b.covariance.block<3, 3>(kTheta, kTheta) * R_W_B.transpose();
-    return std::sqrt(std::max(theta_W(0, 0), theta_W(1, 1)));
-}
 
 }  // namespace
 

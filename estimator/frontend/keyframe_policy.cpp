@@ -5,14 +5,14 @@ namespace facet {
 namespace {
 
 /// Image stamps jitter: an interval this much short still counts as reached (s).
-constexpr double kSlack = 1e-3;
+constexpr double kStampSlack_s = 1e-3;
 
 }  // namespace
 
 bool KeyframePolicy::decide(const KeyframeEvidence& e) {
     bool is_keyframe = !has_keyframe_;
     if (has_keyframe_) {
-        const double elapsed_s = (e.stamp - last_).seconds() + kSlack;
+        const double elapsed_s = (e.stamp - last_).seconds() + kStampSlack_s;
         const bool overlap_low = e.live_tracks == 0 || e.live_tracks < config_.keyframe_overlap * e.keyframe_tracks;
         const bool wanted = overlap_low || e.disparity_px > config_.keyframe_disparity_px ||
                             (e.has_right && !last_has_right_) || elapsed_s >= config_.keyframe_max_interval_s;
