@@ -7,7 +7,7 @@ else()
 endif()
 
 # Up to eight sources of a target compiled as one: templates of Eigen, fmt and json that they share are instantiated once,
-# which takes a third off. So names of a target's anonymous namespaces must differ. Sources with flags of their own stay
+# which takes almost half off. So names of a target's anonymous namespaces must differ. Sources with flags of their own stay
 # alone. Tests and packages see the same program to the last bit of its results: nothing depends on what is inlined.
 option(FACET_UNITY_BUILD "Compile the sources of a target together" ${_default})
 set(CMAKE_UNITY_BUILD ${FACET_UNITY_BUILD})
