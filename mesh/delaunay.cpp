@@ -8,10 +8,15 @@
 
 namespace facet {
 
-bool Delaunay::are_in_range(std::span<const Eigen::Vector2d> points) {
-    return std::all_of(points.begin(), points.end(), [](const Eigen::Vector2d& p) {
+Status Delaunay::check(std::span<const Eigen::Vector2d> points) {
+    constexpr double kMaxCoordinate = 1e9;
+    if (points.size() > static_cast<std::size_t>(kMaxMeshPoints)) {
+        return Status::kFull;
+    }
+    const bool in_range = std::all_of(points.begin(), points.end(), [](const Eigen::Vector2d& p) {
         return std::abs(p.x()) <= kMaxCoordinate && std::abs(p.y()) <= kMaxCoordinate;
     });
+    return in_range ? Status::kOk : Status::kInvalidArgument;
 }
 
 bool Delaunay::left_of(std::uint16_t p, Edge e) const {
@@ -204,12 +209,7 @@ Status Delaunay::triangulate(std::span<const Eigen::Vector2d> points) {
     clear();
     points_ = 0;
     duplicates_ = 0;
-    if (points.size() > static_cast<std::size_t>(kMaxMeshPoints)) {
-        return Status::kFull;
-    }
-    if (!are_in_range(points)) {
-        return Status::kInvalidArgument;
-    }
+    FACET_TRY(check(points));
     points_ = static_cast<int>(points.size());
     sort(points);
     if (count_ >= 3) {

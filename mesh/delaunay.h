@@ -45,7 +45,6 @@ public:
     int duplicates() const { return duplicates_; }
 
 private:
-    static constexpr double kMaxCoordinate = 1e9;
     static constexpr std::int16_t kOutside = -1;  ///< as left face of an edge
     static constexpr std::int16_t kNotVisited = -2;
     struct Key {
@@ -60,7 +59,8 @@ private:
         Edge right;  ///< clockwise out of the last one
     };
 
-    static bool are_in_range(std::span<const Eigen::Vector2d> points);
+    /// kFull and kInvalidArgument as triangulate().
+    static Status check(std::span<const Eigen::Vector2d> points);
     static Axis other(Axis axis) { return axis == Axis::kX ? Axis::kY : Axis::kX; }
     template <class Point>
     static bool is_before(Axis axis, const Point& a, const Point& b);

@@ -73,10 +73,8 @@ bool Delaunay::add_point(const Eigen::Vector2d& p, std::uint16_t index, Edge& ne
 }
 
 Status Delaunay::insert(std::span<const Eigen::Vector2d> points) {
-    if (points.size() > static_cast<std::size_t>(kMaxMeshPoints)) {
-        return Status::kFull;
-    }
-    if (points.size() < static_cast<std::size_t>(points_) || !are_in_range(points)) {
+    FACET_TRY(check(points));
+    if (points.size() < static_cast<std::size_t>(points_)) {
         return Status::kInvalidArgument;
     }
     const auto first = static_cast<std::size_t>(points_);
