@@ -48,6 +48,7 @@ const std::array kTable{
     ConfigEntry{FACET_FIELD(window.keyframes), "-", 3, 32, "keyframes kept"},
     ConfigEntry{FACET_FIELD(window.max_iterations), "-", 1, 50, "most solver steps a keyframe"},
     ConfigEntry{FACET_FIELD(window.pixel_sigma_px), "px", 0.1, 5, "standard deviation of an observation"},
+    ConfigEntry{FACET_FIELD(window.learn_pixel_sigma), "-", 0, 1, "begin with that value and follow the residuals, up to a factor of two"},
     ConfigEntry{FACET_FIELD(window.huber_threshold), "-", 0.5, 10, "robust loss on whitened observations"},
     ConfigEntry{FACET_FIELD(window.redundant_px), "px", 0, 100, "keyframes that moved less from the one before are dropped first; 0: never"},
     ConfigEntry{FACET_FIELD(window.outlier_threshold_px), "px", 0.5, 20, "observations farther off after optimization are removed"},

@@ -48,6 +48,7 @@ constexpr std::array kHealthColumns{
     HealthColumn{"landmarks", [](const Health& h) { return fmt::format("{}", h.landmarks); }},
     HealthColumn{"iterations", [](const Health& h) { return fmt::format("{}", h.iterations); }},
     HealthColumn{"mean_vision_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.mean_vision_chi2); }},
+    HealthColumn{"pixel_sigma_px", [](const Health& h) { return fmt::format("{:.4g}", h.pixel_sigma_px); }},
     HealthColumn{"imu_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.imu_chi2); }},
     HealthColumn{"time_offset_s", [](const Health& h) { return fmt::format("{:.6g}", h.time_offset_s); }},
     HealthColumn{"time_offset_sigma_s", [](const Health& h) { return fmt::format("{:.3g}", h.time_offset_sigma_s); }},

@@ -63,7 +63,8 @@ struct Health {
     int keyframes = 0;              ///< in the window
     int landmarks = 0;              ///< in the window that took part in the last optimization
     int iterations = 0;             ///< solver steps at this frame
-    double mean_vision_chi2 = 0.0;  ///< squared whitened vision residual per degree of freedom, after optimization
+    double mean_vision_chi2 = 0.0;  ///< squared vision residual per degree of freedom in units of the configured sigma
+    double pixel_sigma_px = 0.0;    ///< standard deviation that observations are weighted with now
     double imu_chi2 = 0.0;          ///< squared whitened residual per degree of freedom of the newest inertial factor
     double time_offset_s = 0.0;     ///< estimated: image stamps plus this are the IMU's time
     double time_offset_sigma_s = 0.0;  ///< 0 if it is not estimated

@@ -325,7 +325,10 @@ void Estimator::Impl::fill(const StereoFrame& frame, bool frame_taken, Estimate&
     e.tilt_sigma_rad = tilt_sigma(now);
     e.gyro_bias_rad_per_s = now.state.bias.gyro.norm();
     e.accel_bias_m_per_s2 = now.state.bias.accel.norm();
-    e.vision_chi2 = summary.fit.vision_rows > 0 ? summary.fit.vision_squared_error / summary.fit.vision_rows : 0.0;
+    const double variance_px2 = config.window.pixel_sigma_px * config.window.pixel_sigma_px;
+    e.vision_chi2 = summary.fit.vision_rows > 0
+                        ? summary.fit.vision_squared_error_px2 / (variance_px2 * summary.fit.vision_rows)
+                        : 0.0;
     e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed;
     e.is_finite = is_finite(now);
     e.is_late = is_late;
@@ -350,6 +353,7 @@ void Estimator::Impl::fill(const StereoFrame& frame, bool frame_taken, Estimate&
     health.landmarks = summary.fit.active_landmarks;
     health.iterations = e.is_keyframe ? summary.solver.iterations : 0;
     health.mean_vision_chi2 = e.vision_chi2;
+    health.pixel_sigma_px = window.problem().noise().sigma_px();
     health.imu_chi2 = summary.imu_squared_error / kStateDim;
     health.time_offset_s = window.calibration().time_offset_s;
     health.time_offset_sigma_s = calibration_sigma(kTimeOffset);

@@ -120,7 +120,12 @@ void Window::add_observations(int keyframe, std::span<const FeatureObservation> 
 }
 
 WindowSummary Window::optimize(double effort) {
+    // A start is not done yet with few keyframes; at rest all of them see the same, errors included.
+    constexpr std::size_t kSettled = 5;
     WindowSummary summary;
+    if (state_.keyframes.size() >= kSettled && !newest().rests_since_previous) {
+        problem_.learn_noise();
+    }
     problem_.select_landmarks();
     if (regularity_config_.mode == RegularityMode::kSpr) {
         planes_.update(proposals_, state_, problem_);

@@ -18,8 +18,24 @@ void WindowProblem::bind(WindowState& state, const WindowConfig& config, const C
     regularity_config_ = &regularity;
     T_B_C0_ = rig.T_B_C0;
     T_B_C1_ = rig.T_B_C1;
-    geometry_.scale_left = rig.left.focal_px() / config.pixel_sigma_px;
-    geometry_.scale_right = rig.right.focal_px() / config.pixel_sigma_px;
+    focal_left_px_ = rig.left.focal_px();
+    focal_right_px_ = rig.right.focal_px();
+    reset_noise();
+}
+
+void WindowProblem::reset_noise() {
+    noise_.reset(config_->pixel_sigma_px, config_->learn_pixel_sigma);
+    whiten();
+}
+
+void WindowProblem::learn_noise() {
+    noise_.learn();
+    whiten();
+}
+
+void WindowProblem::whiten() {
+    geometry_.scale_left = focal_left_px_ / noise_.sigma_px();
+    geometry_.scale_right = focal_right_px_ / noise_.sigma_px();
 }
 
 Se3 WindowProblem::T_W_B_at_image(const Keyframe& keyframe, const NavState& state) const {
@@ -59,10 +75,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
             cost += add_landmark(system, state_->landmarks[i]);
         }
     }
-    constexpr int kEnoughRows = 100;
-    if (fit_.vision_rows >= kEnoughRows) {
-        observation_variance_ = std::clamp(fit_.vision_squared_error / fit_.vision_rows, 0.05, 1.0);
-    }
+    noise_.measure(fit_.vision_squared_error_px2, fit_.vision_rows);
     add_calibration(system);
     cost += add_prior(system);
     cost += add_planes(system);

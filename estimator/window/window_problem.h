@@ -2,7 +2,9 @@
 // The window as a least-squares problem: cost and reduced normal equations at the current states.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "estimator/api/stage.h"
 #include "estimator/geometry/stereo_rig.h"
@@ -11,6 +13,7 @@
 #include "estimator/window/calibration_config.h"
 #include "estimator/window/regularity_config.h"
 #include "estimator/window/stereo_views.h"
+#include "estimator/window/vision_noise.h"
 #include "estimator/window/window_config.h"
 #include "estimator/window/window_state.h"
 
@@ -19,8 +22,8 @@ namespace facet {
 /// How well the window fits, at its last linearization.
 struct WindowFit {
     int active_landmarks = 0;
-    int vision_rows = 0;                ///< scalar residuals of active landmarks minus three a landmark
-    double vision_squared_error = 0.0;  ///< whitened, not robust
+    int vision_rows = 0;                    ///< scalar residuals of active landmarks minus three a landmark
+    double vision_squared_error_px2 = 0.0;  ///< not robust
 };
 
 /// Structureless window problem: prior, inertial factors, and landmarks that are triangulated anew and eliminated at each
@@ -67,12 +70,19 @@ public:
     }
 
     const WindowFit& fit() const { return fit_; }
-    /// Variance of observations as measured at the last linearization of the whole window, in units of the configured one,
-    /// within [0.05, 1]. The configured one is cautious: tests that ask whether things agree must not be.
-    double observation_variance() const { return observation_variance_; }
+    /// Begins with what the configuration says of observations.
+    void reset_noise();
+    /// Weights of the next optimization follow the residuals of the last one.
+    void learn_noise();
+    const VisionNoise& noise() const { return noise_; }
+    /// Variance of observations as measured at the last linearization of the whole window, in units of the one they are
+    /// weighted with, within [0.05, 1]. Weights are cautious: tests that ask whether things agree must not be.
+    double observation_variance() const {
+        return std::clamp(std::pow(noise_.measured_px() / noise_.sigma_px(), 2), 0.05, 1.0);
+    }
     const StereoGeometry& geometry() const { return geometry_; }
     /// Standard deviations in a pixel.
-    double pixels_to_sigmas() const { return 1.0 / config_->pixel_sigma_px; }
+    double pixels_to_sigmas() const { return 1.0 / noise_.sigma_px(); }
     /// Parameters that all keyframes share: calibration and planes.
     int globals() const { return plane_row(static_cast<int>(state_->planes.size())); }
     /// First row of a plane's parameters.
@@ -95,6 +105,7 @@ private:
     double add_imu(ReducedSystem& system, int keyframe);
     double add_rest(ReducedSystem& system, int keyframe);
     double add_landmark(ReducedSystem& system, Landmark& landmark);
+    void whiten();
 
     WindowState* state_ = nullptr;
     const WindowConfig* config_ = nullptr;
@@ -105,7 +116,9 @@ private:
     Se3 T_B_C0_;  ///< as calibrated
     Se3 T_B_C1_;
     WindowFit fit_;
-    double observation_variance_ = 1.0;
+    VisionNoise noise_;
+    double focal_left_px_ = 1.0;
+    double focal_right_px_ = 1.0;
     LandmarkSchur schur_;
     std::array<CameraPair, kMaxKeyframes> cameras_;
     StereoViews views_;

@@ -86,7 +86,7 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     landmark.squared_error = squared_error;
     ++fit_.active_landmarks;
     fit_.vision_rows += rows;
-    fit_.vision_squared_error += squared_error;
+    fit_.vision_squared_error_px2 += squared_error * noise_.sigma_px() * noise_.sigma_px();
     return cost;
 }
 
@@ -106,7 +106,7 @@ double WindowProblem::add_plane_height(Landmark& landmark) {
     // At the optimum images pull the point off the plane as much as the plane pulls it back, so that with q = w s / sigma^2,
     // s the height's variance by images alone, the free height is e = r (1 + q); its variance is sigma^2 + s, s as measured.
     const double q = schur_.point_variance(l.d_r_d_point);
-    landmark.plane_chi2 = l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (1.0 + observation_variance_ * q / l.weight);
+    landmark.plane_chi2 = l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (1.0 + observation_variance() * q / l.weight);
     schur_.add_plane(plane_row(landmark.plane), l);
     return l.cost;
 }

@@ -21,7 +21,7 @@ TEST_CASE("front-end allocates nothing: keyframes, tracked frames, darkness, rec
     std::vector<LandmarkPrediction> predictions;
     int keyframes = 0;
     int recalled = 0;
-    Eigen::Quaterniond q_before;
+    Eigen::Quaterniond q_before = Eigen::Quaterniond::Identity();
     for (int k = 0; k < 14; ++k) {
         const double s = 0.05 * k;
         const Se3 T_W_B{so3_exp({0.3 * s, -0.2 * s, -1.5 + 0.4 * s}), {0.5 * s, -0.2 * s, 0.3 * s}};

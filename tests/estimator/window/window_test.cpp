@@ -21,19 +21,22 @@ struct Run {
     double rmse_m = 0.0;  ///< of the newest keyframe's position, over all keyframes, no alignment
     double last_error_m = 0.0;
     double tilt_error_rad = 0.0;
-    double nees_last = 0.0;  ///< of the last keyframe's pose alone
-    double nees_pose = 0.0;  ///< mean over keyframes of the newest keyframe's pose, 6 degrees of freedom
-    double chi2_per_row = 0.0;
+    double nees_last = 0.0;     ///< of the last keyframe's pose alone
+    double nees_pose = 0.0;     ///< mean over keyframes of the newest keyframe's pose, 6 degrees of freedom
+    double chi2_per_row = 0.0;  ///< of a sigma of 0.5 px
+    double sigma_px = 0.0;      ///< that weights have at the end
     NavState last;
     int keyframes = 0;
 };
 
-Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, int window, bool perturb) {
+Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, int window, bool perturb,
+        bool learn_noise = false) {
     SyntheticFlight flight(options);
     const ImuNoise noise = test::euroc_like_noise();
     WindowConfig config;
     config.keyframes = window;
     config.pixel_sigma_px = sigma_px;
+    config.learn_pixel_sigma = learn_noise;
     const auto smoother = std::make_unique<Window>();
     smoother->configure(config, {}, flight.rig(), noise);
     NavState start = flight.state(0.0);
@@ -73,9 +76,10 @@ Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, in
         REQUIRE(ok(smoother->newest_covariance(covariance)));
         run.nees_last = d.head<6>().dot(covariance.topLeftCorner<6, 6>().inverse() * d.head<6>());
         run.nees_pose += run.nees_last;
-        run.chi2_per_row = summary.fit.vision_squared_error / summary.fit.vision_rows;
+        run.chi2_per_row = summary.fit.vision_squared_error_px2 / (0.25 * summary.fit.vision_rows);
         ++run.keyframes;
     }
+    run.sigma_px = smoother->problem().noise().sigma_px();
     run.rmse_m = std::sqrt(sum / run.keyframes);
     run.nees_pose /= run.keyframes;
     const Eigen::Vector3d up = run.last.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
@@ -104,6 +108,16 @@ TEST_CASE("a wrong start, biases and noise are worked out by the window", "[wind
     CHECK(run.chi2_per_row == Approx(1.0).margin(0.25));
     CHECK((run.last.bias.gyro - options.bias.gyro).norm() < 1e-3);
     CHECK((run.last.bias.accel - options.bias.accel).norm() < 0.02);
+}
+
+TEST_CASE("the window learns how precise observations are", "[window]") {
+    SyntheticFlight::Options options;
+    options.gyro_noise = 1.7e-4;
+    options.accel_noise = 2e-3;
+    options.pixel_sigma = GENERATE(0.25, 0.5);
+    const Run run = fly(options, 0.5, 12.0, 10, true, true);
+    CHECK(run.sigma_px == Approx(VisionNoise::kCorrelation * options.pixel_sigma).epsilon(0.05));
+    CHECK(run.rmse_m < 0.02);
 }
 
 TEST_CASE("a start in motion with gravity far off is worked out within a second", "[window]") {
