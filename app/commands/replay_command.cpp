@@ -142,7 +142,7 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->add_option("--out", args->out,
                      "Folder for the results, created if missing: trajectory.tum, trajectory.csv, covariance.csv, "
                      "timing.csv, health.csv, mesh.ply, mesh_live.ply, mesh.csv, planes.csv, planes.json, "
-                     "summary.json, warnings.txt")
+                     "residuals.csv, summary.json, warnings.txt")
         ->required();
     command
         ->add_option("--mode", args->mode,

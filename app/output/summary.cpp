@@ -7,6 +7,7 @@
 
 #include "app/mesh_output/mesh_log.h"
 #include "app/mesh_output/plane_log.h"
+#include "app/output/residual_log.h"
 #include "app/support/text_file.h"
 #include "estimator/geometry/so3.h"
 #include "platform/base/angle.h"
@@ -55,6 +56,15 @@ Json mesh(const RunSummary& summary) {
                  {"run_faces", summary.run_mesh_faces},
                  {"updates", summary.mesh.updates}};
     add(named_counters(summary.mesh), json);
+    return json;
+}
+
+Json residuals(const VisionResiduals& residuals) {
+    Json json;
+    for (const NamedResiduals& named : named_residuals(residuals)) {
+        const ResidualHistogram& h = *named.histogram;
+        json[named.name] = {{"count", h.total()}, {"mean", h.mean_px()}, {"deviation", h.deviation_px()}};
+    }
     return json;
 }
 
@@ -161,6 +171,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"not_finite", summary.not_finite},
                  {"first_estimate_ns", summary.first_estimate.ns},
                  {"final", final_state(summary.last)}};
+    json["residuals_px"] = residuals(summary.residuals);
     json["mesh"] = mesh(summary);
     json["planes"] = planes(summary);
     json["timing"] = timing(summary);

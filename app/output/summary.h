@@ -10,6 +10,7 @@
 #include "app/output/frame_log.h"
 #include "app/output/live_account.h"
 #include "estimator/api/estimate.h"
+#include "estimator/api/residuals.h"
 #include "mesh/mesher.h"
 #include "mesh/planes/plane_finder.h"
 
@@ -43,6 +44,7 @@ struct RunSummary {
     Timestamp first_estimate;
     Estimate last;                    ///< last frame given, whatever its state
     std::vector<TimedFrame> timed;    ///< frames given to the estimator, in order
+    VisionResiduals residuals;        ///< of the keyframes that have left the window
     MeshCounters mesh;                ///< what the mesher did
     PlaneCounters planes;             ///< what the plane finder did
     int mesh_vertices = 0;            ///< live at the end

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "app/output/residual_log.h"
+
 namespace facet {
 namespace {
 
@@ -109,6 +111,7 @@ void FrameRecorder::flush() {
 void FrameRecorder::finish(const FramePipeline& pipeline) {
     summary_.imu_samples = pipeline.imu_samples();
     summary_.imu_refused = pipeline.imu_refused();
+    summary_.residuals = pipeline.residuals();
     summary_.mesh = pipeline.mesher().counters();
     summary_.planes = pipeline.planes().counters();
     summary_.mesh_vertices = pipeline.mesher().mesh().vertex_count();
@@ -127,6 +130,7 @@ void FrameRecorder::finish(const FramePipeline& pipeline) {
     run_mesh_.write(pipeline.mesher(), folder_);
     summary_.run_mesh_faces = run_mesh_.faces();
     files_->warnings.close();
+    write_residuals(summary_.residuals, folder_);
     write_summary(summary_, folder_);
 }
 

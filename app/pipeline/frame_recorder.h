@@ -25,7 +25,7 @@ struct RecorderLimits {
 };
 
 /// Writes trajectory.tum, trajectory.csv, covariance.csv, timing.csv, health.csv, mesh.csv and planes.csv row by row, and
-/// mesh.ply, mesh_live.ply, planes.json and summary.json at the end. Thread-bound; heap. Throws InputError if a file cannot be
+/// mesh.ply, mesh_live.ply, planes.json, residuals.csv and summary.json at the end. Thread-bound; heap. Throws InputError if a file cannot be
 /// written.
 class FrameRecorder {
 public:

@@ -27,7 +27,7 @@ struct ReplayOptions {
 
 /// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,
 /// then the frame; at keyframes also the mesher and the plane finder. Writes trajectory.tum, trajectory.csv, timing.csv,
-/// health.csv, mesh.csv, planes.csv, mesh.ply, mesh_live.ply, planes.json, summary.json and warnings.txt into `out`. Equal inputs give equal bytes except timing. Reading and decoding are not part of the times.
+/// health.csv, mesh.csv, planes.csv, mesh.ply, mesh_live.ply, planes.json, residuals.csv, summary.json and warnings.txt into `out`. Equal inputs give equal bytes except timing. Reading and decoding are not part of the times.
 /// @param stop  set from elsewhere (a signal) to end after the current frame; the files are complete up to there
 /// Timing and health are filed under the frame's stamp, the trajectory under the estimate's, in which the estimator may have
 /// taken out an offset. An injected offset is in the former: an estimator that does not find it pays for it in the comparison

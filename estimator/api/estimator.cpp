@@ -401,6 +401,8 @@ std::span<const MemoryPart> Estimator::memory() {
 
 const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 
+const VisionResiduals& Estimator::residuals() const { return impl_->window.residuals(); }
+
 Status Estimator::add_imu(const ImuSample& sample) { return impl_->imu.push(sample); }
 
 Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {

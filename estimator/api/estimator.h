@@ -9,6 +9,7 @@
 #include "estimator/api/estimate.h"
 #include "estimator/api/landmarks.h"
 #include "estimator/api/memory_part.h"
+#include "estimator/api/residuals.h"
 #include "estimator/api/stage.h"
 #include "platform/base/samples.h"
 
@@ -67,6 +68,9 @@ public:
 
     /// Landmarks and camera at the newest keyframe; empty before the second one. Valid until the next add_frame.
     const KeyframeView& keyframe_view() const;
+
+    /// Residuals of the keyframes that have left the window since configure().
+    const VisionResiduals& residuals() const;
 
 private:
     struct Impl;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "estimator/window/outlier_removal.h"
+#include "estimator/window/residual_count.h"
 #include "estimator/window/stage_scope.h"
 #include "platform/base/assert.h"
 
@@ -24,6 +25,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     state_.prior.reset(0);
     state_.calibration = {};
     state_.calibration_lin = {};
+    residuals_ = {};
 }
 
 void Window::set_stage_observer(StageObserver* observer) {
@@ -81,6 +83,7 @@ void Window::make_room() {
     if (candidate >= 1 && redundancy_.is_redundant(state_, candidate, threshold)) {
         marginalization_failed_ = !ok(marginalizer_.drop_between(candidate, state_, problem_, workspace_.systems[0]));
     } else if (count >= config_.keyframes) {
+        count_oldest_residuals(state_, problem_, residuals_);
         marginalization_failed_ = !ok(marginalizer_.marginalize_oldest(state_, problem_, workspace_.systems[0]));
     }
     if (static_cast<int>(state_.keyframes.size()) >= config_.keyframes) {  // dropping was refused

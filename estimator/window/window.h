@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "estimator/api/residuals.h"
 #include "estimator/frontend/frontend_types.h"
 #include "estimator/window/marginalization.h"
 #include "estimator/window/plane_set.h"
@@ -74,6 +75,9 @@ public:
     /// Standard deviation of a calibration parameter (kTimeOffset, ...) after newest_covariance(); 0 if not estimated.
     double calibration_sigma(int parameter);
 
+    /// Residuals of the keyframes that have left since configure().
+    const VisionResiduals& residuals() const { return residuals_; }
+
     bool empty() const { return state_.keyframes.empty(); }
     const Keyframe& newest() const { return state_.keyframes.back(); }
     const WindowState& state() const { return state_; }
@@ -101,6 +105,7 @@ private:
     PlaneSet planes_;
     PlaneProposals proposals_;
     CameraModel left_;
+    VisionResiduals residuals_;
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;
     boost::container::static_vector<LandmarkPrediction, kMaxLandmarks> predictions_;
     int current_system_ = 0;      ///< which workspace system holds the final linearization

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "app/output/frame_log.h"
+#include "app/output/residual_log.h"
 #include "app/output/summary.h"
 #include "app/output/trajectory_writer.h"
 #include "tests/support/temp_dir.h"
@@ -95,9 +96,29 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
     CHECK(rows[0] ==
           "stamp_ns,state,reasons,reason_names,quality,reset_counter,is_keyframe,is_still,tracked,detected,stereo,"
           "recalled,outliers,keyframes,landmarks,"
-          "iterations,mean_vision_chi2,pixel_sigma_px,imu_chi2,time_offset_s,time_offset_sigma_s,imu_gaps,imu_clipped,imu_dropped");
+          "iterations,mean_vision_chi2,pixel_sigma_px,imu_chi2,time_offset_s,time_offset_sigma_s,imu_gaps,imu_clipped,"
+          "imu_dropped");
     CHECK(rows[1] == "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,0,0,1,0,1,2,3,0,4,5,6,7,0.5,0.35,1.25,0,0,8,0,9");
     CHECK(reason_names(0).empty());
+}
+
+TEST_CASE("residuals.csv counts each coordinate's residuals") {
+    const test::TempDir dir;
+    VisionResiduals residuals;
+    for (const double px : {0.0, 0.02, -0.03, 1.0, 50.0}) {
+        residuals.right_v.add(px);
+    }
+    CHECK(residuals.right_v.total() == 5);
+    CHECK(residuals.right_v.mean_px() == Approx(50.99 / 5));
+    write_residuals(residuals, dir.path());
+    const std::vector<std::string> rows = lines(dir.file("residuals.csv"));
+    REQUIRE(rows.size() == 1 + ResidualHistogram::kBins);
+    CHECK(rows[0] == "bin_px,left_u,left_v,right_u,right_v");
+    CHECK(rows[1] == "-2.00,0,0,0,0");
+    CHECK(rows[40] == "-0.05,0,0,0,1");
+    CHECK(rows[41] == "0.00,0,0,0,2");
+    CHECK(rows[61] == "1.00,0,0,0,1");
+    CHECK(rows[81] == "2.00,0,0,0,0");
 }
 
 TEST_CASE("timing.csv has a column for every stage") {

@@ -25,6 +25,7 @@ struct Run {
     double nees_pose = 0.0;     ///< mean over keyframes of the newest keyframe's pose, 6 degrees of freedom
     double chi2_per_row = 0.0;  ///< of a sigma of 0.5 px
     double sigma_px = 0.0;      ///< that weights have at the end
+    VisionResiduals residuals;  ///< of keyframes that left
     NavState last;
     int keyframes = 0;
 };
@@ -79,6 +80,7 @@ Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, in
         run.chi2_per_row = summary.fit.vision_squared_error_px2 / (0.25 * summary.fit.vision_rows);
         ++run.keyframes;
     }
+    run.residuals = smoother->residuals();
     run.sigma_px = smoother->problem().noise().sigma_px();
     run.rmse_m = std::sqrt(sum / run.keyframes);
     run.nees_pose /= run.keyframes;
@@ -117,6 +119,13 @@ TEST_CASE("the window learns how precise observations are", "[window]") {
     options.pixel_sigma = GENERATE(0.25, 0.5);
     const Run run = fly(options, 0.5, 12.0, 10, true, true);
     CHECK(run.sigma_px == Approx(VisionNoise::kCorrelation * options.pixel_sigma).epsilon(0.05));
+    // What a landmark's place takes from its own residuals is missing from their deviation.
+    for (const ResidualHistogram* h : {&run.residuals.left_u, &run.residuals.right_v}) {
+        CHECK(h->total() > 1000);
+        CHECK(std::abs(h->mean_px()) < 0.05 * options.pixel_sigma);
+        CHECK(h->deviation_px() > 0.8 * options.pixel_sigma);
+        CHECK(h->deviation_px() < 1.05 * options.pixel_sigma);
+    }
     CHECK(run.rmse_m < 0.02);
 }
 

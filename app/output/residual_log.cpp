@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/output/residual_log.h"
+
+#include "app/support/text_file.h"
+
+namespace facet {
+
+std::array<NamedResiduals, 4> named_residuals(const VisionResiduals& residuals) {
+    return {{{"left_u", &residuals.left_u},
+             {"left_v", &residuals.left_v},
+             {"right_u", &residuals.right_u},
+             {"right_v", &residuals.right_v}}};
+}
+
+void write_residuals(const VisionResiduals& residuals, const std::string& folder) {
+    TextFile file(folder + "/residuals.csv");
+    const auto columns = named_residuals(residuals);
+    file.print("bin_px");
+    for (const NamedResiduals& column : columns) {
+        file.print(",{}", column.name);
+    }
+    for (int bin = 0; bin < ResidualHistogram::kBins; ++bin) {
+        file.print("\n{:.2f}", ResidualHistogram::centre_px(bin));
+        for (const NamedResiduals& column : columns) {
+            file.print(",{}", column.histogram->count(bin));
+        }
+    }
+    file.print("\n");
+    file.close();
+}
+
+}  // namespace facet

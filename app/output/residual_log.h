@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Writes what residuals a run left: residuals.csv.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "estimator/api/residuals.h"
+
+namespace facet {
+
+/// One coordinate of one camera, by the name it has in files.
+struct NamedResiduals {
+    const char* name;
+    const ResidualHistogram* histogram;
+};
+std::array<NamedResiduals, 4> named_residuals(const VisionResiduals& residuals);
+
+/// folder/residuals.csv: a row for each bin with its middle (px) and the observations in it, a column each for left_u, left_v,
+/// right_u, right_v. Throws InputError if it cannot be written.
+void write_residuals(const VisionResiduals& residuals, const std::string& folder);
+
+}  // namespace facet

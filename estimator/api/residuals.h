@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// How far landmarks were seen from where they should appear: what tells a good calibration from a bad one.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace facet {
+
+/// Histogram of one coordinate's residuals, with mean and standard deviation of all of them. No heap. Thread-bound.
+class ResidualHistogram {
+public:
+    static constexpr int kBins = 81;  ///< odd: the middle one lies around zero
+    static constexpr double kBinPx = 0.05;
+
+    /// Contract: finite.
+    void add(double px) {
+        const double bin = std::floor(px / kBinPx + 0.5 * kBins);
+        if (bin >= 0.0 && bin < kBins) {
+            ++counts_[static_cast<std::size_t>(bin)];
+        }
+        ++total_;
+        sum_ += px;
+        squares_ += px * px;
+    }
+
+    static double centre_px(int bin) { return kBinPx * (bin - kBins / 2); }
+    std::uint64_t count(int bin) const { return counts_[static_cast<std::size_t>(bin)]; }
+    /// Beyond the bins too.
+    std::uint64_t total() const { return total_; }
+    /// 0 if nothing was added, as deviation_px().
+    double mean_px() const { return total_ == 0 ? 0.0 : sum_ / static_cast<double>(total_); }
+    double deviation_px() const {
+        const double mean = mean_px();
+        return total_ == 0 ? 0.0 : std::sqrt(std::fmax(0.0, squares_ / static_cast<double>(total_) - mean * mean));
+    }
+
+private:
+    std::array<std::uint64_t, kBins> counts_{};
+    std::uint64_t total_ = 0;
+    double sum_ = 0.0;
+    double squares_ = 0.0;
+};
+
+/// Of every keyframe's observations when it leaves the window as its oldest, so each counts once and after all that was
+/// learned of it; outliers are gone by then. Reprojected minus observed, undistorted, in pixels.
+struct VisionResiduals {
+    ResidualHistogram left_u;
+    ResidualHistogram left_v;
+    ResidualHistogram right_u;
+    ResidualHistogram right_v;
+};
+
+}  // namespace facet

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/window/residual_count.h"
+
+namespace facet {
+namespace {
+
+void count(const RelativeView& view, const InverseDepthPoint& point, const Eigen::Vector2d& xy, double focal_px,
+           ResidualHistogram& u, ResidualHistogram& v) {
+    const Eigen::Vector3d q = view.sight_line(point);
+    if (is_in_front(q)) {
+        const Eigen::Vector2d r = focal_px * (q.hnormalized() - xy);
+        u.add(r.x());
+        v.add(r.y());
+    }
+}
+
+}  // namespace
+
+void count_oldest_residuals(const WindowState& state, const WindowProblem& problem, VisionResiduals& residuals) {
+    const StereoView& view = problem.view(0, 0);
+    const double focal_left = problem.geometry().scale_left / problem.pixels_to_sigmas();
+    const double focal_right = problem.geometry().scale_right / problem.pixels_to_sigmas();
+    for (int i = 0; i < state.landmarks.size(); ++i) {
+        const Landmark& landmark = state.landmarks[i];
+        if (!landmark.is_active || !landmark.has_point || landmark.observations.front().keyframe != 0) {
+            continue;
+        }
+        const StereoMeasurement& z = landmark.observations.front().measurement;
+        count(view.left, landmark.point, z.left_xy, focal_left, residuals.left_u, residuals.left_v);
+        if (z.has_right) {
+            count(view.right, landmark.point, z.right_xy, focal_right, residuals.right_u, residuals.right_v);
+        }
+    }
+}
+
+}  // namespace facet
