@@ -49,10 +49,11 @@ double brute_cast(const std::vector<std::array<Vector3d, 3>>& triangles, const V
 template <class Visit>
 void for_points(const std::array<Vector3d, 3>& t, double step, Visit visit) {
     const double longest = std::max({(t[1] - t[0]).norm(), (t[2] - t[1]).norm(), (t[0] - t[2]).norm()});
-    const int n = std::clamp(static_cast<int>(longest / step), 2, 1000);
-    for (int i = 0; i <= n; ++i) {
-        for (int j = 0; i + j <= n; ++j) {
-            visit((t[0] + (t[1] - t[0]) * i / n + (t[2] - t[0]) * j / n).eval());
+    const auto n = static_cast<unsigned>(std::clamp(longest / step, 2.0, 1000.0));
+    const double share = 1.0 / n;
+    for (unsigned i = 0; i <= n; ++i) {
+        for (unsigned j = 0; i + j <= n; ++j) {
+            visit((t[0] + i * share * (t[1] - t[0]) + j * share * (t[2] - t[0])).eval());
         }
     }
 }
