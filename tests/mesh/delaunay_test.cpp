@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <limits>
 #include <map>
 #include <memory>
@@ -300,24 +299,14 @@ TEST_CASE("too many points and values that are no coordinates are refused") {
     }
 }
 
-TEST_CASE("300 points take well below a millisecond and no heap") {
+TEST_CASE("triangulation needs no heap") {
     const Points points = random_points(300, 11);
     const auto delaunay = std::make_unique<Delaunay>();
-    REQUIRE(ok(delaunay->triangulate(points)));
     const test::AllocationGuard guard;
-    double best_ms = 1e9;
-    for (int i = 0; i < 20; ++i) {
-        const auto begin = std::chrono::steady_clock::now();
-        static_cast<void>(delaunay->triangulate(points));
-        best_ms = std::min(best_ms,
-                           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
-    }
+    const Status status = delaunay->triangulate(points);
     const std::uint64_t allocations = guard.allocations();
+    REQUIRE(ok(status));
     CHECK(allocations == 0);
-    WARN("300 points: " << best_ms << " ms");
-#ifdef NDEBUG
-    CHECK(best_ms < 1.0);  // generous: the machine may be busy; the benchmark has the budget of 0.15 ms
-#endif
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ struct Flown {
         WindowConfig config;
         config.keyframes = kKeyframes;
         config.pixel_sigma_px = std::max(options.pixel_sigma, 0.5);
+        config.learn_pixel_sigma = false;
         window->configure(config, {}, flight.rig(), noise);
         NavState start = flight.state(0.0);
         start.bias = {};

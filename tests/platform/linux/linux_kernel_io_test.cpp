@@ -28,7 +28,8 @@ TEST_CASE("failures come back as negative errno values") {
     CHECK(io.map(-1, 4096, 0, address) == -EBADF);
     CHECK(address == nullptr);
     CHECK(io.socket(AF_INET, -1, 0) < 0);
-    CHECK(io.bind(-1, nullptr, 0) == -EBADF);
+    const sockaddr address_of_none{};
+    CHECK(io.bind(-1, &address_of_none, sizeof(address_of_none)) == -EBADF);
     CHECK(io.set_option(-1, SOL_SOCKET, SO_RCVBUF, buffer.data(), 4) == -EBADF);
 }
 
