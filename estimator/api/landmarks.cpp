@@ -33,8 +33,11 @@ bool find_point(const Landmark& landmark, const WindowProblem& problem, InverseD
     return ok(triangulate_linear(pair, point)) && ok(triangulate(pair, options, point));
 }
 
-/// Everything of a snapshot but its pixel. @return false if the landmark has no usable position.
-bool describe(const Landmark& landmark, const WindowState& state, const WindowProblem& problem, LandmarkSnapshot& out) {
+/// Everything of a snapshot but its pixel.
+/// @param variance  of observations, in units of the one they are weighted with
+/// @return false if the landmark has no usable position.
+bool describe(const Landmark& landmark, const WindowState& state, const WindowProblem& problem, double variance,
+              LandmarkSnapshot& out) {
     InverseDepthPoint point;
     if (landmark.observations.empty() || !find_point(landmark, problem, point) || point.rho < kMinRho) {
         return false;
@@ -52,8 +55,9 @@ bool describe(const Landmark& landmark, const WindowState& state, const WindowPr
     if (!invertible || !covariance.allFinite() || !out.p_W.allFinite()) {
         return false;
     }
+    covariance *= variance;
     out.covariance_W = covariance.cast<float>();
-    out.chi2 = static_cast<float>(fit.squared_error / std::max(1, fit.rows));
+    out.chi2 = static_cast<float>(fit.squared_error / (variance * std::max(1, fit.rows)));
     out.keyframes = static_cast<int>(landmark.observations.size());
     const int newest = static_cast<int>(state.keyframes.size()) - 1;
     out.first_stamp = state.keyframes[static_cast<std::size_t>(landmark.observations.front().keyframe)].stamp;
@@ -81,11 +85,13 @@ void fill_keyframe_view(const Window& window, const FrontendOutput& tracks, Keyf
     view.stamp = state.keyframes.back().stamp;
     view.oldest_stamp = state.keyframes.front().stamp;
     view.T_W_C0 = {Eigen::Quaterniond(camera.R_C_W.transpose()), camera.p_W_C};
-    view.observation_variance = window.problem().observation_variance();
+    const VisionNoise& noise = window.problem().noise();
+    const double variance = std::pow(noise.cautious_px() / noise.sigma_px(), 2);
+    view.observation_variance = std::clamp(std::pow(noise.measured_px() / noise.cautious_px(), 2), 0.05, 1.0);
     view.landmarks.clear();
     for (int i = 0; i < state.landmarks.size(); ++i) {
         LandmarkSnapshot snapshot;
-        if (describe(state.landmarks[i], state, window.problem(), snapshot)) {
+        if (describe(state.landmarks[i], state, window.problem(), variance, snapshot)) {
             view.landmarks.push_back(snapshot);
         }
     }

@@ -22,8 +22,8 @@ struct FrontendOutput;
 struct LandmarkSnapshot {
     LandmarkId id;
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< (m)
-    /// Covariance of p_W given the window's poses (m^2): the inverse of sum J^T J over its sightings, J whitened by the
-    /// pixel's standard deviation. The poses' own uncertainty, common to neighbours, is left out.
+    /// Covariance of p_W given the window's poses (m^2): the inverse of sum J^T J over its sightings, J whitened by
+    /// VisionNoise::cautious_px(). The poses' own uncertainty, common to neighbours, is left out.
     Eigen::Matrix3f covariance_W = Eigen::Matrix3f::Zero();
     float chi2 = 0.0F;           ///< whitened squared residual per degree of freedom of its sightings
     float depth_m = 0.0F;        ///< Z in the left camera of the newest keyframe; <= 0 behind it
@@ -45,7 +45,7 @@ struct KeyframeView {
     Timestamp stamp;           ///< of the newest keyframe
     Timestamp oldest_stamp;    ///< of the oldest one in the window
     Se3 T_W_C0;                ///< left camera of the newest keyframe
-    /// Variance of the sightings as measured, in units of the configured one, which is cautious and which covariance_W
+    /// Variance of the sightings as measured, in units of the cautious one that covariance_W
     /// counts with: to ask whether points agree, multiply.
     double observation_variance = 1.0;
     FixedVector<LandmarkSnapshot, kMaxLandmarks> landmarks;

@@ -2,7 +2,7 @@
 // A landmark lies on a plane.
 #pragma once
 
-#include "estimator/factors/robust_loss.h"
+#include "estimator/geometry/robust_loss.h"
 #include "estimator/geometry/plane_chart.h"
 #include "platform/base/status.h"
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "estimator/factors/robust_loss.h"
+#include "estimator/geometry/robust_loss.h"
 #include "estimator/geometry/plane.h"
 
 namespace facet {

@@ -18,7 +18,7 @@ struct Camera {
 
 /// Fills two rows from `row` on. @return kDegenerate if the point is behind the camera
 Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
-                 const HuberLoss& loss, int row, StereoLinearization& out) {
+                 const RobustLoss& loss, int row, StereoLinearization& out) {
     const Eigen::Vector3d q = camera.view.sight_line(point);
     const Eigen::Vector3d q_lin = camera.view_lin.sight_line(point);
     if (!is_in_front(q) || !is_in_front(q_lin)) {
@@ -49,7 +49,7 @@ Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const I
 
 Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
                         const StereoView& view_lin, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
-                        const HuberLoss& loss, StereoLinearization& out) {
+                        const RobustLoss& loss, StereoLinearization& out) {
     StereoLinearization result;
     result.r.setZero();
     result.d_r_d_T_W_B_transposed.setZero();

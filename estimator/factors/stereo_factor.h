@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
-#include "estimator/factors/robust_loss.h"
 #include "estimator/geometry/relative_view.h"
+#include "estimator/geometry/robust_loss.h"
 #include "platform/base/status.h"
 
 namespace facet {
@@ -58,6 +58,6 @@ struct StereoLinearization {
 /// @return kDegenerate if the point is behind a camera at either pose (outputs untouched). No heap. Reentrant.
 Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
                         const StereoView& view_lin, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
-                        const HuberLoss& loss, StereoLinearization& out);
+                        const RobustLoss& loss, StereoLinearization& out);
 
 }  // namespace facet

@@ -15,7 +15,8 @@ struct NormalEquations {
 };
 
 /// Adds one sighting at the point; false if the point is behind the camera.
-bool add_sighting(const Sighting& sighting, const InverseDepthPoint& point, double huber, NormalEquations& out) {
+bool add_sighting(const Sighting& sighting, const InverseDepthPoint& point, const RobustLoss& loss,
+                  NormalEquations& out) {
     const Eigen::Vector3d q = sighting.view->sight_line(point);
     if (!is_in_front(q)) {
         return false;
@@ -23,8 +24,7 @@ bool add_sighting(const Sighting& sighting, const InverseDepthPoint& point, doub
     const double inv_z = 1.0 / q.z();
     const Eigen::Vector2d xy = q.head<2>() * inv_z;
     const Eigen::Vector2d r = sighting.scale * (xy - sighting.xy);
-    const double s = r.squaredNorm();
-    const double weight = s <= huber * huber ? 1.0 : huber / std::sqrt(s);
+    const double weight = loss.weight(r.squaredNorm());
     const Eigen::Matrix<double, 2, 3> d_r_d_point = sighting.scale * inv_z * sighting.view->d_image_d_point_times_z(xy);
     out.h.noalias() += (weight * d_r_d_point.transpose()).lazyProduct(d_r_d_point);
     out.g.noalias() += d_r_d_point.transpose().lazyProduct(weight * r);
@@ -37,8 +37,7 @@ void add_plane(const TriangulationOptions& options, const InverseDepthPoint& poi
         return;
     }
     const double r = options.plane->height(point) / options.plane_sigma_m;
-    const double weight =
-        std::abs(r) <= options.plane_huber_threshold ? 1.0 : options.plane_huber_threshold / std::abs(r);
+    const double weight = HuberLoss{options.plane_huber_threshold}.weight(r * r);
     const Eigen::Vector3d d_r_d_point = options.plane->d_height_d_point(point).transpose() / options.plane_sigma_m;
     out.h.noalias() += weight * d_r_d_point * d_r_d_point.transpose();
     out.g.noalias() += weight * r * d_r_d_point;
@@ -77,7 +76,7 @@ Status triangulate(std::span<const Sighting> sightings, const TriangulationOptio
     for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
         NormalEquations equations;
         for (const Sighting& sighting : sightings) {
-            if (!add_sighting(sighting, current, options.huber_threshold, equations)) {
+            if (!add_sighting(sighting, current, options.loss, equations)) {
                 return Status::kDegenerate;
             }
         }

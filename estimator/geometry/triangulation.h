@@ -6,6 +6,7 @@
 
 #include "estimator/geometry/plane_chart.h"
 #include "estimator/geometry/relative_view.h"
+#include "estimator/geometry/robust_loss.h"
 #include "platform/base/status.h"
 
 namespace facet {
@@ -18,9 +19,9 @@ struct Sighting {
 };
 
 struct TriangulationOptions {
-    int max_iterations = 5;        ///< Gauss-Newton steps
-    double huber_threshold = 1.5;  ///< standard deviations
-    double max_rho = 10.0;         ///< nearest point accepted: 1 / depth (1/m)
+    int max_iterations = 5;  ///< Gauss-Newton steps
+    RobustLoss loss;
+    double max_rho = 10.0;  ///< nearest point accepted: 1 / depth (1/m)
     /// Standard deviation of a zero-mean prior on rho (1/m): keeps a landmark without parallax at infinity instead of
     /// anywhere; far wider than what any real baseline leaves open.
     double rho_prior_sigma = 3.0;
@@ -34,7 +35,7 @@ struct TriangulationOptions {
 /// @return kDegenerate if no sighting has a baseline to the host (outputs untouched).
 Status triangulate_linear(std::span<const Sighting> sightings, InverseDepthPoint& point);
 
-/// Minimises sum huber(|scale * (project(point) - xy)|^2), and the plane's residual if there is one, over the point by
+/// Minimises sum rho(|scale * (project(point) - xy)|^2), and the plane's residual if there is one, over the point by
 /// Gauss-Newton, from the point given. Points beyond infinity are put at infinity (rho = 0).
 /// @return kDegenerate if the point is behind a camera, nearer than 1 / max_rho, or not finite (outputs untouched).
 /// No heap. Reentrant.

@@ -126,7 +126,9 @@ WindowSummary Window::optimize(double effort) {
     // A start is not done yet with few keyframes; at rest all of them see the same, errors included.
     constexpr std::size_t kSettled = 5;
     WindowSummary summary;
-    if (state_.keyframes.size() >= kSettled && !newest().rests_since_previous) {
+    const bool is_settled = state_.keyframes.size() >= kSettled;
+    problem_.set_settled(is_settled);
+    if (is_settled && !newest().rests_since_previous) {
         problem_.learn_noise();
     }
     problem_.select_landmarks();

@@ -22,8 +22,9 @@ namespace facet {
 /// How well the window fits, at its last linearization.
 struct WindowFit {
     int active_landmarks = 0;
-    int vision_rows = 0;                    ///< scalar residuals of active landmarks minus three a landmark
-    double vision_squared_error_px2 = 0.0;  ///< not robust
+    int vision_rows = 0;                     ///< scalar residuals of active landmarks minus three a landmark
+    double vision_squared_error_px2 = 0.0;   ///< not robust
+    double vision_weighted_error_px2 = 0.0;  ///< each residual with its robust weight
 };
 
 /// Structureless window problem: prior, inertial factors, and landmarks that are triangulated anew and eliminated at each
@@ -74,11 +75,13 @@ public:
     void reset_noise();
     /// Weights of the next optimization follow the residuals of the last one.
     void learn_noise();
+    /// Outliers lose all influence, instead of most of it: once the states are roughly right.
+    void set_settled(bool is_settled) { loss_.is_redescending = is_settled; }
     const VisionNoise& noise() const { return noise_; }
     /// Variance of observations as measured at the last linearization of the whole window, in units of the one they are
-    /// weighted with, within [0.05, 1]. Weights are cautious: tests that ask whether things agree must not be.
+    /// weighted with, outliers included, within [0.05, 20]: for tests that ask whether things agree.
     double observation_variance() const {
-        return std::clamp(std::pow(noise_.measured_px() / noise_.sigma_px(), 2), 0.05, 1.0);
+        return std::clamp(std::pow(noise_.measured_px() / noise_.sigma_px(), 2), 0.05, 20.0);
     }
     const StereoGeometry& geometry() const { return geometry_; }
     /// Standard deviations in a pixel.
@@ -117,6 +120,7 @@ private:
     Se3 T_B_C1_;
     WindowFit fit_;
     VisionNoise noise_;
+    RobustLoss loss_;
     double focal_left_px_ = 1.0;
     double focal_right_px_ = 1.0;
     LandmarkSchur schur_;

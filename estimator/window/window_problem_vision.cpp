@@ -20,7 +20,7 @@ bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
     }
     const std::span<const Sighting> span(sightings.data(), sightings.size());
     TriangulationOptions options;
-    options.huber_threshold = config_->huber_threshold;
+    options.loss = loss_;
     options.rho_prior_sigma = kRhoPriorSigma;
     std::optional<PlaneChart> plane;
     if (landmark.plane != Landmark::kNoPlane) {
@@ -61,20 +61,21 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
         return landmark.cost;  // out of this step, but leaving must not look like a gain
     }
     const int host = landmark.observations.front().keyframe;
-    const HuberLoss loss{config_->huber_threshold};
     schur_.clear();
     double cost = 0.0;
     double squared_error = 0.0;
+    double weighted_error = 0.0;
     int rows = -3;
     for (const LandmarkObservation& o : landmark.observations) {
         StereoLinearization l;
         if (!ok(linearize_stereo(o.measurement, geometry_, views_.at(o.keyframe, host), views_lin_.at(o.keyframe, host),
-                                 R_B_W_lin_[static_cast<std::size_t>(o.keyframe)], landmark.point, loss, l))) {
+                                 R_B_W_lin_[static_cast<std::size_t>(o.keyframe)], landmark.point, loss_, l))) {
             return landmark.cost;
         }
         schur_.add(o.keyframe, l);
         cost += l.cost;
         squared_error += l.squared_error;
+        weighted_error += l.r.squaredNorm();
         rows += o.measurement.has_right ? 4 : 2;
     }
     cost += add_plane_height(landmark);
@@ -86,7 +87,9 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     landmark.squared_error = squared_error;
     ++fit_.active_landmarks;
     fit_.vision_rows += rows;
-    fit_.vision_squared_error_px2 += squared_error * noise_.sigma_px() * noise_.sigma_px();
+    const double px2 = noise_.sigma_px() * noise_.sigma_px();
+    fit_.vision_squared_error_px2 += px2 * squared_error;
+    fit_.vision_weighted_error_px2 += px2 * weighted_error;
     return cost;
 }
 

@@ -28,6 +28,7 @@ public:
         : flight_(make_options(seed, in_room)) {
         WindowConfig config;
         config.pixel_sigma_px = 0.5;
+        config.learn_pixel_sigma = false;
         config.keyframes = 10;
         RegularityConfig regularity;
         regularity.mode = mode;

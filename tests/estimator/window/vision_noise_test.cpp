@@ -2,16 +2,22 @@
 #include "estimator/window/vision_noise.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 namespace facet {
 namespace {
 
+/// Normal residuals of this deviation, as a window would report them once its weights fit.
+void show(VisionNoise& noise, double px, int rows = 500) {
+    noise.measure(px * px * rows, VisionNoise::kWeightedSquare * px * px * rows, rows);
+}
+
 VisionNoise learned(double configured_px, double shown_px, int keyframes) {
     VisionNoise noise;
     noise.reset(configured_px, true);
     for (int k = 0; k < keyframes; ++k) {
-        noise.measure(shown_px * shown_px * 500, 500);
+        show(noise, shown_px);
         noise.learn();
     }
     return noise;
@@ -21,24 +27,34 @@ VisionNoise learned(double configured_px, double shown_px, int keyframes) {
 
 TEST_CASE("weights follow what residuals show", "[window]") {
     CHECK(learned(0.5, 0.3, 0).sigma_px() == 0.5);
-    CHECK(learned(0.5, 0.3, 100).sigma_px() == Approx(0.3 * VisionNoise::kCorrelation).epsilon(1e-3));
+    CHECK(learned(0.5, 0.3, 100).sigma_px() == Approx(0.3).epsilon(1e-3));
     CHECK(learned(0.5, 0.3, 100).measured_px() == Approx(0.3));
     // A mean of variances at first, with the configured one as one of them.
-    const double end = 0.6 * VisionNoise::kCorrelation;
-    CHECK(std::pow(learned(0.5, 0.6, 3).sigma_px(), 2) == Approx((0.25 + 3 * end * end) / 4));
+    CHECK(std::pow(learned(0.5, 0.8, 3).sigma_px(), 2) == Approx((0.25 + 3 * 0.64) / 4));
+}
+
+TEST_CASE("tails move the weights little, and what single landmarks are judged by much") {
+    VisionNoise noise;
+    noise.reset(0.5, true);
+    for (int k = 0; k < 200; ++k) {  // a third of the square sum survives the robust weights
+        noise.measure(0.09 * 500, VisionNoise::kWeightedSquare * 0.03 * 500, 500);
+        noise.learn();
+    }
+    CHECK(noise.sigma_px() == Approx(std::sqrt(0.03)).epsilon(1e-3));
+    CHECK(noise.cautious_px() == Approx(VisionNoise::kDependence * 0.3));
 }
 
 TEST_CASE("weights stay within reach of the configured ones", "[window]") {
-    CHECK(learned(0.5, 0.01, 200).sigma_px() == Approx(0.25).epsilon(1e-3));
-    CHECK(learned(0.5, 30.0, 200).sigma_px() == Approx(1.0).epsilon(1e-3));
+    CHECK(learned(0.5, 0.01, 200).sigma_px() == Approx(0.05).epsilon(1e-3));
+    CHECK(learned(0.5, 30.0, 200).sigma_px() == Approx(5.0).epsilon(1e-3));
 }
 
 TEST_CASE("too few residuals, or none that are numbers, teach nothing", "[window]") {
     VisionNoise noise;
     noise.reset(0.5, true);
-    noise.measure(1.0, VisionNoise::kEnoughRows - 1);
-    noise.measure(std::numeric_limits<double>::quiet_NaN(), 500);
-    CHECK(noise.measured_px() == Approx(0.5 / VisionNoise::kCorrelation));
+    show(noise, 0.1, VisionNoise::kEnoughRows - 1);
+    show(noise, std::numeric_limits<double>::quiet_NaN());
+    CHECK(noise.measured_px() == 0.5);
     noise.learn();
     CHECK(noise.sigma_px() == Approx(0.5));
 }
@@ -46,10 +62,11 @@ TEST_CASE("too few residuals, or none that are numbers, teach nothing", "[window
 TEST_CASE("a configured sigma that is not to be learned stays", "[window]") {
     VisionNoise noise;
     noise.reset(0.5, false);
-    noise.measure(500.0, 500);
+    show(noise, 1.0);
     noise.learn();
     CHECK(noise.sigma_px() == 0.5);
     CHECK(noise.measured_px() == Approx(1.0));
+    CHECK(noise.cautious_px() == 0.5);
 }
 
 }  // namespace facet

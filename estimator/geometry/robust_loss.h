@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Robust losses on whitened squared residuals.
+#pragma once
+
+#include <cmath>
+
+namespace facet {
+
+/// Huber's loss on s = |r|^2 (whitened): rho(s) = s for s <= k^2, else 2 k sqrt(s) - k^2.   [Huber64]
+/// Costs are 1/2 rho; the weight rho'(s) scales J^T J and J^T r (no second-order correction). Reentrant. No heap.
+struct HuberLoss {
+    double threshold = 1.5;  ///< k, in standard deviations
+
+    double cost(double s) const {
+        const double k2 = threshold * threshold;
+        return s <= k2 ? 0.5 * s : threshold * std::sqrt(s) - 0.5 * k2;
+    }
+    double weight(double s) const { return s <= threshold * threshold ? 1.0 : threshold / std::sqrt(s); }
+};
+
+/// Cauchy's loss: rho(s) = k^2 log(1 + s / k^2), the likelihood of Student's t with heavy tails. What is far off loses all
+/// influence, so it must not be used before the state is roughly right. [Zhang97]
+struct CauchyLoss {
+    double threshold = 1.5;  ///< k, in standard deviations
+
+    double cost(double s) const {
+        const double k2 = threshold * threshold;
+        return 0.5 * k2 * std::log1p(s / k2);
+    }
+    double weight(double s) const { return 1.0 / (1.0 + s / (threshold * threshold)); }
+};
+
+/// One of both, as decided while running.
+struct RobustLoss {
+    double threshold = 1.5;  ///< in standard deviations
+    bool is_redescending = false;
+
+    double cost(double s) const {
+        return is_redescending ? CauchyLoss{threshold}.cost(s) : HuberLoss{threshold}.cost(s);
+    }
+    double weight(double s) const {
+        return is_redescending ? CauchyLoss{threshold}.weight(s) : HuberLoss{threshold}.weight(s);
+    }
+};
+
+}  // namespace facet

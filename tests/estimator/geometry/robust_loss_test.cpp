@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/geometry/robust_loss.h"
+
+#include <catch2/catch.hpp>
+
+namespace facet {
+
+TEST_CASE("a loss's weight is the derivative of twice its cost, and small residuals keep theirs", "[robust_loss]") {
+    const bool is_redescending = GENERATE(false, true);
+    const RobustLoss loss{GENERATE(0.5, 1.0, 2.0), is_redescending};
+    for (const double s : {1e-4, 0.1, 0.9, 3.0, 50.0, 1e4}) {
+        const double h = 1e-5 * s;
+        CHECK(loss.weight(s) == Approx((loss.cost(s + h) - loss.cost(s - h)) / h).epsilon(1e-4));
+    }
+    CHECK(loss.weight(1e-6) == Approx(1.0).epsilon(1e-4));
+    CHECK(loss.cost(1e-6) == Approx(0.5e-6).epsilon(1e-4));
+}
+
+TEST_CASE("far residuals pull with constant force under Huber's loss, and less and less under Cauchy's",
+          "[robust_loss]") {
+    const auto pull = [](const auto& loss, double r) { return loss.weight(r * r) * r; };
+    CHECK(pull(HuberLoss{1.5}, 1000.0) == Approx(pull(HuberLoss{1.5}, 10.0)));
+    CHECK(pull(CauchyLoss{1.5}, 1000.0) < 0.02 * pull(CauchyLoss{1.5}, 10.0));
+}
+
+}  // namespace facet
