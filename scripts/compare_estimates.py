@@ -11,6 +11,7 @@ import math
 import sys
 from pathlib import Path
 
+SAME_FRAME_S = 0.005
 COLUMNS = ("program", "frames", "position: rms", "max", "orientation: rms", "max", "same bytes")
 
 
@@ -62,13 +63,29 @@ def rms(values):
     return math.sqrt(sum(value * value for value in values) / len(values))
 
 
+def pairs(reference, other):
+    """Stamps of the same frame in both: estimates carry the time offset of their run, which differs in its last digits."""
+    found = []
+    left, right = sorted(reference, key=float), sorted(other, key=float)
+    while left and right:
+        apart_s = float(left[-1]) - float(right[-1])
+        if abs(apart_s) < SAME_FRAME_S:
+            found.append((left.pop(), right.pop()))
+        elif apart_s > 0.0:
+            left.pop()
+        else:
+            right.pop()
+    return found
+
+
 def compare(reference, other):
     """Differences of two trajectories. Frames that only one of them has make them incomparable."""
-    if reference.keys() != other.keys():
-        only = len(reference.keys() ^ other.keys())
+    same_frame = pairs(reference, other)
+    only = len(reference) + len(other) - 2 * len(same_frame)
+    if only > 0:
         raise BadInput(f"{only} frames have an estimate in one of the two only")
-    positions = [1000.0 * distance_m(reference[stamp], other[stamp]) for stamp in reference]
-    angles = [angle_deg(reference[stamp], other[stamp]) for stamp in reference]
+    positions = [1000.0 * distance_m(reference[a], other[b]) for a, b in same_frame]
+    angles = [angle_deg(reference[a], other[b]) for a, b in same_frame]
     return {
         "frames": len(reference),
         "rms_mm": rms(positions),

@@ -12,6 +12,7 @@ namespace facet {
 class ResidualHistogram {
 public:
     static constexpr int kBins = 81;  ///< odd: the middle one lies around zero
+    static constexpr int kMiddle = kBins / 2;
     static constexpr double kBinPx = 0.05;
 
     /// Contract: finite.
@@ -25,7 +26,7 @@ public:
         squares_ += px * px;
     }
 
-    static double centre_px(int bin) { return kBinPx * (bin - kBins / 2); }
+    static double centre_px(int bin) { return kBinPx * (bin - kMiddle); }
     std::uint64_t count(int bin) const { return counts_[static_cast<std::size_t>(bin)]; }
     /// Beyond the bins too.
     std::uint64_t total() const { return total_; }

@@ -2,8 +2,8 @@
 // A landmark lies on a plane.
 #pragma once
 
-#include "estimator/geometry/robust_loss.h"
 #include "estimator/geometry/plane_chart.h"
+#include "estimator/geometry/robust_loss.h"
 #include "platform/base/status.h"
 
 namespace facet {

@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
-#include "estimator/geometry/robust_loss.h"
 #include "estimator/geometry/plane.h"
+#include "estimator/geometry/robust_loss.h"
 
 namespace facet {
 

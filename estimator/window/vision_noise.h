@@ -7,19 +7,13 @@
 
 namespace facet {
 
-/// Standard deviation that observations are weighted with, and the one they show.
-///
-/// Residuals have a narrow core and long tails, so their mean square tells of the tails. With robust weights w and whitened
-/// residuals r, weights follow the sigma at which their weighted mean square is what it should be,
-///   s^2 = sigma^2 (sum w |r|^2 / rows) / kWeightedSquare,
+/// Standard deviation that observations are weighted with: the root mean square s of a window's residuals, averaged,
 ///   sigma^2 <- sigma^2 + gain (s^2 - sigma^2),     once a keyframe,
 /// gain 1/2, 1/3 and so on down to kLeastGain: a mean in which the configured value is the first, then one that forgets.
-/// They stay within a factor of kReach of the configured value. Thread-bound. No heap.
+/// It stays within a factor of kReach of the configured value. Residuals have a narrow core and long tails; that the tails
+/// raise sigma above the core's is meant: errors along a track are not independent. Thread-bound. No heap.
 class VisionNoise {
 public:
-    /// Normal residuals reach it where sigma is 0.7 of theirs. There Cauchy's loss at 1.2 sigma weights them so that the
-    /// Hessian holds what they tell.
-    static constexpr double kWeightedSquare = 0.43;
     static constexpr double kDependence = 1.5;
     static constexpr double kLeastGain = 0.1;  ///< ten keyframes: as long as half a window stays
     static constexpr double kReach = 10.0;
@@ -27,26 +21,24 @@ public:
 
     /// @param is_learned  false: the configured value stays
     void reset(double configured_px, bool is_learned) {
-        configured_px_ = sigma_px_ = measured_px_ = wanted_px_ = configured_px;
+        configured_px_ = sigma_px_ = measured_px_ = configured_px;
         gain_ = 1.0;
         is_learned_ = is_learned;
     }
 
     /// Takes a window's residuals. Too few are no measurement.
-    /// @param squared_error_px2   sum of squared residuals (px^2)
-    /// @param weighted_error_px2  the same, each with its robust weight
-    /// @param rows                their number, less three a landmark
-    void measure(double squared_error_px2, double weighted_error_px2, int rows) {
+    /// @param squared_error_px2  sum of squared residuals (px^2)
+    /// @param rows               their number, less three a landmark
+    void measure(double squared_error_px2, int rows) {
         if (rows >= kEnoughRows && std::isfinite(squared_error_px2)) {
             measured_px_ = std::sqrt(squared_error_px2 / rows);
-            wanted_px_ = std::sqrt(weighted_error_px2 / (kWeightedSquare * rows));
         }
     }
 
     /// Moves the weights towards the last measurement.
     void learn() {
         if (is_learned_) {
-            const double wanted = std::clamp(wanted_px_, configured_px_ / kReach, configured_px_ * kReach);
+            const double wanted = std::clamp(measured_px_, configured_px_ / kReach, configured_px_ * kReach);
             gain_ = std::max(kLeastGain, gain_ / (1.0 + gain_));  // 1/n to 1/(n + 1)
             sigma_px_ = std::sqrt(sigma_px_ * sigma_px_ + gain_ * (wanted * wanted - sigma_px_ * sigma_px_));
         }
@@ -63,7 +55,6 @@ private:
     double configured_px_ = 1.0;
     double sigma_px_ = 1.0;
     double measured_px_ = 1.0;
-    double wanted_px_ = 1.0;
     double gain_ = 1.0;
     bool is_learned_ = false;
 };

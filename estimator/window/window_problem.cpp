@@ -20,7 +20,7 @@ void WindowProblem::bind(WindowState& state, const WindowConfig& config, const C
     T_B_C1_ = rig.T_B_C1;
     focal_left_px_ = rig.left.focal_px();
     focal_right_px_ = rig.right.focal_px();
-    loss_ = {config.loss_threshold, false};
+    set_settled(false);
     reset_noise();
 }
 
@@ -76,7 +76,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
             cost += add_landmark(system, state_->landmarks[i]);
         }
     }
-    noise_.measure(fit_.vision_squared_error_px2, fit_.vision_weighted_error_px2, fit_.vision_rows);
+    noise_.measure(fit_.vision_squared_error_px2, fit_.vision_rows);
     add_calibration(system);
     cost += add_prior(system);
     cost += add_planes(system);

@@ -22,9 +22,8 @@ namespace facet {
 /// How well the window fits, at its last linearization.
 struct WindowFit {
     int active_landmarks = 0;
-    int vision_rows = 0;                     ///< scalar residuals of active landmarks minus three a landmark
-    double vision_squared_error_px2 = 0.0;   ///< not robust
-    double vision_weighted_error_px2 = 0.0;  ///< each residual with its robust weight
+    int vision_rows = 0;                    ///< scalar residuals of active landmarks minus three a landmark
+    double vision_squared_error_px2 = 0.0;  ///< not robust
 };
 
 /// Structureless window problem: prior, inertial factors, and landmarks that are triangulated anew and eliminated at each
@@ -76,7 +75,9 @@ public:
     /// Weights of the next optimization follow the residuals of the last one.
     void learn_noise();
     /// Outliers lose all influence, instead of most of it: once the states are roughly right.
-    void set_settled(bool is_settled) { loss_.is_redescending = is_settled; }
+    void set_settled(bool is_settled) {
+        loss_ = is_settled ? RobustLoss{config_->loss_threshold, true} : RobustLoss{kStartThreshold, false};
+    }
     const VisionNoise& noise() const { return noise_; }
     /// Variance of observations as measured at the last linearization of the whole window, in units of the one they are
     /// weighted with, outliers included, within [0.05, 20]: for tests that ask whether things agree.
@@ -109,6 +110,8 @@ private:
     double add_rest(ReducedSystem& system, int keyframe);
     double add_landmark(ReducedSystem& system, Landmark& landmark);
     void whiten();
+
+    static constexpr double kStartThreshold = 1.5;  ///< of Huber's loss
 
     WindowState* state_ = nullptr;
     const WindowConfig* config_ = nullptr;

@@ -64,7 +64,6 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     schur_.clear();
     double cost = 0.0;
     double squared_error = 0.0;
-    double weighted_error = 0.0;
     int rows = -3;
     for (const LandmarkObservation& o : landmark.observations) {
         StereoLinearization l;
@@ -75,7 +74,6 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
         schur_.add(o.keyframe, l);
         cost += l.cost;
         squared_error += l.squared_error;
-        weighted_error += l.r.squaredNorm();
         rows += o.measurement.has_right ? 4 : 2;
     }
     cost += add_plane_height(landmark);
@@ -87,9 +85,7 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     landmark.squared_error = squared_error;
     ++fit_.active_landmarks;
     fit_.vision_rows += rows;
-    const double px2 = noise_.sigma_px() * noise_.sigma_px();
-    fit_.vision_squared_error_px2 += px2 * squared_error;
-    fit_.vision_weighted_error_px2 += px2 * weighted_error;
+    fit_.vision_squared_error_px2 += squared_error * noise_.sigma_px() * noise_.sigma_px();
     return cost;
 }
 

@@ -8,10 +8,8 @@
 namespace facet {
 namespace {
 
-/// Normal residuals of this deviation, as a window would report them once its weights fit.
-void show(VisionNoise& noise, double px, int rows = 500) {
-    noise.measure(px * px * rows, VisionNoise::kWeightedSquare * px * px * rows, rows);
-}
+/// Residuals of this deviation.
+void show(VisionNoise& noise, double px, int rows = 500) { noise.measure(px * px * rows, rows); }
 
 VisionNoise learned(double configured_px, double shown_px, int keyframes) {
     VisionNoise noise;
@@ -31,17 +29,6 @@ TEST_CASE("weights follow what residuals show", "[window]") {
     CHECK(learned(0.5, 0.3, 100).measured_px() == Approx(0.3));
     // A mean of variances at first, with the configured one as one of them.
     CHECK(std::pow(learned(0.5, 0.8, 3).sigma_px(), 2) == Approx((0.25 + 3 * 0.64) / 4));
-}
-
-TEST_CASE("tails move the weights little, and what single landmarks are judged by much") {
-    VisionNoise noise;
-    noise.reset(0.5, true);
-    for (int k = 0; k < 200; ++k) {  // a third of the square sum survives the robust weights
-        noise.measure(0.09 * 500, VisionNoise::kWeightedSquare * 0.03 * 500, 500);
-        noise.learn();
-    }
-    CHECK(noise.sigma_px() == Approx(std::sqrt(0.03)).epsilon(1e-3));
-    CHECK(noise.cautious_px() == Approx(VisionNoise::kDependence * 0.3));
 }
 
 TEST_CASE("weights stay within reach of the configured ones", "[window]") {

@@ -118,9 +118,7 @@ TEST_CASE("the window learns how precise observations are", "[window]") {
     options.accel_noise = 2e-3;
     options.pixel_sigma = GENERATE(0.25, 0.5);
     const Run run = fly(options, 0.5, 12.0, 10, true, true);
-    // Less than their deviation: see VisionNoise::kWeightedSquare.
-    CHECK(run.sigma_px < 0.8 * options.pixel_sigma);
-    CHECK(run.sigma_px > 0.5 * options.pixel_sigma);
+    CHECK(run.sigma_px == Approx(options.pixel_sigma).epsilon(0.1));
     // What a landmark's place takes from its own residuals is missing from their deviation.
     for (const ResidualHistogram* h : {&run.residuals.left_u, &run.residuals.right_v}) {
         CHECK(h->total() > 1000);
