@@ -25,7 +25,7 @@ ROOTS = (
 # Functions that call themselves to a bounded depth, each with its reason.
 BOUNDED = (
     (r"^void std::__introsort_loop<", "std::sort: at most 2 log2(n) deep"),
-    (r"^facet::Delaunay::build\(", "halves its points: at most log2(n) deep"),
+    (r"^facet::Delaunay::(arrange|build)\(", "halves its points: at most log2(n) deep"),
 )
 OWN_SOURCES = ("estimator/", "mesh/", "platform/")
 
