@@ -13,7 +13,7 @@ namespace facet {
 struct LevenbergOptions {
     int max_iterations = 6;           ///< solver steps tried, accepted or not: bounds the time
     double first_lambda = 4e-7;       ///< damping relative to the diagonal once a step has failed; none before
-    double relative_decrease = 1e-5;  ///< stop when a step gains, or promises, less than this share of 1 + |cost|
+    double relative_decrease = 1e-4;  ///< stop when a step gains, or promises, less than this share of 1 + |cost|
     double min_step = 1e-7;           ///< stop when no parameter moves more than this
 };
 

@@ -29,7 +29,8 @@ bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
         options.plane_sigma_m = regularity_config_->sigma_m;
         options.plane_huber_threshold = regularity_config_->huber_threshold;
     }
-    options.max_iterations = landmark.has_point ? 3 : 8;
+    // A known point follows its cameras as the states do, a step at each linearization; a new one is looked for.
+    options.max_iterations = 1;
     if (landmark.has_point && ok(triangulate(span, options, landmark.point))) {
         return true;
     }
