@@ -49,7 +49,7 @@ const std::array kTable{
     ConfigEntry{FACET_FIELD(window.max_iterations), "-", 1, 50, "most solver steps a keyframe"},
     ConfigEntry{FACET_FIELD(window.pixel_sigma_px), "px", 0.1, 5, "standard deviation of an observation"},
     ConfigEntry{FACET_FIELD(window.learn_pixel_sigma), "-", 0, 1, "begin with that value and follow the residuals, up to a factor of ten"},
-    ConfigEntry{FACET_FIELD(window.loss_threshold), "-", 0.2, 10, "of the robust loss on whitened observations: Huber's at the start, then Cauchy's"},
+    ConfigEntry{FACET_FIELD(window.loss_threshold), "-", 0.2, 10, "of Cauchy's loss, in root mean squares of the residuals"},
     ConfigEntry{FACET_FIELD(window.redundant_px), "px", 0, 100, "keyframes that moved less from the one before are dropped first; 0: never"},
     ConfigEntry{FACET_FIELD(window.outlier_threshold_px), "px", 0.5, 20, "observations farther off after optimization are removed"},
     ConfigEntry{FACET_FIELD(regularity.sigma_m), "m", 1e-3, 0.5, "how flat planes are: standard deviation of a landmark from its plane"},

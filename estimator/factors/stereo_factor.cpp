@@ -26,9 +26,10 @@ Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const I
     }
     const Eigen::Vector2d r = camera.scale * (q.head<2>() / q.z() - camera.measured);
     const double s = r.squaredNorm();
-    const double sqrt_weight = std::sqrt(loss.weight(s));
+    const double weight = loss.weight(s);
+    const double sqrt_weight = std::sqrt(weight);
     out.cost += loss.cost(s);
-    out.squared_error += s;
+    out.loss += {1, s, weight, loss.slope(s), weight * weight * s};
     out.r.segment<2>(row) = sqrt_weight * r;
 
     const double gain = sqrt_weight * camera.scale / q_lin.z();

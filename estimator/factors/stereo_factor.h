@@ -33,6 +33,23 @@ struct StereoView {
     RelativeView right;
 };
 
+/// What the residuals of points in images add up to under a loss.
+struct LossSums {
+    int points = 0;
+    double squared_error = 0.0;      ///< |r|^2, whitened, not robust
+    double weight = 0.0;             ///< rho'
+    double slope = 0.0;              ///< of the influence psi = rho' r
+    double squared_influence = 0.0;  ///< |psi|^2
+
+    void operator+=(const LossSums& other) {
+        points += other.points;
+        squared_error += other.squared_error;
+        weight += other.weight;
+        slope += other.slope;
+        squared_influence += other.squared_influence;
+    }
+};
+
 /// Whitened, robustly weighted linearization of one measurement: rows (u0, v0, u1, v1), the last two zero if there is no
 /// right one. Weights are applied: normal equations are J^T J and J^T r as they stand.
 struct StereoLinearization {
@@ -42,8 +59,8 @@ struct StereoLinearization {
     Eigen::Vector4d r;
     Eigen::Matrix<double, kPaddedPoseDim, 4> d_r_d_T_W_B_transposed;  ///< order [theta p]
     Eigen::Matrix<double, 4, 3> d_r_d_point;                          ///< order [x y rho] of the host chart
-    double cost = 0.0;           ///< robust, 1/2 rho(|r|^2) summed over the cameras
-    double squared_error = 0.0;  ///< whitened, not robust, summed over the cameras
+    double cost = 0.0;  ///< robust, 1/2 rho(|r|^2) summed over the cameras
+    LossSums loss;      ///< over the cameras
 };
 
 /// Reprojection residual of a landmark in both cameras of the keyframe at T_W_B.

@@ -7,7 +7,9 @@
 namespace facet {
 
 /// Huber's loss on s = |r|^2 (whitened): rho(s) = s for s <= k^2, else 2 k sqrt(s) - k^2.   [Huber64]
-/// Costs are 1/2 rho; the weight rho'(s) scales J^T J and J^T r (no second-order correction). Reentrant. No heap.
+/// Costs are 1/2 rho; the weight rho'(s) scales J^T J and J^T r (no second-order correction). slope(s) is how the influence
+/// psi(r) = rho'(s) r of a residual in the plane grows with it, on average over directions: rho'(s) + s rho''(s).
+/// Reentrant. No heap.
 struct HuberLoss {
     double threshold = 1.5;  ///< k, in standard deviations
 
@@ -16,6 +18,7 @@ struct HuberLoss {
         return s <= k2 ? 0.5 * s : threshold * std::sqrt(s) - 0.5 * k2;
     }
     double weight(double s) const { return s <= threshold * threshold ? 1.0 : threshold / std::sqrt(s); }
+    double slope(double s) const { return s <= threshold * threshold ? 1.0 : 0.5 * threshold / std::sqrt(s); }
 };
 
 /// Cauchy's loss: rho(s) = k^2 log(1 + s / k^2), the likelihood of Student's t with heavy tails. What is far off loses all
@@ -28,6 +31,7 @@ struct CauchyLoss {
         return 0.5 * k2 * std::log1p(s / k2);
     }
     double weight(double s) const { return 1.0 / (1.0 + s / (threshold * threshold)); }
+    double slope(double s) const { return weight(s) * weight(s); }
 };
 
 /// One of both, as decided while running.
@@ -40,6 +44,9 @@ struct RobustLoss {
     }
     double weight(double s) const {
         return is_redescending ? CauchyLoss{threshold}.weight(s) : HuberLoss{threshold}.weight(s);
+    }
+    double slope(double s) const {
+        return is_redescending ? CauchyLoss{threshold}.slope(s) : HuberLoss{threshold}.slope(s);
     }
 };
 

@@ -5,23 +5,34 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/factors/stereo_factor.h"
+
 namespace facet {
 
-/// Standard deviation that observations are weighted with: the root mean square s of a window's residuals, averaged,
-///   sigma^2 <- sigma^2 + gain (s^2 - sigma^2),     once a keyframe,
+/// Scale of residuals and weight of observations, both learned. Once a keyframe each variance v follows the measured one,
+///   v <- v + gain (measured - v),
 /// gain 1/2, 1/3 and so on down to kLeastGain: a mean in which the configured value is the first, then one that forgets.
-/// It stays within a factor of kReach of the configured value. Residuals have a narrow core and long tails; that the tails
-/// raise sigma above the core's is meant: errors along a track are not independent. Thread-bound. No heap.
+/// Both stay within a factor of kReach of the configured value.
+///
+/// scale_px: root mean square of the residuals, tails included; the robust loss is as wide.
+///
+/// sigma_px: what a weight of one stands for. The points of an M-estimate have the covariance E[psi^2] / E[psi']^2 times
+/// (J^T J)^-1 [Huber64], the normal equations say sigma^2 / E[rho'] times that; so that both agree,
+///   sigma^2 = kDependence E[rho'] E[psi^2] / E[psi']^2,     psi of a coordinate, in pixels.
+/// kDependence: errors along a track are not independent, of n observations n / kDependence are. Its value makes the
+/// covariance agree with the errors of simulated flights (scripts/benchmark_consistency).
+/// Thread-bound. No heap.
 class VisionNoise {
 public:
-    static constexpr double kDependence = 1.5;
+    static constexpr double kDependence = 2.8;
+    static constexpr double kCaution = 1.5;
     static constexpr double kLeastGain = 0.1;  ///< ten keyframes: as long as half a window stays
     static constexpr double kReach = 10.0;
     static constexpr int kEnoughRows = 100;
 
     /// @param is_learned  false: the configured value stays
     void reset(double configured_px, bool is_learned) {
-        configured_px_ = sigma_px_ = measured_px_ = configured_px;
+        configured_px_ = sigma_px_ = scale_px_ = measured_px_ = measured_sigma_px_ = configured_px;
         gain_ = 1.0;
         is_learned_ = is_learned;
     }
@@ -29,32 +40,48 @@ public:
     /// Takes a window's residuals. Too few are no measurement.
     /// @param squared_error_px2  sum of squared residuals (px^2)
     /// @param rows               their number, less three a landmark
-    void measure(double squared_error_px2, int rows) {
-        if (rows >= kEnoughRows && std::isfinite(squared_error_px2)) {
-            measured_px_ = std::sqrt(squared_error_px2 / rows);
+    /// @param loss               what they add up to under the loss, whitened by sigma_px()
+    void measure(double squared_error_px2, int rows, const LossSums& loss) {
+        if (rows < kEnoughRows || !std::isfinite(squared_error_px2)) {
+            return;
+        }
+        measured_px_ = std::sqrt(squared_error_px2 / rows);
+        // E[rho'] E[psi^2] / E[psi']^2: the numbers of points cancel but for the rows that the landmarks take.
+        const double variance =
+            loss.weight * loss.squared_influence / (loss.slope * loss.slope) * loss.points / static_cast<double>(rows);
+        if (std::isfinite(variance)) {
+            measured_sigma_px_ = sigma_px_ * std::sqrt(kDependence * variance);
         }
     }
 
-    /// Moves the weights towards the last measurement.
+    /// Moves scale and weights towards the last measurement.
     void learn() {
         if (is_learned_) {
-            const double wanted = std::clamp(measured_px_, configured_px_ / kReach, configured_px_ * kReach);
             gain_ = std::max(kLeastGain, gain_ / (1.0 + gain_));  // 1/n to 1/(n + 1)
-            sigma_px_ = std::sqrt(sigma_px_ * sigma_px_ + gain_ * (wanted * wanted - sigma_px_ * sigma_px_));
+            follow(measured_px_, scale_px_);
+            follow(measured_sigma_px_, sigma_px_);
         }
     }
 
     double sigma_px() const { return sigma_px_; }        ///< for weights
-    double measured_px() const { return measured_px_; }  ///< root mean square, outliers included
+    double scale_px() const { return scale_px_; }        ///< for the loss
+    double measured_px() const { return measured_px_; }  ///< root mean square at the last measurement
     /// What single landmarks should be judged by, tails and all: errors along a track are not independent, so that n
     /// observations say less than n independent ones.
-    double cautious_px() const { return is_learned_ ? kDependence * measured_px_ : sigma_px_; }
+    double cautious_px() const { return is_learned_ ? kCaution * measured_px_ : sigma_px_; }
     double configured_px() const { return configured_px_; }
 
 private:
+    void follow(double measured_px, double& px) const {
+        const double wanted = std::clamp(measured_px, configured_px_ / kReach, configured_px_ * kReach);
+        px = std::sqrt(px * px + gain_ * (wanted * wanted - px * px));
+    }
+
     double configured_px_ = 1.0;
     double sigma_px_ = 1.0;
+    double scale_px_ = 1.0;
     double measured_px_ = 1.0;
+    double measured_sigma_px_ = 1.0;
     double gain_ = 1.0;
     bool is_learned_ = false;
 };

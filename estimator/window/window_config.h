@@ -12,7 +12,7 @@ struct WindowConfig {
     int max_iterations = 6;         ///< most solver steps a keyframe [1, 50]; bounds the time
     double pixel_sigma_px = 0.5;    ///< standard deviation of an observation [0.1, 5]; measured 0.15 rendered, 0.4 real
     bool learn_pixel_sigma = true;  ///< begin with that value and follow the residuals, up to a factor of ten
-    double loss_threshold = 1.0;    ///< of the robust loss, in sigmas [0.2, 10]: Huber's at the start, then Cauchy's
+    double loss_threshold = 1.0;    ///< of Cauchy's loss, in root mean squares of the residuals [0.2, 10]
     double redundant_px = 5.0;  ///< keyframes that moved less from the one before are dropped first [0, 100]; 0: never
     double outlier_threshold_px = 3.0;  ///< observations farther off after optimization are removed [0.5, 20]
 

@@ -20,7 +20,7 @@ void WindowProblem::bind(WindowState& state, const WindowConfig& config, const C
     T_B_C1_ = rig.T_B_C1;
     focal_left_px_ = rig.left.focal_px();
     focal_right_px_ = rig.right.focal_px();
-    set_settled(false);
+    is_settled_ = false;
     reset_noise();
 }
 
@@ -37,6 +37,8 @@ void WindowProblem::learn_noise() {
 void WindowProblem::whiten() {
     geometry_.scale_left = focal_left_px_ / noise_.sigma_px();
     geometry_.scale_right = focal_right_px_ / noise_.sigma_px();
+    loss_ = is_settled_ ? RobustLoss{config_->loss_threshold * noise_.scale_px() / noise_.sigma_px(), true}
+                        : RobustLoss{kStartThreshold, false};
 }
 
 Se3 WindowProblem::T_W_B_at_image(const Keyframe& keyframe, const NavState& state) const {
@@ -76,7 +78,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
             cost += add_landmark(system, state_->landmarks[i]);
         }
     }
-    noise_.measure(fit_.vision_squared_error_px2, fit_.vision_rows);
+    noise_.measure(fit_.vision_squared_error_px2, fit_.vision_rows, fit_.vision_loss);
     add_calibration(system);
     cost += add_prior(system);
     cost += add_planes(system);

@@ -23,7 +23,8 @@ namespace facet {
 struct WindowFit {
     int active_landmarks = 0;
     int vision_rows = 0;                    ///< scalar residuals of active landmarks minus three a landmark
-    double vision_squared_error_px2 = 0.0;  ///< not robust
+    double vision_squared_error_px2 = 0.0;  ///< not robust, but that no observation counts for more than kBlunderPx
+    LossSums vision_loss;                   ///< of all observations of active landmarks
 };
 
 /// Structureless window problem: prior, inertial factors, and landmarks that are triangulated anew and eliminated at each
@@ -32,6 +33,8 @@ class WindowProblem {
 public:
     /// Standard deviation of the prior on inverse depth (1/m): weak against any real baseline, holds points without one.
     static constexpr double kRhoPriorSigma = 3.0;
+    /// What is farther off is one blunder more, however far: the next outlier removal takes it (px).
+    static constexpr double kBlunderPx = 10.0;
 
     /// `state` and the configs must outlive the problem.
     void bind(WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
@@ -76,7 +79,8 @@ public:
     void learn_noise();
     /// Outliers lose all influence, instead of most of it: once the states are roughly right.
     void set_settled(bool is_settled) {
-        loss_ = is_settled ? RobustLoss{config_->loss_threshold, true} : RobustLoss{kStartThreshold, false};
+        is_settled_ = is_settled;
+        whiten();
     }
     const VisionNoise& noise() const { return noise_; }
     /// Variance of observations as measured at the last linearization of the whole window, in units of the one they are
@@ -124,6 +128,7 @@ private:
     WindowFit fit_;
     VisionNoise noise_;
     RobustLoss loss_;
+    bool is_settled_ = false;
     double focal_left_px_ = 1.0;
     double focal_right_px_ = 1.0;
     LandmarkSchur schur_;

@@ -64,8 +64,10 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     const int host = landmark.observations.front().keyframe;
     schur_.clear();
     double cost = 0.0;
-    double squared_error = 0.0;
+    LossSums loss;
+    double squared_error_px2 = 0.0;
     int rows = -3;
+    const double variance_px2 = noise_.sigma_px() * noise_.sigma_px();
     for (const LandmarkObservation& o : landmark.observations) {
         StereoLinearization l;
         if (!ok(linearize_stereo(o.measurement, geometry_, views_.at(o.keyframe, host), views_lin_.at(o.keyframe, host),
@@ -74,7 +76,8 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
         }
         schur_.add(o.keyframe, l);
         cost += l.cost;
-        squared_error += l.squared_error;
+        loss += l.loss;
+        squared_error_px2 += std::min(l.loss.squared_error * variance_px2, l.loss.points * kBlunderPx * kBlunderPx);
         rows += o.measurement.has_right ? 4 : 2;
     }
     cost += add_plane_height(landmark);
@@ -83,10 +86,11 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
         return landmark.cost;
     }
     landmark.cost = cost;
-    landmark.squared_error = squared_error;
+    landmark.squared_error = loss.squared_error;
     ++fit_.active_landmarks;
     fit_.vision_rows += rows;
-    fit_.vision_squared_error_px2 += squared_error * noise_.sigma_px() * noise_.sigma_px();
+    fit_.vision_squared_error_px2 += squared_error_px2;
+    fit_.vision_loss += loss;
     return cost;
 }
 

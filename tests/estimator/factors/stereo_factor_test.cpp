@@ -115,8 +115,8 @@ TEST_CASE("stereo factor: Huber weights scale rows and cap the cost's growth", "
     REQUIRE(norm > 1.5);
     CHECK(robust.r.head<2>().norm() == Approx(std::sqrt(1.5 / norm) * norm));
     CHECK(robust.cost < plain.cost);
-    CHECK(robust.squared_error == Approx(plain.squared_error));
-    CHECK(plain.cost == Approx(0.5 * plain.squared_error));
+    CHECK(robust.loss.squared_error == Approx(plain.loss.squared_error));
+    CHECK(plain.cost == Approx(0.5 * plain.loss.squared_error));
 }
 
 TEST_CASE("stereo factor refuses points behind a camera and leaves the output alone", "[stereo_factor]") {
