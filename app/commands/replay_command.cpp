@@ -31,6 +31,7 @@ struct ReplayArguments {
     std::vector<std::string> faults;
     double start_s = 0.0;
     double duration_s = 0.0;
+    int passes = 1;
     bool quiet = false;
 };
 
@@ -128,6 +129,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
     }
     options.start_s = args.start_s;
     options.duration_s = has_duration ? std::optional<double>(args.duration_s) : std::nullopt;
+    options.passes = args.passes;
     options.show_progress = !args.quiet;
     return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM})), args.out);
 }
@@ -157,6 +159,12 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     start->capture_default_str();
     CLI::Option* duration =
         command->add_option("--duration", args->duration_s, "Use only this much of the log (s); all by default");
+    command
+        ->add_option("--passes", args->passes,
+                     "Play the log so many times, 5 s without any sample in between: the estimator is lost and starts "
+                     "anew (endurance)")
+        ->check(CLI::Range(1, 100'000))
+        ->capture_default_str();
     command->add_option(
         "--calibration", args->camchain,
         "Kalibr camchain.yaml (T_cam_imu: IMU to camera) instead of the log's cam0 and cam1/sensor.yaml");

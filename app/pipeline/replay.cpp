@@ -21,7 +21,7 @@ namespace {
 class Replay {
 public:
     explicit Replay(const ReplayOptions& options)
-        : options_(options), recorder_(options.out), summary_(recorder_.summary()) {
+        : options_(options), recorder_(options.out, limits(options)), summary_(recorder_.summary()) {
         summary_.dataset = options.dataset;
         summary_.mode = to_string(options.config.regularity.mode);
         summary_.calibration = options.calibration.source;
@@ -34,10 +34,11 @@ public:
     RunSummary run(const std::atomic<bool>& stop);
 
 private:
+    static RecorderLimits limits(const ReplayOptions& options);
     void open_log();
     bool pull();
-    void give(const ImuSample& sample);
-    void give(const StereoFrame& frame);
+    void give(ImuSample sample);
+    void give(StereoFrame frame);
     void deliver_faulted();
     void tell_idle_faults();
     void feed(const StereoFrame& frame, Timestamp output_stamp);
@@ -45,11 +46,18 @@ private:
     const ReplayOptions& options_;
     FrameRecorder recorder_;
     RunSummary& summary_;  ///< the recorder's
-    AslDataset log_;
+    std::optional<AslDataset> log_;
+    Duration pass_shift_{};  ///< of all stamps in this pass
+    Timestamp newest_;       ///< latest stamp given
     FramePipeline pipeline_;
     FrameResult result_;
     std::optional<FaultInjector> injector_;  ///< none without faults
 };
+
+RecorderLimits Replay::limits(const ReplayOptions& options) {
+    constexpr RecorderLimits kEndless{.timed_frames = 20'000, .mesh_faces = 200'000};
+    return options.passes > 1 ? kEndless : RecorderLimits{};
+}
 
 void Replay::open_log() {
     const CameraIntrinsics& left = options_.calibration.rig.left.intrinsics();
@@ -64,18 +72,19 @@ void Replay::open_log() {
     log_options.left_size = {left.width, left.height};
     log_options.right_size = {right.width, right.height};
     std::string error;
-    if (!ok(log_.open(
+    log_.emplace();
+    if (!ok(log_->open(
             options_.dataset, log_options, [this](const AslWarning& w) { recorder_.warn(to_string(w.kind), w.text()); },
             error))) {
         throw InputError(error);
     }
-    summary_.frames_listed = log_.frame_count();
-    if (summary_.frames_listed == 0) {
+    if (log_->frame_count() == 0) {
         throw InputError(fmt::format("{}: no frame between --start and its --duration", options_.dataset));
     }
+    summary_.frames_listed += log_->frame_count();
     if (!options_.faults.empty()) {
-        injector_.emplace(options_.faults, options_.calibration.noise, log_.log_begin() + log_options.start,
-                          kFrameDelay);
+        injector_.emplace(options_.faults, options_.calibration.noise,
+                          log_->log_begin() + pass_shift_ + log_options.start, kFrameDelay);
     }
 }
 
@@ -84,7 +93,9 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     recorder_.write(result_, pipeline_.departed());
 }
 
-void Replay::give(const ImuSample& sample) {
+void Replay::give(ImuSample sample) {
+    sample.stamp = sample.stamp + pass_shift_;
+    newest_ = sample.stamp;
     if (injector_) {
         injector_->add(sample);
     } else {
@@ -92,7 +103,8 @@ void Replay::give(const ImuSample& sample) {
     }
 }
 
-void Replay::give(const StereoFrame& frame) {
+void Replay::give(StereoFrame frame) {
+    frame.stamp = frame.stamp + pass_shift_;
     if (injector_) {
         injector_->add(frame);
     } else {
@@ -126,7 +138,7 @@ void Replay::tell_idle_faults() {
 bool Replay::pull() {
     ImuSample sample;
     StereoFrame frame;
-    const AslDataset::Event event = log_.next(sample, frame);
+    const AslDataset::Event event = log_->next(sample, frame);
     switch (event) {
         case AslDataset::Event::kImu: give(sample); break;
         case AslDataset::Event::kFrame: give(frame); break;
@@ -146,16 +158,24 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     pipeline_.configure(options_.config, options_.calibration);
     std::optional<Progress> progress;
     if (options_.show_progress) {
-        progress.emplace("replay", "frames", log_.frame_count());
+        progress.emplace("replay", "frames", log_->frame_count() * static_cast<std::size_t>(options_.passes));
         recorder_.warnings()->set_progress(&*progress);
     }
-    while (!(summary_.interrupted = stop.load()) && pull()) {
-        if (progress) {
-            progress->update(summary_.frames);
+    for (int pass = 1;; ++pass) {
+        while (!(summary_.interrupted = stop.load()) && pull()) {
+            if (progress) {
+                progress->update(summary_.frames);
+            }
         }
-    }
-    if (!summary_.interrupted) {
+        if (summary_.interrupted) {
+            break;
+        }
         tell_idle_faults();
+        if (pass >= options_.passes) {
+            break;
+        }
+        pass_shift_ = newest_ + kSeam - (log_->log_begin() + Duration::from_seconds(options_.start_s));
+        open_log();
     }
     if (progress) {
         progress->finish();

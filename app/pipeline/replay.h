@@ -14,6 +14,9 @@
 
 namespace facet {
 
+/// Time without any sample between two passes of a log.
+inline constexpr Duration kSeam{5'000'000'000};
+
 struct ReplayOptions {
     std::string dataset;  ///< EuRoC/ASL folder
     std::string out;      ///< folder for the results, created if missing
@@ -21,6 +24,7 @@ struct ReplayOptions {
     Calibration calibration;
     double start_s = 0.0;              ///< from the log's first frame
     std::optional<double> duration_s;  ///< all if empty
+    int passes = 1;                    ///< how often the log is played, one pass after the other
     std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
     bool show_progress = true;
 };
@@ -32,6 +36,8 @@ struct ReplayOptions {
 /// Timing and health are filed under the frame's stamp, the trajectory under the estimate's, in which the estimator may have
 /// taken out an offset. An injected offset is in the former: an estimator that does not find it pays for it in the comparison
 /// with ground truth. Injected jumps of the clock are taken out of all files.
+/// Between two passes stamps go on and kSeam is missing: the estimator is lost and starts anew, as after any long gap. With
+/// several passes timing.csv has all frames, but the summary and mesh.ply keep only the newest, so that memory does not grow.
 /// Throws InputError if dataset or rig cannot be used or a file cannot be written.
 RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop);
 

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/support/asl_folder.h"
 #include "tests/support/input_error_text.h"
@@ -92,6 +93,31 @@ TEST_CASE("--start and --duration select frames") {
     options.start_s = 100.0;
     CHECK(test::input_error_text([&] { run_replay(options, std::atomic<bool>{false}); }) ==
           dir.path() + ": no frame between --start and its --duration");
+}
+
+TEST_CASE("passes follow each other with a seam and no stamp twice") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    ReplayOptions options = options_for(dir, "out");
+    options.passes = 3;
+    options.faults.push_back(parse_fault("no_right@0.1+0.2"));
+    const RunSummary run = run_replay(options, std::atomic<bool>{false});
+    CHECK(run.frames_listed == 3 * kFrames);
+    CHECK(run.frames == 3 * kFrames);
+    CHECK(run.imu_refused == 0);
+    CHECK(run.warnings.empty());  // the fault met samples in each pass
+    std::istringstream health(test::read_file(dir.file("out/health.csv")));
+    std::string row;
+    std::getline(health, row);
+    std::int64_t before_ns = 0;
+    int seams = 0;
+    while (std::getline(health, row)) {
+        const std::int64_t stamp_ns = std::stoll(row);
+        CHECK(stamp_ns > before_ns);
+        seams += before_ns != 0 && stamp_ns - before_ns >= kSeam.ns ? 1 : 0;
+        before_ns = stamp_ns;
+    }
+    CHECK(seams == 2);
 }
 
 TEST_CASE("faults reach the estimator, are in the summary, and leave the files comparable") {
