@@ -55,7 +55,7 @@ private:
 };
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
-    constexpr RecorderLimits kEndless{.timed_frames = 20'000, .mesh_faces = 200'000};
+    constexpr RecorderLimits kEndless{.timed_frames = 2'000, .mesh_faces = 20'000};
     return options.passes > 1 ? kEndless : RecorderLimits{};
 }
 
