@@ -65,7 +65,8 @@ public:
     void update_cameras();
 
     /// Triangulates a landmark at the current camera poses; false (and untouched) if it fails.
-    bool triangulate_landmark(Landmark& landmark) const;
+    /// @param steps  at most, of Gauss-Newton, from the point that is known; one that is not is looked for
+    bool triangulate_landmark(Landmark& landmark, int steps) const;
 
     /// The body's pose (state) turned into its left camera's, with the calibration as it stands.
     CameraPose left_camera_of(const NavState& state) const {

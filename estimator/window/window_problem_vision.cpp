@@ -8,7 +8,7 @@
 
 namespace facet {
 
-bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
+bool WindowProblem::triangulate_landmark(Landmark& landmark, int steps) const {
     const int host = landmark.observations.front().keyframe;
     boost::container::static_vector<Sighting, 2 * kMaxKeyframes> sightings;
     for (const LandmarkObservation& o : landmark.observations) {
@@ -29,8 +29,7 @@ bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
         options.plane_sigma_m = regularity_config_->sigma_m;
         options.plane_huber_threshold = regularity_config_->huber_threshold;
     }
-    // A known point follows its cameras as the states do, a step at each linearization; a new one is looked for.
-    options.max_iterations = 1;
+    options.max_iterations = steps;
     if (landmark.has_point && ok(triangulate(span, options, landmark.point))) {
         return true;
     }
@@ -45,21 +44,22 @@ bool WindowProblem::triangulate_landmark(Landmark& landmark) const {
 }
 
 void WindowProblem::select_landmarks() {
+    constexpr int kSettlingSteps = 3;  // towards new observations, before planes are asked whether points fit
     const StageScope scope(observer_, Stage::kTriangulation);
     update_cameras();
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         Landmark& landmark = state_->landmarks[i];
         // Seen by one keyframe only, a stereo match still tells where to look for the landmark.
         const bool is_known = (landmark.observations.size() >= 2 || landmark.observations[0].measurement.has_right) &&
-                              triangulate_landmark(landmark);
+                              triangulate_landmark(landmark, kSettlingSteps);
         landmark.is_active = is_known && landmark.observations.size() >= 2;
         landmark.cost = 0.0;
     }
 }
 
 double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
-    if (!triangulate_landmark(landmark)) {
-        return landmark.cost;  // out of this step, but leaving must not look like a gain
+    if (!triangulate_landmark(landmark, 1)) {  // it follows its cameras as these move, step by step
+        return landmark.cost;                  // out of this step, but leaving must not look like a gain
     }
     const int host = landmark.observations.front().keyframe;
     schur_.clear();

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the stages of the front-end cost on full-size synthetic images: two distorted 752x480 cameras before a wall.
+// What the stages of the front-end cost on synthetic images: two distorted cameras of 752x480 before a wall, and whole
+// frames with other sizes too.
 #include <benchmark/benchmark.h>
 
 #include <array>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -20,31 +22,34 @@ using namespace facet;
 namespace {
 
 constexpr int kFrames = 8;
+constexpr int kWidth = 752;
+constexpr int kHeight = 480;
 
-/// The synthetic rig at full size.
-StereoRig full_size_rig() {
+/// The synthetic rig with images of this width and the sides of 752x480.
+StereoRig rig_of_width(int width) {
     const StereoRig half = synthetic::make_rig();
-    const auto doubled = [](const CameraModel& camera) {
+    const double scale = static_cast<double>(width) / kWidth;
+    const auto enlarged = [&](const CameraModel& camera) {
         CameraIntrinsics k = camera.intrinsics();
-        k.width = 752;
-        k.height = 480;
-        k.fx *= 2.3;
-        k.fy *= 2.3;
-        k.cx *= 2.35;
-        k.cy *= 2.0;
+        k.width = width;
+        k.height = width * kHeight / kWidth;
+        k.fx *= 2.3 * scale;
+        k.fy *= 2.3 * scale;
+        k.cx *= 2.35 * scale;
+        k.cy *= 2.0 * scale;
         return CameraModel(k);
     };
-    return {doubled(half.left), doubled(half.right), half.T_B_C0, half.T_B_C1};
+    return {enlarged(half.left), enlarged(half.right), half.T_B_C0, half.T_B_C1};
 }
 
 /// A flight along a slanted wall with texture at all scales, rendered once.
 struct Scene {
-    StereoRig rig = full_size_rig();
+    StereoRig rig;
     std::vector<Se3> poses;
     std::vector<synthetic::Image> left;
     std::vector<synthetic::Image> right;
 
-    Scene() {
+    explicit Scene(int width) : rig(rig_of_width(width)) {
         const synthetic::Plane wall{Eigen::Vector3d(0.1, -0.2, 1.0).normalized(), 3.0};
         const synthetic::Texture texture(0.06, 1.0, 41);
         for (int k = 0; k < kFrames; ++k) {
@@ -60,9 +65,13 @@ struct Scene {
     }
 };
 
-const Scene& scene() {
-    static const Scene instance;
-    return instance;
+const Scene& scene(int width = kWidth) {
+    static std::map<int, std::unique_ptr<const Scene>> scenes;
+    std::unique_ptr<const Scene>& scene = scenes[width];
+    if (scene == nullptr) {
+        scene = std::make_unique<const Scene>(width);
+    }
+    return *scene;
 }
 
 ImagePyramid pyramid_of(const synthetic::Image& image) {
@@ -220,15 +229,16 @@ void stereo_outliers(benchmark::State& state) {
 }
 BENCHMARK(stereo_outliers)->Unit(benchmark::kMicrosecond);
 
-/// Whole frames, there and back along the flight; argument 1: every frame a keyframe.
+/// Whole frames, there and back along the flight. Arguments: whether every frame is a keyframe, width of the images.
 void whole_frame(benchmark::State& state) {
+    const Scene& flight = scene(static_cast<int>(state.range(1)));
     FrontendConfig config;
     const bool all_keyframes = state.range(0) != 0;
     config.keyframe_max_interval_s = 5.0;
     config.keyframe_overlap = 0.1;
     config.keyframe_disparity_px = 100.0;
     Frontend frontend;
-    (void)frontend.configure(config, scene().rig);
+    (void)frontend.configure(config, flight.rig);
     int count = 0;
     int place = 0;
     int step = 1;
@@ -239,15 +249,18 @@ void whole_frame(benchmark::State& state) {
         hints.wants_keyframe = all_keyframes;
         if (count > 0) {
             step = place + step < 0 || place + step >= kFrames ? -step : step;
-            hints.q_Bp_B = scene().poses[static_cast<std::size_t>(place)].q.conjugate() *
-                           scene().poses[static_cast<std::size_t>(place + step)].q;
+            hints.q_Bp_B = flight.poses[static_cast<std::size_t>(place)].q.conjugate() *
+                           flight.poses[static_cast<std::size_t>(place + step)].q;
             place += step;
         }
-        (void)frontend.process(scene().frame(place, count++), hints, output);
+        (void)frontend.process(flight.frame(place, count++), hints, output);
         tracks += static_cast<double>(output.observations.size());
     }
     state.counters["tracks"] = tracks / count;
 }
-BENCHMARK(whole_frame)->ArgName("keyframes")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(whole_frame)
+    ->ArgNames({"keyframes", "width"})
+    ->ArgsProduct({{0, 1}, {376, 564, kWidth, 1128}})
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
