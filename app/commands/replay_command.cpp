@@ -32,6 +32,7 @@ struct ReplayArguments {
     double start_s = 0.0;
     double duration_s = 0.0;
     int passes = 1;
+    std::string truth;
     bool quiet = false;
 };
 
@@ -130,6 +131,10 @@ int replay(const ReplayArguments& args, bool has_duration) {
     options.start_s = args.start_s;
     options.duration_s = has_duration ? std::optional<double>(args.duration_s) : std::nullopt;
     options.passes = args.passes;
+    options.truth = parse_truth(args.truth);
+    if (options.truth.any() && options.passes > 1) {
+        throw InputError("--truth: the ground truth is that of one pass");
+    }
     options.show_progress = !args.quiet;
     return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM})), args.out);
 }
@@ -173,6 +178,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->add_option("--inject", args->faults,
                      "NAME[=VALUE][@START[+LENGTH]]: a fault between log and estimator, see below; may be repeated")
         ->allow_extra_args(false);
+    command->add_option(
+        "--truth", args->truth,
+        "tracks, stereo, bias (with commas between): what is replaced by the dataset's ground truth, to see "
+        "what its errors cost; tracks and stereo need its truth/scene.ply");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(
         fault_help() +

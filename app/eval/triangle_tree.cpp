@@ -151,17 +151,18 @@ TriangleTree::Nearest TriangleTree::nearest(const Eigen::Vector3d& p, double lim
     return best;
 }
 
-bool TriangleTree::blocks(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double margin_m) const {
-    const Eigen::Vector3d d = b - a;
-    const double end = 1.0 - margin_m / std::max(d.norm(), 1e-9);
-    const Eigen::Vector3d inverse = d.cwiseInverse();
+/// Parameter of the first hit below the limit, or with kAny of some hit; the limit if there is none.
+template <bool kAny>
+double TriangleTree::hit_before(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double limit) const {
+    const Eigen::Vector3d inverse = direction.cwiseInverse();
     std::array<int, 2 * kMaxDepth> stack{};
     std::size_t depth = items_.empty() ? 0 : 1;
+    double best = limit;
     while (depth > 0) {
         const Node& node = nodes_[static_cast<std::size_t>(stack[--depth])];
-        const Eigen::Vector3d t0 = (node.low.cast<double>() - a).cwiseProduct(inverse);
-        const Eigen::Vector3d t1 = (node.high.cast<double>() - a).cwiseProduct(inverse);
-        if (std::max(0.0, t0.cwiseMin(t1).maxCoeff()) > std::min(end, t0.cwiseMax(t1).minCoeff())) {
+        const Eigen::Vector3d t0 = (node.low.cast<double>() - origin).cwiseProduct(inverse);
+        const Eigen::Vector3d t1 = (node.high.cast<double>() - origin).cwiseProduct(inverse);
+        if (std::max(0.0, t0.cwiseMin(t1).maxCoeff()) > std::min(best, t0.cwiseMax(t1).minCoeff())) {
             continue;
         }
         if (node.count == 0) {
@@ -171,13 +172,25 @@ bool TriangleTree::blocks(const Eigen::Vector3d& a, const Eigen::Vector3d& b, do
         }
         for (int i = node.first; i < node.first + node.count; ++i) {
             const auto t = static_cast<std::size_t>(items_[static_cast<std::size_t>(i)]);
-            const double at = hit(a, d, soup_.corner(t, 0), soup_.corner(t, 1), soup_.corner(t, 2));
-            if (at > 1e-6 && at < end) {
-                return true;
+            const double at = hit(origin, direction, soup_.corner(t, 0), soup_.corner(t, 1), soup_.corner(t, 2));
+            if (at > 1e-6 && at < best) {
+                best = at;
+                if (kAny) {
+                    return best;
+                }
             }
         }
     }
-    return false;
+    return best;
+}
+
+bool TriangleTree::blocks(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double margin_m) const {
+    const double end = 1.0 - margin_m / std::max((b - a).norm(), 1e-9);
+    return hit_before<true>(a, b - a, end) < end;
+}
+
+double TriangleTree::cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double limit) const {
+    return hit_before<false>(origin, direction, limit);
 }
 
 }  // namespace facet

@@ -40,7 +40,12 @@ public:
     /// Whether any triangle crosses the segment from a to b, the last `margin_m` before b aside.
     bool blocks(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double margin_m) const;
 
+    /// Where a ray meets the first triangle: origin + t direction, 0 < t < limit; the limit if it meets none.
+    double cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double limit) const;
+
 private:
+    template <bool kAny>
+    double hit_before(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double limit) const;
     struct Node {
         Eigen::Vector3f low;
         Eigen::Vector3f high;

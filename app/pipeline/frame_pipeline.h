@@ -44,6 +44,9 @@ public:
     /// Throws InputError naming the section of the parameters, or the calibration, that cannot be used.
     void configure(const ProgramConfig& config, const Calibration& calibration);
 
+    /// See Estimator.
+    void set_observation_hook(ObservationHook* hook) { estimator_.set_observation_hook(hook); }
+
     void add_imu(const ImuSample& sample);
     /// The estimate's stamp is brought from the frame's stamp to the output's.
     /// @param output_stamp  differs from the frame's if the frame's clock was tampered with

@@ -52,6 +52,7 @@ private:
     FramePipeline pipeline_;
     FrameResult result_;
     std::optional<FaultInjector> injector_;  ///< none without faults
+    std::optional<TruthInjector> truth_;     ///< none if all is to be as measured
 };
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
@@ -94,6 +95,9 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
 }
 
 void Replay::give(ImuSample sample) {
+    if (truth_) {
+        truth_->correct(sample);
+    }
     sample.stamp = sample.stamp + pass_shift_;
     newest_ = sample.stamp;
     if (injector_) {
@@ -156,6 +160,10 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     const auto begin = StageTimer::Clock::now();
     open_log();
     pipeline_.configure(options_.config, options_.calibration);
+    if (options_.truth.any()) {
+        truth_.emplace(options_.dataset, options_.calibration.rig, options_.truth);
+        pipeline_.set_observation_hook(&*truth_);
+    }
     std::optional<Progress> progress;
     if (options_.show_progress) {
         progress.emplace("replay", "frames", log_->frame_count() * static_cast<std::size_t>(options_.passes));

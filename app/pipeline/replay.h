@@ -11,6 +11,7 @@
 #include "app/config/program_config.h"
 #include "app/faults/fault.h"
 #include "app/output/summary.h"
+#include "app/truth/truth_injector.h"
 
 namespace facet {
 
@@ -26,6 +27,7 @@ struct ReplayOptions {
     std::optional<double> duration_s;  ///< all if empty
     int passes = 1;                    ///< how often the log is played, one pass after the other
     std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
+    TruthSelection truth;              ///< what is replaced by the dataset's ground truth
     bool show_progress = true;
 };
 

@@ -43,6 +43,7 @@ struct Estimator::Impl {
     EstimatorConfig config;
     StereoRig rig;
     StageObserver* observer = nullptr;
+    ObservationHook* hook = nullptr;
     ImuBuffer imu;
     Frontend frontend;
     FrontendOutput tracks;
@@ -126,7 +127,11 @@ Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool w
     }
     const StageScope scope(observer, Stage::kTracking);
     hints.landmarks = window.predict_landmarks(now.state);
-    return frontend.process(frame, hints, tracks);
+    FACET_TRY(frontend.process(frame, hints, tracks));
+    if (hook != nullptr) {
+        hook->edit(frame.stamp, {tracks.observations.data(), tracks.observations.size()});
+    }
+    return Status::kOk;
 }
 
 Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
@@ -377,6 +382,8 @@ Status Estimator::configure(const EstimatorConfig& config, const StereoRig& rig)
     impl_->reset();
     return Status::kOk;
 }
+
+void Estimator::set_observation_hook(ObservationHook* hook) { impl_->hook = hook; }
 
 void Estimator::set_stage_observer(StageObserver* observer) {
     impl_->observer = observer;

@@ -9,6 +9,7 @@
 #include "estimator/api/estimate.h"
 #include "estimator/api/landmarks.h"
 #include "estimator/api/memory_part.h"
+#include "estimator/api/observation_hook.h"
 #include "estimator/api/residuals.h"
 #include "estimator/api/stage.h"
 #include "platform/base/samples.h"
@@ -35,6 +36,9 @@ public:
 
     /// Timing hook; nullptr to remove. Not owned.
     void set_stage_observer(StageObserver* observer);
+
+    /// For studies; nullptr to remove. Not owned.
+    void set_observation_hook(ObservationHook* hook);
 
     /// Begins anew at the next frame that allows it: a new window from the present attitude, place, velocity and biases,
     /// the reset counter raised. Without effect before the first start.

@@ -177,6 +177,11 @@ TEST_CASE("the tree finds the nearest point and what is in the way, as brute for
         const auto t = static_cast<std::size_t>(i);
         const Vector3d middle = (soup.corner(t, 0) + soup.corner(t, 1) + soup.corner(t, 2)) / 3.0;
         REQUIRE(tree.blocks(p, middle + 0.1 * (middle - p), 0.0));  // a triangle is in the way of what is beyond it
+        const double hit = tree.cast(p, middle - p, 2.0);
+        REQUIRE(hit <= 1.0 + 1e-9);
+        REQUIRE(tree.nearest(p + hit * (middle - p), 1.0).distance < 1e-9);  // on a triangle
+        REQUIRE_FALSE(tree.blocks(p, p + 0.999 * hit * (middle - p), 0.0));  // and on the first one
+        REQUIRE(tree.cast(p, Vector3d(0.0, 0.0, 1e-9), 1.0) == 1.0);         // nothing within reach
     }
 }
 
