@@ -46,16 +46,25 @@ def run(command, log):
     return done.returncode, done.stdout
 
 
-def replay(arguments, dataset, out, extra=()):
-    """Replays a dataset into the folder `out`; its log.txt keeps what is said."""
-    command = [arguments.facet, "replay", dataset, "--mode", arguments.mode, "--out", out, "--quiet", *extra]
+def replay_command(arguments, dataset, out, extra=(), mode=None, settings=()):
+    """Command that replays a dataset into the folder `out`, in the mode and with the parameters of the arguments."""
+    command = [arguments.facet, "replay", dataset, "--mode", mode or arguments.mode, "--out", out, "--quiet", *extra]
     if arguments.config:
         command += ["--config", arguments.config]
-    for setting in arguments.settings:
+    for setting in [*arguments.settings, *settings]:
         command += ["--set", setting]
-    if arguments.core >= 0 and shutil.which("taskset"):
-        command = ["taskset", "-c", arguments.core] + command
-    return run(command, out / "log.txt")
+    return [str(part) for part in command]
+
+
+def pinned(arguments, command):
+    """The command on the core of the arguments."""
+    on_core = arguments.core >= 0 and shutil.which("taskset")
+    return ["taskset", "-c", str(arguments.core), *command] if on_core else command
+
+
+def replay(arguments, dataset, out, extra=()):
+    """Replays a dataset into the folder `out`; its log.txt keeps what is said."""
+    return run(pinned(arguments, replay_command(arguments, dataset, out, extra)), out / "log.txt")
 
 
 def evaluate(arguments, dataset, out, extra=()):

@@ -2,7 +2,6 @@
 #include "app/eval/consistency.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -16,29 +15,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-std::optional<GroundTruthState> interpolate(std::span<const GroundTruthState> truth, Timestamp t, Duration max_gap) {
-    const auto after = std::lower_bound(truth.begin(), truth.end(), t,
-                                        [](const GroundTruthState& s, Timestamp stamp) { return s.stamp < stamp; });
-    if (after == truth.end()) {
-        return std::nullopt;
-    }
-    if (after->stamp == t) {
-        return *after;
-    }
-    if (after == truth.begin() || after->stamp - std::prev(after)->stamp > max_gap) {
-        return std::nullopt;
-    }
-    const GroundTruthState& a = *std::prev(after);
-    const double s = static_cast<double>((t - a.stamp).ns) / static_cast<double>((after->stamp - a.stamp).ns);
-    GroundTruthState out;
-    out.stamp = t;
-    out.p_W_B = (1.0 - s) * a.p_W_B + s * after->p_W_B;
-    out.q_W_B = a.q_W_B.slerp(s, after->q_W_B);
-    out.has_motion = a.has_motion && after->has_motion;
-    out.v_W_B = (1.0 - s) * a.v_W_B + s * after->v_W_B;
-    return out;
-}
 
 /// T_E_W from the true world W to the estimate's world E: a turn about z and a shift, exact at this pair.
 Se3 gauge(const GroundTruthState& truth, const UncertainState& estimate) {

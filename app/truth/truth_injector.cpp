@@ -51,17 +51,6 @@ TruthInjector::TruthInjector(const std::string& dataset, const StereoRig& rig, c
     }
 }
 
-std::optional<TruthInjector::Place> TruthInjector::place(Timestamp stamp) const {
-    const auto after = std::lower_bound(truth_.begin(), truth_.end(), stamp,
-                                        [](const GroundTruthState& s, Timestamp t) { return s.stamp < t; });
-    if (after == truth_.end() || (after == truth_.begin() && after->stamp != stamp)) {
-        return std::nullopt;
-    }
-    const auto before = after == truth_.begin() ? after : after - 1;
-    const double span_s = (after->stamp - before->stamp).seconds();
-    return Place{*before, *after, span_s > 0.0 ? (stamp - before->stamp).seconds() / span_s : 0.0};
-}
-
 std::optional<Eigen::Vector3d> TruthInjector::surface_point(const Cameras& cameras,
                                                             const Eigen::Vector2d& left_xy) const {
     const Eigen::Vector3d ray = cameras.T_W_C0.q * left_xy.homogeneous();
@@ -107,12 +96,11 @@ void TruthInjector::put_in_stereo(const Cameras& cameras, FeatureObservation& ob
 }
 
 void TruthInjector::edit(Timestamp stamp, std::span<FeatureObservation> observations) {
-    const std::optional<Place> at = place(stamp);
+    const std::optional<GroundTruthState> at = interpolate(truth_, stamp);
     if (!tree_ || !at) {
         return;
     }
-    const Se3 T_W_B{at->before.q_W_B.slerp(at->share, at->after.q_W_B),
-                    (1.0 - at->share) * at->before.p_W_B + at->share * at->after.p_W_B};
+    const Se3 T_W_B{at->q_W_B, at->p_W_B};
     const Cameras cameras{T_W_B * rig_.T_B_C0, T_W_B * rig_.T_B_C1};
     const bool has_stereo =
         std::any_of(observations.begin(), observations.end(), [](const FeatureObservation& o) { return o.has_right; });
@@ -127,10 +115,12 @@ void TruthInjector::edit(Timestamp stamp, std::span<FeatureObservation> observat
 }
 
 void TruthInjector::correct(ImuSample& sample) const {
-    const std::optional<Place> at = place(sample.stamp);
-    if (selection_.bias && at) {
-        sample.w_B -= (1.0 - at->share) * at->before.gyro_bias + at->share * at->after.gyro_bias;
-        sample.a_B -= (1.0 - at->share) * at->before.accel_bias + at->share * at->after.accel_bias;
+    if (!selection_.bias) {
+        return;
+    }
+    if (const std::optional<GroundTruthState> at = interpolate(truth_, sample.stamp)) {
+        sample.w_B -= at->gyro_bias;
+        sample.a_B -= at->accel_bias;
     }
 }
 

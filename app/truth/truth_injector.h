@@ -44,13 +44,6 @@ private:
         Se3 T_W_C0;
         Se3 T_W_C1;
     };
-    /// Neighbours of a stamp in the ground truth and how far it is between them.
-    struct Place {
-        const GroundTruthState& before;
-        const GroundTruthState& after;
-        double share;
-    };
-    std::optional<Place> place(Timestamp stamp) const;
     std::optional<Eigen::Vector3d> surface_point(const Cameras& cameras, const Eigen::Vector2d& left_xy) const;
     bool project(const Eigen::Vector3d& p_W, const Se3& T_W_C, const CameraModel& camera, Eigen::Vector2d& xy) const;
     void put_on_track(const Cameras& cameras, FeatureObservation& observation);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/replay_asl/ground_truth.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 
 #include "drivers/replay_asl/csv_file.h"
 
@@ -101,6 +103,31 @@ Status read_ground_truth(const std::string& csv_path, const AslWarningSink& sink
     }
     states = std::move(rows);
     return Status::kOk;
+}
+
+std::optional<GroundTruthState> interpolate(std::span<const GroundTruthState> truth, Timestamp t, Duration max_gap) {
+    const auto after = std::lower_bound(truth.begin(), truth.end(), t,
+                                        [](const GroundTruthState& s, Timestamp stamp) { return s.stamp < stamp; });
+    if (after == truth.end()) {
+        return std::nullopt;
+    }
+    if (after->stamp == t) {
+        return *after;
+    }
+    if (after == truth.begin() || after->stamp - std::prev(after)->stamp > max_gap) {
+        return std::nullopt;
+    }
+    const GroundTruthState& a = *std::prev(after);
+    const double s = static_cast<double>((t - a.stamp).ns) / static_cast<double>((after->stamp - a.stamp).ns);
+    GroundTruthState out;
+    out.stamp = t;
+    out.p_W_B = (1.0 - s) * a.p_W_B + s * after->p_W_B;
+    out.q_W_B = a.q_W_B.slerp(s, after->q_W_B);
+    out.has_motion = a.has_motion && after->has_motion;
+    out.v_W_B = (1.0 - s) * a.v_W_B + s * after->v_W_B;
+    out.gyro_bias = (1.0 - s) * a.gyro_bias + s * after->gyro_bias;
+    out.accel_bias = (1.0 - s) * a.accel_bias + s * after->accel_bias;
+    return out;
 }
 
 }  // namespace facet

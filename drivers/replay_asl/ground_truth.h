@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,5 +35,9 @@ std::string find_ground_truth(const std::string& path);
 /// @return kIo with `error` set if the file cannot be read or holds no valid row; kOk otherwise.
 Status read_ground_truth(const std::string& csv_path, const AslWarningSink& sink, std::vector<GroundTruthState>& states,
                          std::string& error);
+
+/// The state at a stamp: all linearly, rotation by slerp. Empty outside the table, and within a hole longer than `max_gap`.
+std::optional<GroundTruthState> interpolate(std::span<const GroundTruthState> truth, Timestamp t,
+                                            Duration max_gap = Duration::from_seconds(0.5));
 
 }  // namespace facet

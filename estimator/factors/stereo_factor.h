@@ -33,23 +33,6 @@ struct StereoView {
     RelativeView right;
 };
 
-/// What the residuals of points in images add up to under a loss.
-struct LossSums {
-    int points = 0;
-    double squared_error = 0.0;      ///< |r|^2, whitened, not robust
-    double weight = 0.0;             ///< rho'
-    double slope = 0.0;              ///< of the influence psi = rho' r
-    double squared_influence = 0.0;  ///< |psi|^2
-
-    void operator+=(const LossSums& other) {
-        points += other.points;
-        squared_error += other.squared_error;
-        weight += other.weight;
-        slope += other.slope;
-        squared_influence += other.squared_influence;
-    }
-};
-
 /// Whitened, robustly weighted linearization of one measurement: rows (u0, v0, u1, v1), the last two zero if there is no
 /// right one. Weights are applied: normal equations are J^T J and J^T r as they stand.
 struct StereoLinearization {

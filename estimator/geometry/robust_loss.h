@@ -50,4 +50,21 @@ struct RobustLoss {
     }
 };
 
+/// What the residuals of points in images add up to under a loss.
+struct LossSums {
+    int points = 0;
+    double squared_error = 0.0;      ///< |r|^2, whitened, not robust
+    double weight = 0.0;             ///< rho'
+    double slope = 0.0;              ///< of the influence psi = rho' r
+    double squared_influence = 0.0;  ///< |psi|^2
+
+    void operator+=(const LossSums& other) {
+        points += other.points;
+        squared_error += other.squared_error;
+        weight += other.weight;
+        slope += other.slope;
+        squared_influence += other.squared_influence;
+    }
+};
+
 }  // namespace facet

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/factors/stereo_factor.h"
+#include "estimator/geometry/robust_loss.h"
 
 namespace facet {
 

@@ -16,6 +16,18 @@ TEST_CASE("a loss's weight is the derivative of twice its cost, and small residu
     CHECK(loss.cost(1e-6) == Approx(0.5e-6).epsilon(1e-4));
 }
 
+TEST_CASE("a loss's slope is how its influence grows, on average along and across the residual", "[robust_loss]") {
+    const bool is_redescending = GENERATE(false, true);
+    const RobustLoss loss{1.2, is_redescending};
+    const auto influence = [&](double r) { return loss.weight(r * r) * r; };
+    for (const double r : {0.1, 0.9, 2.0, 7.0}) {
+        const double h = 1e-5 * r;
+        const double along = (influence(r + h) - influence(r - h)) / (2.0 * h);
+        const double across = influence(r) / r;
+        CHECK(loss.slope(r * r) == Approx(0.5 * (along + across)).epsilon(1e-4));
+    }
+}
+
 TEST_CASE("far residuals pull with constant force under Huber's loss, and less and less under Cauchy's",
           "[robust_loss]") {
     const auto pull = [](const auto& loss, double r) { return loss.weight(r * r) * r; };
