@@ -6,14 +6,16 @@
 
 namespace facet {
 
-/// Points of one triangulation: the features of a frame.
-inline constexpr int kMaxMeshPoints = kMaxFeatures;
+/// Points of one triangulation: the features of a frame and the surface points between them.
+inline constexpr int kMaxMeshPoints = kMaxFeatures + kMaxSurfacePoints;
 /// Triangles of one triangulation: a planar triangulation of n points has at most 2n - 5 of them.
 inline constexpr int kMaxTriangles = 2 * kMaxMeshPoints;
-/// Vertices of the horizon's mesh: the landmarks of the window.
-inline constexpr int kMaxMeshVertices = kMaxLandmarks;
-/// Faces of the horizon's mesh: four layers of a mesh over all its vertices.
+/// Vertices of the horizon's mesh: the landmarks of the window and as many surface points.
+inline constexpr int kMaxMeshVertices = 2 * kMaxLandmarks;
+/// Faces of the horizon's mesh: a mesh over all its vertices.
 inline constexpr int kMaxMeshFaces = 8192;
+/// Points that planes are sought among: landmarks and, while there is room, surface points.
+inline constexpr int kMaxPlanePoints = kMaxMeshVertices;
 /// Sectors of a range sweep: what MAVLink's OBSTACLE_DISTANCE carries.
 inline constexpr int kSweepSectors = 72;
 

@@ -17,12 +17,14 @@ namespace facet {
 using VertexSlot = std::uint16_t;
 using FaceIndex = std::uint16_t;
 
-/// A vertex is a landmark: it moves with it and leaves with it.
+/// A vertex is a landmark: it moves with it and leaves with it. Or it is a surface point: then it does so with its keyframe.
 struct MeshVertex {
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero();           ///< (m)
     Eigen::Matrix3f covariance_W = Eigen::Matrix3f::Zero();  ///< of p_W given the poses (m^2)
     Timestamp first_stamp;                                   ///< oldest keyframe of the window that saw the landmark
     std::uint32_t last_updated = 0;                          ///< number of the update that last found the landmark
+    bool is_surface_point = false;                           ///< then:
+    Eigen::Vector3d p_C0 = Eigen::Vector3d::Zero();          ///< in the left camera of the keyframe of first_stamp (m)
 };
 
 /// A triangle between three vertices; counterclockwise as seen from the side it was observed from, where its normal

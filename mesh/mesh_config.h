@@ -11,7 +11,7 @@ namespace facet {
 /// One line a field: meaning [unit] [range] and why this default.
 struct MeshConfig {
     double max_depth_m = 8.0;         ///< landmarks farther from the newest keyframe give no new face [0.5, 100]
-    double max_depth_sigma_m = 0.25;  ///< nor those less certain along the ray [0.001, 10]
+    double max_depth_sigma_m = 0.32;  ///< nor those less certain along the ray [0.001, 10]
     double max_chi2 = 4.0;            ///< nor those whose sightings contradict each other more [0.1, 1000]
     bool use_stereo_points = true;    ///< also landmarks that only one keyframe's stereo match gives
     int recent_keyframes =

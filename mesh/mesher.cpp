@@ -88,6 +88,18 @@ void Mesher::move_vertices(const KeyframeView& view) {
             vertex.first_stamp = s.first_stamp;
         }
     }
+    for (int i = 0; i < mesh_.vertex_end(); ++i) {
+        if (!mesh_.is_vertex(i) || !mesh_.vertex(static_cast<VertexSlot>(i)).is_surface_point) {
+            continue;
+        }
+        MeshVertex& vertex = mesh_.vertex(static_cast<VertexSlot>(i));
+        const auto keyframe = std::lower_bound(view.keyframes.begin(), view.keyframes.end(), vertex.first_stamp,
+                                               [](const KeyframePose& k, Timestamp stamp) { return k.stamp < stamp; });
+        if (keyframe != view.keyframes.end() && keyframe->stamp == vertex.first_stamp) {
+            vertex.p_W = keyframe->T_W_C0 * vertex.p_C0;
+            vertex.last_updated = update_;
+        }
+    }
 }
 
 /// A landmark that is gone has left the horizon if the oldest keyframe that saw it has; else it was judged bad.
@@ -189,6 +201,12 @@ void Mesher::collect_tracked(const KeyframeView& view) {
             add_point(s, R_C_W_ * (s.p_W - p_W_C_), s.left_xy, s.left_px);
         }
     }
+    for (const LandmarkSnapshot& s : view.surface) {
+        if (!landmarks_.full()) {
+            add_point(s, R_C_W_ * (s.p_W - p_W_C_), s.left_xy, s.left_px);
+            landmarks_.back().is_surface_point = true;
+        }
+    }
 }
 
 /// Landmarks that tracking lost a few keyframes ago, into the triangulation of the tracked ones.
@@ -244,6 +262,8 @@ bool Mesher::add_corners(const Triangle& t) {
         vertex.covariance_W = point.landmark->covariance_W;
         vertex.last_updated = update_;
         vertex.first_stamp = point.landmark->first_stamp;
+        vertex.is_surface_point = point.is_surface_point;
+        vertex.p_C0 = points_[p].p_C;
         point.vertex = slot.value();
         point.has_vertex = true;
     }

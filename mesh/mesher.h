@@ -50,8 +50,9 @@ struct DepartedFace {
 /// Incremental mesher [Rosinol19], called at each keyframe:
 ///   1 vertices move with their landmarks; landmarks that left the horizon, or were judged bad, take their faces along; if
 ///     the window began anew since the last keyframe, the whole mesh leaves: tracks may go on, but not where they were;
-///   2 the tracked landmarks are triangulated in the image (normalised, undistorted plane) and lifted; beyond the paper,
-///     landmarks lost from tracking a few keyframes ago join where the tracked ones show nothing in front of them;
+///   2 the tracked landmarks are triangulated in the image (normalised, undistorted plane) and lifted; beyond the paper, surface
+///     points between them join, which move and leave with their keyframe, and landmarks lost from tracking a few keyframes
+///     ago where the tracked ones show nothing in front of them;
 ///   3 triangles that pass the filters are merged into the mesh: a face that exists is confirmed, not doubled;
 ///   4 older faces that are seen again as other triangles of the same surface are superseded by them; a face with tracked
 ///     points behind it is contradicted, and leaves when contradicted often enough;
@@ -83,6 +84,7 @@ private:
         const LandmarkSnapshot* landmark = nullptr;
         VertexSlot vertex = 0;
         bool has_vertex = false;
+        bool is_surface_point = false;
     };
 
     bool is_usable(const LandmarkSnapshot& s, double slack) const;

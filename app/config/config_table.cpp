@@ -12,6 +12,7 @@ namespace {
 // clang-format off
 const std::array kTable{
     ConfigEntry{FACET_FIELD(frontend.max_features), "-", 20, 512, "tracks wanted in the left image"},
+    ConfigEntry{FACET_FIELD(frontend.surface_points), "-", 0, 384, "further corners that a keyframe matches in stereo, for the mesh alone"},
     ConfigEntry{FACET_FIELD(frontend.min_distance_px), "px", 5, 100, "spacing of new corners to tracks"},
     ConfigEntry{FACET_FIELD(frontend.grid_columns), "-", 1, 40, "detection cells across"},
     ConfigEntry{FACET_FIELD(frontend.grid_rows), "-", 1, 40, "detection cells down"},

@@ -6,6 +6,8 @@ namespace facet {
 
 /// Features tracked in one frame. 300 suffice indoors; 512 leaves room for dense meshes.
 inline constexpr int kMaxFeatures = 512;
+/// Corners of one keyframe matched in stereo for the mesh alone.
+inline constexpr int kMaxSurfacePoints = 384;
 /// Tracks lost from sight that may be found again: those of the last seconds.
 inline constexpr int kMaxDormantTracks = 256;
 /// Keyframes in the window: 25 as in [Rosinol19], rounded up.

@@ -102,6 +102,8 @@ void Estimator::Impl::reset() {
     summary = {};
     view.number = 0;
     view.landmarks.clear();
+    view.surface.clear();
+    view.keyframes.clear();
     view.planes.clear();
 }
 

@@ -75,6 +75,23 @@ bool describe(const Landmark& landmark, const WindowState& state, const WindowPr
     return true;
 }
 
+void fill_surface(const FrontendOutput& tracks, const WindowState& state, const WindowProblem& problem, double variance,
+                  KeyframeView& view) {
+    view.surface.clear();
+    Landmark seen;
+    for (const FeatureObservation& o : tracks.surface) {
+        seen.id = o.landmark;
+        seen.observations.clear();
+        seen.observations.push_back(
+            {static_cast<int>(state.keyframes.size()) - 1, {o.left_xy, o.right_xy, o.has_right}});
+        LandmarkSnapshot snapshot;
+        if (describe(seen, state, problem, variance, snapshot)) {
+            snapshot.left_px = o.left_px;
+            view.surface.push_back(snapshot);
+        }
+    }
+}
+
 }  // namespace
 
 void fill_keyframe_view(const Window& window, const FrontendOutput& tracks, KeyframeView& view) {
@@ -94,6 +111,13 @@ void fill_keyframe_view(const Window& window, const FrontendOutput& tracks, Keyf
         if (describe(state.landmarks[i], state, window.problem(), variance, snapshot)) {
             view.landmarks.push_back(snapshot);
         }
+    }
+    fill_surface(tracks, state, window.problem(), variance, view);
+    view.keyframes.clear();
+    for (int k = 0; k <= newest; ++k) {
+        const CameraPose& at = window.problem().left_camera(k);
+        view.keyframes.push_back(
+            {state.keyframes[static_cast<std::size_t>(k)].stamp, {Eigen::Quaterniond(at.R_C_W.transpose()), at.p_W_C}});
     }
     view.planes.clear();
     for (const WindowPlane& p : state.planes) {

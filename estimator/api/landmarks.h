@@ -38,8 +38,15 @@ struct LandmarkSnapshot {
     PlaneId plane;                                      ///< plane that the estimator holds it on; invalid if none
 };
 
-/// The window's landmarks at its newest keyframe, by increasing id. Landmarks that cannot be triangulated, or whose
-/// position is practically at infinity, are left out. About 300 KB, allocate it once. Thread-bound. No heap.
+/// A keyframe of the window as the newest optimization leaves it.
+struct KeyframePose {
+    Timestamp stamp;
+    Se3 T_W_C0;  ///< left camera
+};
+
+/// The window at its newest keyframe: its landmarks, by increasing id, and what only that keyframe's stereo pair shows.
+/// Points that cannot be triangulated, or whose position is practically at infinity, are left out. About 500 KB, allocate it
+/// once. Thread-bound. No heap.
 struct KeyframeView {
     std::uint32_t number = 0;  ///< counts the views since configure(): tells a new one from an old one
     Timestamp stamp;           ///< of the newest keyframe
@@ -49,7 +56,11 @@ struct KeyframeView {
     /// counts with: to ask whether points agree, multiply.
     double observation_variance = 1.0;
     FixedVector<LandmarkSnapshot, kMaxLandmarks> landmarks;
-    PlaneEstimates planes;  ///< that the estimator uses; empty in mode S
+    /// Points between the landmarks that the newest keyframe alone knows, by increasing id, all above the landmarks' ones.
+    /// They are told once: whoever keeps them moves them with their keyframe.
+    FixedVector<LandmarkSnapshot, kMaxSurfacePoints> surface;
+    FixedVector<KeyframePose, kMaxKeyframes> keyframes;  ///< oldest first
+    PlaneEstimates planes;                               ///< that the estimator uses; empty in mode S
 };
 
 /// Fills the view from the window after optimize(). Landmarks that only the newest keyframe sees are triangulated from

@@ -15,7 +15,7 @@
 
 namespace facet {
 
-using CornerList = boost::container::static_vector<Eigen::Vector2d, kMaxFeatures>;
+using CornerList = boost::container::static_vector<Eigen::Vector2d, kMaxFeatures + kMaxSurfacePoints>;
 
 /// Shi-Tomasi corners (least eigenvalue of the gradient matrix, [Shi94]) that are local maxima. The image is divided
 /// into cells; cells with the fewest tracks are served first, one corner a cell and round. Corners stand on whole
@@ -36,7 +36,7 @@ private:
         std::int16_t u = 0;
         std::int16_t v = 0;
     };
-    static constexpr int kPerCell = 24;  ///< strongest candidates kept a cell: bounds the work
+    static constexpr int kPerCell = 64;  ///< strongest candidates kept a cell: bounds the work
 
     void collect(float threshold);
     /// Offers those of the pixels (u ... u + count - 1, v), count <= simd::kLanes, that are free and local maxima.

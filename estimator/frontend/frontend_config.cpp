@@ -15,8 +15,9 @@ bool within(T value, T least, T most) {
 }  // namespace
 
 Status FrontendConfig::validate() const {
-    const bool detection = within(max_features, 20, kMaxFeatures) && within(min_distance_px, 5.0, 100.0) &&
-                           within(grid_columns, 1, 40) && within(grid_rows, 1, 40) && within(corner_quality, 1e-6, 0.5);
+    const bool detection = within(max_features, 20, kMaxFeatures) && within(surface_points, 0, kMaxSurfacePoints) &&
+                           within(min_distance_px, 5.0, 100.0) && within(grid_columns, 1, 40) &&
+                           within(grid_rows, 1, 40) && within(corner_quality, 1e-6, 0.5);
     const bool tracking = within(pyramid_levels, 2, 6) && within(window_px, 7, 41) && window_px % 2 == 1 &&
                           within(lk_iterations, 3, 60) && within(lk_epsilon_px, 0.001, 0.5) &&
                           within(forward_backward_px, 0.05, 5.0);

@@ -11,6 +11,7 @@ namespace facet {
 /// One line a field: meaning [unit] [range] and why this default.
 struct FrontendConfig {
     int max_features = 300;         ///< tracks wanted in the left image [20, 512]; the paper's value
+    int surface_points = 200;       ///< further corners that a keyframe matches in stereo, for the mesh alone [0, 384]
     double min_distance_px = 20.0;  ///< spacing of new corners to tracks [5, 100]; the paper's value
     int grid_columns = 12;          ///< detection cells across [1, 40]; even spread
     int grid_rows = 8;              ///< detection cells down [1, 40]

@@ -51,7 +51,7 @@ struct Frontend::Impl {
     boost::container::static_vector<std::uint8_t, kMaxFeatures> inlier;
     boost::container::static_vector<double, kMaxFeatures> values;
     boost::container::static_vector<Eigen::Vector2d, kMaxFeatures> positions;
-    CornerList corners;
+    CornerList corners;  ///< found at this keyframe and not begun as tracks
 
     void reset();
     Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
@@ -69,6 +69,7 @@ struct Frontend::Impl {
     int wanted_features(const FrameHints& hints) const;
     void begin_tracks(const FrameHints& hints, FrontendOutput& output);
     void match_stereo(const FrameHints& hints);
+    void match_surface(FrontendOutput& output);
     void reject_stereo_outliers();
     void fill_observations(FrontendOutput& output) const;
     int live() const {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "estimator/frontend/frontend_impl.h"
 
@@ -25,13 +27,15 @@ void Frontend::Impl::begin_tracks(const FrameHints& hints, FrontendOutput& outpu
         positions.push_back(track.pose.uv);
     }
     corners.clear();
-    detector.detect(left.level(0), {positions.data(), positions.size()},
-                    wanted_features(hints) - static_cast<int>(tracks.size()), corners);
-    for (const Eigen::Vector2d& uv : corners) {
+    const int wanted = std::max(0, wanted_features(hints) - static_cast<int>(tracks.size()));
+    const int more = hints.effort < 1.0 ? 0 : config.surface_points;
+    detector.detect(left.level(0), {positions.data(), positions.size()}, wanted + more, corners);
+    const auto rest = corners.begin() + std::min<std::ptrdiff_t>(wanted, std::ssize(corners));
+    for (auto uv = corners.begin(); uv != rest; ++uv) {
         Track track;
-        Status started = tracker.start(left, uv, track);
+        Status started = tracker.start(left, *uv, track);
         if (started == Status::kFull && dormant.forget_oldest(tracker)) {
-            started = tracker.start(left, uv, track);
+            started = tracker.start(left, *uv, track);
         }
         if (ok(started)) {
             track.id.value = next_landmark++;
@@ -39,6 +43,7 @@ void Frontend::Impl::begin_tracks(const FrameHints& hints, FrontendOutput& outpu
             ++output.detected;
         }
     }
+    corners.erase(corners.begin(), rest);
 }
 
 void Frontend::Impl::match_stereo(const FrameHints& hints) {
@@ -73,6 +78,24 @@ void Frontend::Impl::match_stereo(const FrameHints& hints) {
     reject_stereo_outliers();
 }
 
+/// The corners that no track begins at: where they are is known from this frame alone.
+void Frontend::Impl::match_surface(FrontendOutput& output) {
+    for (const Eigen::Vector2d& uv : corners) {
+        FeatureObservation o;
+        StereoMatch match;
+        if (output.surface.size() == output.surface.capacity() || !ok(rig.left.unproject(uv, o.left_xy)) ||
+            !ok(stereo_matcher.match(left, right, uv, -1.0, match))) {
+            continue;
+        }
+        o.landmark.value = next_landmark++;
+        o.left_px = uv.cast<float>();
+        o.right_xy = match.right_xy;
+        o.right_px = match.right_uv.cast<float>();
+        o.has_right = true;
+        output.surface.push_back(o);
+    }
+}
+
 void Frontend::Impl::reject_stereo_outliers() {
     inlier.resize(stereo_pairs.size());
     if (!ok(outlier_test.stereo({stereo_pairs.data(), stereo_pairs.size()}, {inlier.data(), inlier.size()}))) {
@@ -91,6 +114,7 @@ void Frontend::Impl::make_keyframe(const FrameHints& hints, bool has_right, Fron
     begin_tracks(hints, output);
     if (has_right) {
         match_stereo(hints);
+        match_surface(output);
     } else {
         for (Track& track : tracks) {
             track.has_depth = false;

@@ -64,6 +64,9 @@ struct FrontendOutput {
     int detected = 0;  ///< new tracks begun in this frame
     int stereo = 0;    ///< observations with a right match
     boost::container::static_vector<FeatureObservation, kMaxFeatures> observations;
+    /// At a keyframe: corners between the tracks that have a right match. They are not tracked, and the smoother does not
+    /// see them; their ids are no track's.
+    boost::container::static_vector<FeatureObservation, kMaxSurfacePoints> surface;
 };
 
 }  // namespace facet

@@ -40,11 +40,28 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
         if (const auto slot = mesh.find_vertex(s.id); slot.ok()) {
             point_of_vertex_[slot.value()] = static_cast<std::uint16_t>(points_.size());
         }
-        from_origin_[points_.size()] = (s.p_W - origin_).cast<float>();
-        points_.push_back({s.p_W, static_cast<float>(view.observation_variance) * s.covariance_W});
-        state_.push_back(state);
+        add_point({s.p_W, static_cast<float>(view.observation_variance) * s.covariance_W}, state);
+    }
+    landmarks_ = points_.size();
+    for (int i = 0; i < mesh.vertex_end() && !points_.full(); ++i) {
+        const auto slot = static_cast<VertexSlot>(i);
+        if (!mesh.is_vertex(i) || !mesh.vertex(slot).is_surface_point) {
+            continue;
+        }
+        PointState state;
+        state.id = mesh.landmark(slot);
+        state.is_good = true;
+        point_of_vertex_[slot] = static_cast<std::uint16_t>(points_.size());
+        const MeshVertex& vertex = mesh.vertex(slot);
+        add_point({vertex.p_W, static_cast<float>(view.observation_variance) * vertex.covariance_W}, state);
     }
     take_faces(mesh);
+}
+
+void PlaneEvidence::add_point(const PlanePoint& point, const PointState& state) {
+    from_origin_[points_.size()] = (point.p_W - origin_).cast<float>();
+    points_.push_back(point);
+    state_.push_back(state);
 }
 
 /// Tilt of a face whose corners move by independent amounts s along its normal: s^2 sum 1 / height_i^2, halved for one axis.
@@ -119,6 +136,7 @@ void PlaneEvidence::collect(const PlaneFit& fit, PlaneSerial plane, const PlaneG
     std::fill_n(standing_.begin(), points_.size(), Standing{});
     near_.clear();
     support.points.clear();
+    support.surface.clear();
     support.area_m2 = 0.0;
     const Eigen::Vector3f n = fit.normal_W.cast<float>();
     const auto d = static_cast<float>(fit.distance_m - fit.normal_W.dot(origin_));
@@ -139,11 +157,16 @@ void PlaneEvidence::collect(const PlaneFit& fit, PlaneSerial plane, const PlaneG
             }
         }
     }
-    for (std::size_t i = 0; i < points_.size(); ++i) {
+    for (std::size_t i = 0; i < landmarks_; ++i) {
         const auto p = static_cast<std::uint16_t>(i);
         if (standing_[i].is_on || (plane != 0 && state_[i].former == plane && fits(p, fit, plane, join, stay))) {
             standing_[i].is_on = true;
             support.points.push_back(p);
+        }
+    }
+    for (std::size_t i = landmarks_; i < points_.size(); ++i) {
+        if (standing_[i].is_on) {
+            support.surface.push_back(static_cast<std::uint16_t>(i));
         }
     }
 }
@@ -177,7 +200,7 @@ void PlaneEvidence::weigh(PlaneSupport& support) const {
 
 void PlaneEvidence::collect_former(PlaneSerial plane, FixedVector<std::uint16_t, kMaxLandmarks>& points) const {
     points.clear();
-    for (std::size_t i = 0; i < state_.size(); ++i) {
+    for (std::size_t i = 0; i < landmarks_; ++i) {
         if (state_[i].former == plane && state_[i].owner == 0) {
             points.push_back(static_cast<std::uint16_t>(i));
         }
@@ -186,15 +209,18 @@ void PlaneEvidence::collect_former(PlaneSerial plane, FixedVector<std::uint16_t,
 
 void PlaneEvidence::collect_owned(PlaneSerial plane, FixedVector<std::uint16_t, kMaxLandmarks>& points) const {
     points.clear();
-    for (std::size_t i = 0; i < state_.size(); ++i) {
+    for (std::size_t i = 0; i < landmarks_; ++i) {
         if (state_[i].owner == plane) {
             points.push_back(static_cast<std::uint16_t>(i));
         }
     }
 }
 
-void PlaneEvidence::own(std::span<const std::uint16_t> points, PlaneSerial plane) {
-    for (const std::uint16_t p : points) {
+void PlaneEvidence::own(const PlaneSupport& support, PlaneSerial plane) {
+    for (const std::uint16_t p : support.points) {
+        state_[p].owner = plane;
+    }
+    for (const std::uint16_t p : support.surface) {
         state_[p].owner = plane;
     }
 }
@@ -292,7 +318,8 @@ void PlaneEvidence::choose_spread(const PlaneFit& fit, std::span<const std::uint
 
 void PlaneEvidence::remember() {
     members_.clear();
-    for (const PointState& s : state_) {
+    for (std::size_t i = 0; i < landmarks_; ++i) {
+        const PointState& s = state_[i];
         if (s.owner != 0) {
             members_.push_back({s.id, s.owner, s.was_told});
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Landmarks and faces of one keyframe as the plane finder sees them, and which plane has which landmark.
+// Points and faces of one keyframe as the plane finder sees them, and which plane has which of them.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,13 +27,16 @@ struct PlaneGate {
 
 /// What speaks for a plane.
 struct PlaneSupport {
-    FixedVector<std::uint16_t, kMaxLandmarks> points;  ///< increasing
-    double area_m2 = 0.0;                              ///< of the faces with all corners on it
+    FixedVector<std::uint16_t, kMaxLandmarks> points;     ///< landmarks, increasing
+    FixedVector<std::uint16_t, kMaxPlanePoints> surface;  ///< surface points, increasing
+    double area_m2 = 0.0;                                 ///< of the faces with all corners on it
     double coherence = 0.0;    ///< by number, of the faces with two corners on it: those whose third is so too
     double roughness_m = 0.0;  ///< root of the covariance of residuals at two ends of a side; noise alone gives about 0
 };
 
-/// About 700 KB. Thread-bound. No heap.
+/// Points are the landmarks, by increasing id, and behind them the surface points of the mesh. Those bear faces, which vote and
+/// cover area; what a plane is, and whether it is one, only landmarks say: seen from one keyframe, surface points are too
+/// uncertain to contradict. About 1 MB. Thread-bound. No heap.
 class PlaneEvidence {
 public:
     void clear() { members_.clear(); }
@@ -57,7 +60,7 @@ public:
     /// Landmarks that a plane has now.
     void collect_owned(PlaneSerial plane, FixedVector<std::uint16_t, kMaxLandmarks>& points) const;
 
-    void own(std::span<const std::uint16_t> points, PlaneSerial plane);
+    void own(const PlaneSupport& support, PlaneSerial plane);
     void hand_over(PlaneSerial from, PlaneSerial to);
     void release(PlaneSerial plane) { hand_over(plane, 0); }
     /// Landmarks that no plane took at this keyframe are free for new ones.
@@ -117,6 +120,7 @@ private:
         bool is_on = false;
     };
 
+    void add_point(const PlanePoint& point, const PointState& state);
     void take_faces(const HorizonMesh& mesh);
     bool fits(std::uint16_t point, const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join,
               const PlaneGate& stay);
@@ -125,10 +129,11 @@ private:
 
     PlaneConfig config_;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
-    FixedVector<PlanePoint, kMaxLandmarks> points_;
-    FixedVector<PointState, kMaxLandmarks> state_;
-    std::array<Eigen::Vector3f, kMaxLandmarks> from_origin_;  ///< points, from origin_
-    std::array<Standing, kMaxLandmarks> standing_;
+    FixedVector<PlanePoint, kMaxPlanePoints> points_;
+    std::size_t landmarks_ = 0;  ///< so many of the points are landmarks
+    FixedVector<PointState, kMaxPlanePoints> state_;
+    std::array<Eigen::Vector3f, kMaxPlanePoints> from_origin_;  ///< points, from origin_
+    std::array<Standing, kMaxPlanePoints> standing_;
     std::array<std::uint16_t, kMaxMeshVertices> point_of_vertex_{};
     FixedVector<Face, kMaxMeshFaces> faces_;
     FixedVector<std::uint16_t, kMaxMeshFaces> near_;  ///< faces near the plane in hand

@@ -103,7 +103,7 @@ void PlaneFinder::follow(TrackedPlane& plane) {
         plane.landmarks = static_cast<int>(on.size());
         plane.area_m2 = support_.area_m2;
     }
-    evidence_.own(on, plane.serial);
+    evidence_.own(support_, plane.serial);
 }
 
 bool PlaneFinder::is_upright_or_level(PlaneKind kind, const PlaneFit& fit, double slack) const {
@@ -177,7 +177,7 @@ void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
         if (!is_one({others_.data(), others_.size()}, on, fit)) {
             continue;
         }
-        evidence_.own(on, plane.serial);
+        evidence_.own(support_, plane.serial);
         if (plane.lost > 0) {
             counters_.found_again += plane.lost > config_.leave_keyframes && plane.id.valid() ? 1 : 0;
             plane.fit = plane.is_held ? plane.fit : fit;
@@ -201,7 +201,7 @@ void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
     plane.landmarks = static_cast<int>(on.size());
     plane.found = 1;
     planes_.push_back(plane);
-    evidence_.own(on, plane.serial);
+    evidence_.own(support_, plane.serial);
 }
 
 void PlaneFinder::propose() {

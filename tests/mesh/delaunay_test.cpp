@@ -148,7 +148,7 @@ TEST_CASE("random points of every number up to the capacity are triangulated") {
     for (int n = 0; n < 40; ++n) {
         triangulate_and_check(random_points(n, static_cast<unsigned>(n)));
     }
-    for (const int n : {64, 100, 200, 300, 511, 512}) {
+    for (const int n : {64, 100, 200, 300, 511, 512, kMaxMeshPoints}) {
         triangulate_and_check(random_points(n, 7U * static_cast<unsigned>(n)));
     }
 }
@@ -279,7 +279,7 @@ TEST_CASE("points outside the hull or on its border are not inserted") {
     CHECK(delaunay->insert(std::span(points).first(3)) == Status::kInvalidArgument);
     points.push_back({std::numeric_limits<double>::quiet_NaN(), 1.0});
     CHECK(delaunay->insert(points) == Status::kInvalidArgument);
-    CHECK(delaunay->insert(Points(513, Vector2d(5.0, 6.0))) == Status::kFull);
+    CHECK(delaunay->insert(Points(kMaxMeshPoints + 1, Vector2d(5.0, 6.0))) == Status::kFull);
     CHECK(delaunay->triangles().size() == before.size() + 2);
     const Points line{{0.0, 0.0}, {1.0, 1.0}, {2.0, 2.0}, {1.0, 0.0}};
     REQUIRE(ok(delaunay->triangulate(std::span(line).first(3))));
@@ -289,7 +289,7 @@ TEST_CASE("points outside the hull or on its border are not inserted") {
 
 TEST_CASE("too many points and values that are no coordinates are refused") {
     const auto delaunay = std::make_unique<Delaunay>();
-    CHECK(delaunay->triangulate(random_points(513, 1)) == Status::kFull);
+    CHECK(delaunay->triangulate(random_points(kMaxMeshPoints + 1, 1)) == Status::kFull);
     CHECK(delaunay->triangles().empty());
     for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e10}) {
         Points points = random_points(10, 1);

@@ -117,6 +117,52 @@ TEST_CASE("a snapshot tells of every landmark where it is, who saw it and when",
     CHECK(view.number == 2);
 }
 
+TEST_CASE("surface points come with the keyframe that saw them and with honest covariances", "[landmarks]") {
+    SyntheticFlight::Options options;
+    options.pixel_sigma = 0.5;
+    double chi2 = 0.0;
+    int count = 0;
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+        options.seed = seed;
+        Flown flown(options);
+        // The newest keyframe's observations once more, as points that the window does not know.
+        constexpr std::uint32_t kFirst = 100000;
+        for (const FeatureObservation& o : flown.flight.observe((kKeyframes - 1) * kStep_s)) {
+            if (o.has_right) {
+                flown.tracks->surface.push_back(o);
+                flown.tracks->surface.back().landmark.value = kFirst + o.landmark.value;
+            }
+        }
+        const test::AllocationGuard guard;
+        fill_keyframe_view(*flown.window, *flown.tracks, *flown.view);
+        CHECK(guard.allocations() == 0);
+        const KeyframeView& view = *flown.view;
+        const WindowState& state = flown.window->state();
+        REQUIRE(view.keyframes.size() == state.keyframes.size());
+        for (std::size_t k = 0; k < view.keyframes.size(); ++k) {
+            const Keyframe& keyframe = state.keyframes[k];
+            REQUIRE(view.keyframes[k].stamp == keyframe.stamp);
+            const Se3 T_W_C0 = Se3{keyframe.state.q_W_B, keyframe.state.p_W_B} * flown.flight.rig().T_B_C0;
+            // But for the estimated time offset.
+            REQUIRE((view.keyframes[k].T_W_C0.p - T_W_C0.p).norm() < 2e-3);
+            REQUIRE(view.keyframes[k].T_W_C0.q.angularDistance(T_W_C0.q) < 1e-3);
+        }
+        REQUIRE(view.keyframes.back().T_W_C0.p == view.T_W_C0.p);
+        REQUIRE(view.surface.size() > 20);
+        for (const LandmarkSnapshot& s : view.surface) {
+            REQUIRE(s.id.value >= kFirst);
+            REQUIRE(s.is_tracked);
+            REQUIRE(s.keyframes == 1);
+            REQUIRE(s.first_stamp == view.stamp);
+            REQUIRE((view.landmarks.empty() || view.landmarks.back().id < s.id));
+            const Eigen::Vector3d error = s.p_W - flown.flight.landmarks()[s.id.value - kFirst];
+            chi2 += error.dot(s.covariance_W.cast<double>().inverse() * error);
+            ++count;
+        }
+    }
+    CHECK(chi2 / (3.0 * count) == Approx(1.0).epsilon(0.35));  // the pose's own error is left out
+}
+
 TEST_CASE("the covariance of a snapshot says how far the landmark is off", "[landmarks]") {
     SyntheticFlight::Options options;
     options.pixel_sigma = 1.0;

@@ -80,8 +80,13 @@ bool same(const FrontendOutput& a, const FrontendOutput& b) {
     if (a.stamp != b.stamp || a.is_keyframe != b.is_keyframe || a.is_still != b.is_still || a.tracked != b.tracked ||
         a.lost != b.lost || a.outliers != b.outliers || a.detected != b.detected || a.stereo != b.stereo ||
         std::memcmp(&a.median_disparity_px, &b.median_disparity_px, sizeof(double)) != 0 ||
-        a.observations.size() != b.observations.size()) {
+        a.observations.size() != b.observations.size() || a.surface.size() != b.surface.size()) {
         return false;
+    }
+    for (std::size_t i = 0; i < a.surface.size(); ++i) {
+        if (a.surface[i].landmark != b.surface[i].landmark || a.surface[i].right_xy != b.surface[i].right_xy) {
+            return false;
+        }
     }
     for (std::size_t i = 0; i < a.observations.size(); ++i) {
         const FeatureObservation& p = a.observations[i];
@@ -148,6 +153,53 @@ TEST_CASE("front-end tracks and matches a flight over a plane to a fraction of a
         CHECK(out.outliers == 0);
     }
     CHECK(keyframes >= 3);
+}
+
+TEST_CASE("surface points are matched between the tracks at keyframes, and tracks do not notice", "[frontend]") {
+    const Flight& f = flight();
+    Frontend frontend;
+    Frontend without;
+    FrontendConfig config = small_config();
+    config.surface_points = 100;
+    REQUIRE(ok(frontend.configure(config, f.rig)));
+    config.surface_points = 0;
+    REQUIRE(ok(without.configure(config, f.rig)));
+    std::set<LandmarkId> ids;
+    std::size_t told = 0;
+    int keyframes = 0;
+    for (std::size_t k = 0; k < f.frames.size(); ++k) {
+        CAPTURE(k);
+        FrontendOutput out;
+        FrontendOutput plain;
+        FrameHints hints = f.hints(k);
+        hints.effort = k < 12 ? 1.0 : 0.67;  // late: no time for them
+        REQUIRE(ok(frontend.process(f.frames[k].view(), hints, out)));
+        REQUIRE(ok(without.process(f.frames[k].view(), hints, plain)));
+        CHECK(plain.surface.empty());
+        CHECK((out.surface.empty() || (out.is_keyframe && k < 12)));
+        CHECK(out.surface.size() <= 100);
+        REQUIRE(out.observations.size() == plain.observations.size());
+        for (std::size_t i = 0; i < out.observations.size(); ++i) {
+            REQUIRE(out.observations[i].left_xy == plain.observations[i].left_xy);
+            REQUIRE(out.observations[i].right_xy == plain.observations[i].right_xy);
+        }
+        const Se3 T_W_C0 = f.frames[k].T_W_B * f.rig.T_B_C0;
+        const Se3 T_C1_W = (f.frames[k].T_W_B * f.rig.T_B_C1).inverse();
+        for (const FeatureObservation& o : out.surface) {
+            const Eigen::Vector3d p_W = f.plane.intersect(T_W_C0.p, T_W_C0.q * o.left_xy.homogeneous());
+            CHECK(o.has_right);
+            CHECK(((T_C1_W * p_W).hnormalized() - o.right_xy).norm() * f.rig.right.focal_px() < 0.3);
+            CHECK(ids.insert(o.landmark).second);
+            for (const FeatureObservation& track : out.observations) {
+                REQUIRE(track.landmark != o.landmark);
+                REQUIRE((track.left_px - o.left_px).norm() > static_cast<float>(config.min_distance_px) - 1.0F);
+            }
+        }
+        told += out.surface.size();
+        keyframes += out.surface.empty() ? 0 : 1;
+    }
+    CHECK(keyframes >= 2);
+    CHECK(told > 40U * static_cast<unsigned>(keyframes));
 }
 
 TEST_CASE("front-end gives the same output for the same input", "[frontend]") {
@@ -305,6 +357,7 @@ TEST_CASE("front-end works without the right image", "[frontend]") {
         frame.right = {};
         REQUIRE(ok(frontend.process(frame, f.hints(k), out)));
         CHECK(out.stereo == 0);
+        CHECK(out.surface.empty());
         CHECK(out.observations.size() > 80);
         keyframes += out.is_keyframe ? 1 : 0;
     }
@@ -350,6 +403,8 @@ TEST_CASE("front-end refuses configurations out of range", "[frontend]") {
         return frontend.configure(config, rig) == Status::kInvalidArgument;
     };
     CHECK(refused([](FrontendConfig& c) { c.max_features = 513; }));
+    CHECK(refused([](FrontendConfig& c) { c.surface_points = 385; }));
+    CHECK(refused([](FrontendConfig& c) { c.surface_points = -1; }));
     CHECK(refused([](FrontendConfig& c) { c.window_px = 16; }));
     CHECK(refused([](FrontendConfig& c) { c.pyramid_levels = 1; }));
     CHECK(refused([](FrontendConfig& c) { c.pyramid_levels = 6; }));  // 320x240 cannot be halved so often

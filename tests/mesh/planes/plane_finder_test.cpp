@@ -118,6 +118,39 @@ TEST_CASE("faces carry the plane they lie on") {
     CHECK(wrong < 0.01 * total);
 }
 
+TEST_CASE("surface points bear faces of a plane, but only landmarks make one") {
+    const Corner world;
+    PlaneRig rig(world);
+    rig.viewer.is_landmark = [](std::size_t i) { return i % 3 != 0; };
+    const PlaneProposals& proposals = rig.hover(kCorner, 4);
+    REQUIRE(proposals.size() == 3);
+    for (const PlaneProposal& p : proposals) {
+        for (const LandmarkId id : p.landmarks) {
+            REQUIRE(id.value < test::WorldViewer::kSurfaceIds);
+        }
+    }
+    const HorizonMesh& mesh = rig.mesher->mesh();
+    int labelled = 0;
+    int faces = 0;
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        if (!mesh.is_face(i)) {
+            continue;
+        }
+        const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
+        const bool has_surface_point = std::any_of(face.vertex.begin(), face.vertex.end(),
+                                                   [&](VertexSlot v) { return mesh.vertex(v).is_surface_point; });
+        faces += has_surface_point ? 1 : 0;
+        labelled += has_surface_point && face.plane.valid() ? 1 : 0;
+    }
+    REQUIRE(faces > 100);
+    CHECK(labelled > 0.6 * faces);
+    // The same walls with hardly a landmark: as many faces, and no plane.
+    PlaneRig sparse(world);
+    sparse.viewer.is_landmark = [](std::size_t i) { return i % 40 == 0; };
+    CHECK(sparse.hover(kCorner, 4).empty());
+    CHECK(sparse.mesher->mesh().face_count() > 100);
+}
+
 /// Most planes ever told in some keyframes.
 std::size_t most_planes(const PlaneWorld& world, const Se3& camera, int keyframes = 10) {
     PlaneRig rig(world);

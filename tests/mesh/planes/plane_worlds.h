@@ -76,6 +76,8 @@ public:
 
     Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< of everything in W: drift taken out, say
     int memory = 12;                                  ///< keyframes that a landmark stays unseen
+    /// Points that are no landmarks are surface points of each keyframe that sees them.
+    std::function<bool(std::size_t)> is_landmark = [](std::size_t) { return true; };
 
     /// View number `number`, one a second.
     const KeyframeView& view(int number, const Se3& T_W_C0) {
@@ -85,23 +87,35 @@ public:
         v.oldest_stamp = {1'000'000'000LL * (number - memory)};
         v.T_W_C0 = {T_W_C0.q, T_W_C0.p + shift};
         v.landmarks.clear();
+        v.surface.clear();
+        if (v.keyframes.full()) {
+            v.keyframes.clear();
+        }
+        v.keyframes.push_back({v.stamp, v.T_W_C0});
         for (std::size_t i = 0; i < world_.points.size() && !v.landmarks.full(); ++i) {
             const Eigen::Vector3d p_C = T_W_C0.inverse() * world_.points[i].p;
             Eigen::Vector2d uv;
             const bool is_seen =
                 ok(plane_camera().project(p_C, uv)) && plane_camera().in_image(uv, 1.0) && p_C.z() < 7.0;
             last_seen_[i] = is_seen ? number : last_seen_[i];
-            if (number - last_seen_[i] <= memory) {
-                add(i, number, T_W_C0, p_C, uv, is_seen);
+            if (is_landmark(i) && number - last_seen_[i] <= memory) {
+                v.landmarks.push_back(snapshot(i, number, T_W_C0, p_C, uv, is_seen));
+            } else if (!is_landmark(i) && is_seen && !v.surface.full()) {
+                LandmarkSnapshot s = snapshot(i, number, T_W_C0, p_C, uv, true);
+                s.id.value += static_cast<std::uint32_t>(number) * kSurfaceIds;
+                s.first_stamp = v.stamp;
+                s.keyframes = s.stereo = 1;
+                v.surface.push_back(s);
             }
         }
         return v;
     }
     KeyframeView& last() { return *view_; }
+    static constexpr std::uint32_t kSurfaceIds = 100000;  ///< surface points have ids from here on
 
 private:
-    void add(std::size_t i, int number, const Se3& T_W_C0, const Eigen::Vector3d& p_C, const Eigen::Vector2d& uv,
-             bool is_seen) {
+    LandmarkSnapshot snapshot(std::size_t i, int number, const Se3& T_W_C0, const Eigen::Vector3d& p_C,
+                              const Eigen::Vector2d& uv, bool is_seen) const {
         const WorldPoint& point = world_.points[i];
         const double z = std::max(0.5, std::abs(p_C.z()));
         const double across = 0.3 * world_.noise_px * z / 450.0;
@@ -127,7 +141,7 @@ private:
         s.is_tracked = is_seen;
         s.left_xy = p_C.head<2>() / p_C.z();
         s.left_px = uv.cast<float>();
-        view_->landmarks.push_back(s);
+        return s;
     }
 
     const PlaneWorld& world_;
