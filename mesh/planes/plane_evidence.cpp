@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::uint16_t kNoPoint = 0xffff;
 constexpr float kMaxLandmarkChi2 = 6.0F;  // of its sightings, as the mesh bears it in a vertex
+constexpr float kFarAway = 1e6F;          // m
 constexpr double kNear = 0.30;            // m: faces this near to a plane can have two corners on it
 constexpr double kStaySigma = 1.5;        // a landmark on a plane may be this much less certain than a new one
 constexpr int kCells = 16;                // of the grid that spreads landmarks, to each side
@@ -94,6 +95,11 @@ void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
         face.least_cosine = std::cos(std::min(widest, base + 2.0F * face.tilt_sigma));
         face.index = index;
         face.is_fill = from.is_fill;
+        // Faces that close holes are near no plane.
+        const Eigen::Vector3f place = from.is_fill ? Eigen::Vector3f::Constant(kFarAway) : face.centroid;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            place_[axis][faces_.size() - 1] = place(static_cast<Eigen::Index>(axis));
+        }
     }
 }
 
@@ -140,12 +146,19 @@ void PlaneEvidence::collect(const PlaneFit& fit, PlaneSerial plane, const PlaneG
     support.area_m2 = 0.0;
     const Eigen::Vector3f n = fit.normal_W.cast<float>();
     const auto d = static_cast<float>(fit.distance_m - fit.normal_W.dot(origin_));
+    // Most faces are far from most planes: their heights are taken apart from all else, whole vectors at a time.
     for (std::size_t i = 0; i < faces_.size(); ++i) {
+        height_[i] = n.x() * place_[0][i] + n.y() * place_[1][i] + n.z() * place_[2][i] - d;
+    }
+    near_.resize(faces_.size());
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < faces_.size(); ++i) {
+        near_.data()[count] = static_cast<std::uint16_t>(i);
+        count += std::abs(height_[i]) <= static_cast<float>(kNear) ? 1 : 0;
+    }
+    near_.resize(count);
+    for (const std::uint16_t i : near_) {
         const Face& face = faces_[i];
-        if (face.is_fill || std::abs(n.dot(face.centroid) - d) > static_cast<float>(kNear)) {
-            continue;
-        }
-        near_.push_back(static_cast<std::uint16_t>(i));
         if (n.dot(face.normal_W) < face.least_cosine) {
             continue;
         }

@@ -136,8 +136,10 @@ private:
     std::array<Standing, kMaxPlanePoints> standing_;
     std::array<std::uint16_t, kMaxMeshVertices> point_of_vertex_{};
     FixedVector<Face, kMaxMeshFaces> faces_;
-    FixedVector<std::uint16_t, kMaxMeshFaces> near_;  ///< faces near the plane in hand
-    FixedVector<Member, kMaxLandmarks> members_;      ///< by increasing id, of the last keyframe
+    std::array<std::array<float, kMaxMeshFaces>, 3> place_;  ///< x, y and z of their centroids
+    std::array<float, kMaxMeshFaces> height_;                ///< of these above the plane in hand
+    FixedVector<std::uint16_t, kMaxMeshFaces> near_;         ///< faces near the plane in hand
+    FixedVector<Member, kMaxLandmarks> members_;             ///< by increasing id, of the last keyframe
     struct Ranked {
         std::uint16_t point = 0;
         std::uint16_t cell = 0;
