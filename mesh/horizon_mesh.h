@@ -19,7 +19,8 @@ using FaceIndex = std::uint16_t;
 
 /// A vertex is a landmark: it moves with it and leaves with it. Or it is a surface point: then it does so with its keyframe.
 struct MeshVertex {
-    Eigen::Vector3d p_W = Eigen::Vector3d::Zero();           ///< (m)
+    Eigen::Vector3d p_W = Eigen::Vector3d::Zero();           ///< where it is taken to be (m): the landmark's place and
+    Eigen::Vector3d to_plane_W = Eigen::Vector3d::Zero();    ///< how far the plane it is on has drawn it from there (m)
     Eigen::Matrix3f covariance_W = Eigen::Matrix3f::Zero();  ///< of p_W given the poses (m^2)
     Timestamp first_stamp;                                   ///< oldest keyframe of the window that saw the landmark
     std::uint32_t last_updated = 0;                          ///< number of the update that last found the landmark

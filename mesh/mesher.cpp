@@ -82,7 +82,7 @@ void Mesher::move_vertices(const KeyframeView& view) {
         const auto slot = mesh_.find_vertex(s.id);
         if (slot.ok() && is_usable(s, kHysteresis)) {
             MeshVertex& vertex = mesh_.vertex(slot.value());
-            vertex.p_W = s.p_W;
+            vertex.p_W = s.p_W + vertex.to_plane_W;
             vertex.covariance_W = s.covariance_W;
             vertex.last_updated = update_;
             vertex.first_stamp = s.first_stamp;
@@ -96,7 +96,7 @@ void Mesher::move_vertices(const KeyframeView& view) {
         const auto keyframe = std::lower_bound(view.keyframes.begin(), view.keyframes.end(), vertex.first_stamp,
                                                [](const KeyframePose& k, Timestamp stamp) { return k.stamp < stamp; });
         if (keyframe != view.keyframes.end() && keyframe->stamp == vertex.first_stamp) {
-            vertex.p_W = keyframe->T_W_C0 * vertex.p_C0;
+            vertex.p_W = keyframe->T_W_C0 * vertex.p_C0 + vertex.to_plane_W;
             vertex.last_updated = update_;
         }
     }

@@ -6,12 +6,17 @@
 #include <cmath>
 #include <random>
 
+#include "platform/base/angle.h"
+
 namespace facet {
 namespace {
 
 constexpr double kIcpGate = 0.3;  // m: farther samples do not pull
 constexpr int kIcpIterations = 30;
 constexpr std::size_t kIcpSamples = 20000;
+constexpr double kOnPlane = 0.02;        // m: true surface this near to a true plane is part of it,
+constexpr double kOnPlaneTurnDeg = 2.0;  // if turned like it
+constexpr double kMaxTiltDeg = 3.0;      // of floors and walls
 
 TriangleSoup transformed(const TriangleSoup& soup, const Se3& T) {
     TriangleSoup out = soup;
@@ -73,7 +78,48 @@ Se3 register_to_surface(const TriangleSoup& mesh, const TriangleSoup& surface, c
     return T;
 }
 
+/// Splits the accuracy by what the nearest true surface is.
+void measure_flat(const TriangleSoup& aligned, const SceneTruth& truth, const TriangleTree& truth_tree,
+                  const MeshEvalOptions& options, MeshEvaluation& result) {
+    std::vector<EvalPlane> large;
+    for (const EvalPlane& plane : truth.planes) {
+        if (plane.seen_m2 >= options.flat_seen_m2 && is_level_or_upright(plane.normal, kMaxTiltDeg)) {
+            large.push_back(plane);
+        }
+    }
+    std::vector<double> flat;
+    std::vector<double> uneven;
+    for (const Eigen::Vector3d& p : sample_surface(aligned, options.samples_per_m2)) {
+        const TriangleTree::Nearest nearest = truth_tree.nearest(p, options.max_distance_m);
+        const bool is_flat =
+            nearest.triangle >= 0 &&
+            plane_at(large, nearest.point, truth.surface.normal(static_cast<std::size_t>(nearest.triangle))) >= 0;
+        (is_flat ? flat : uneven).push_back(nearest.distance);
+    }
+    result.flat = distance_statistics(std::move(flat));
+    result.uneven = distance_statistics(std::move(uneven));
+}
+
 }  // namespace
+
+int plane_at(const std::vector<EvalPlane>& planes, const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
+    const double least_cosine = std::cos(kOnPlaneTurnDeg * kRadPerDeg);
+    int best = -1;
+    double nearest = kOnPlane;
+    for (std::size_t k = 0; k < planes.size(); ++k) {
+        const double off = std::abs(planes[k].normal.dot(p) - planes[k].offset);
+        if (off < nearest && n.dot(planes[k].normal) > least_cosine) {
+            nearest = off;
+            best = static_cast<int>(k);
+        }
+    }
+    return best;
+}
+
+bool is_level_or_upright(const Eigen::Vector3d& n, double max_tilt_deg) {
+    const double limit = std::sin(max_tilt_deg * kRadPerDeg);
+    return n.head<2>().norm() < limit || std::abs(n.z()) < limit;
+}
 
 DistanceStatistics distance_statistics(std::vector<double> distances) {
     DistanceStatistics s;
@@ -149,7 +195,9 @@ MeshEvaluation evaluate_mesh(const TriangleSoup& mesh, const SceneTruth& truth, 
     result.by_trajectory = measure("trajectory, SE(3)", mesh, truth_tree, seen, T_true_est, options);
     const Se3 T_icp = register_to_surface(mesh, truth.surface, truth_tree, T_true_est);
     result.by_icp = measure("ICP on the surface", mesh, truth_tree, seen, T_icp, options);
-    result.holes = find_flat_holes(transformed(mesh, T_true_est), truth, truth_tree, options);
+    const TriangleSoup aligned = transformed(mesh, T_true_est);
+    result.holes = find_flat_holes(aligned, truth, truth_tree, options);
+    measure_flat(aligned, truth, truth_tree, options, result);
     return result;
 }
 

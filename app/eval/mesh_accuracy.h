@@ -25,6 +25,7 @@ struct MeshEvalOptions {
     double wall_angle_deg = 20.0;
     double wall_cell_m = 0.02;  ///< raster of the search for holes
     double wall_gap_m = 0.10;   ///< a hole that opens to the outside through a gap narrower than this is still a hole
+    double flat_seen_m2 = 1.0;  ///< a floor or wall of which less was seen does not count as one
 };
 
 /// Distances of a set of samples.
@@ -56,6 +57,7 @@ struct EvalPlane {
     std::string name;
     Eigen::Vector3d normal;
     double offset = 0.0;
+    double seen_m2 = 0.0;  ///< of its surface, in the whole run; 0 if the file does not say
 };
 
 /// Holes of the mesh on the true planes: cells that it does not cover and that a square of wall_gap_m cannot reach from
@@ -73,8 +75,11 @@ struct MeshEvaluation {
     double longest_side_m = 0.0;
     double seen_area_m2 = 0.0;  ///< of the true surface
     MeshRow by_trajectory;
-    MeshRow by_icp;   ///< starts from the other
-    FlatHoles holes;  ///< aligned by trajectory
+    MeshRow by_icp;  ///< starts from the other
+    // Aligned by trajectory:
+    FlatHoles holes;
+    DistanceStatistics flat;    ///< accuracy where the nearest true surface is a large floor or wall
+    DistanceStatistics uneven;  ///< accuracy elsewhere
 };
 
 /// The true scene and who looked at it.
@@ -84,6 +89,12 @@ struct SceneTruth {
     CameraModel camera;             ///< left
     std::vector<Se3> T_W_C0;        ///< where it was, in the true world
 };
+
+/// Index of the true plane that a point p of the true surface with normal n belongs to; -1: none.
+int plane_at(const std::vector<EvalPlane>& planes, const Eigen::Vector3d& p, const Eigen::Vector3d& n);
+
+/// Whether a plane of this normal is a floor or a wall.
+bool is_level_or_upright(const Eigen::Vector3d& n, double max_tilt_deg);
 
 /// Evenly spread points of a surface: every triangle gets its area's share, the places within it are pseudo-random with a
 /// fixed seed. @param triangle_of  of each sample; nullptr to skip

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace facet {
 namespace {
@@ -59,6 +60,12 @@ std::string text_report(const MeshEvaluation& e) {
         fmt::format("\nmesh         {} faces, {:.1f} m^2, longest side {:.2f} m; scene seen {:.1f} m^2\n", e.faces,
                     e.area_m2, e.longest_side_m, e.seen_area_m2) +
         rows(e.by_trajectory) + rows(e.by_icp);
+    for (const auto& [name, s] : {std::pair{"floors, walls", e.flat}, std::pair{"elsewhere", e.uneven}}) {
+        if (s.count > 0 && e.flat.count > 0) {
+            text += fmt::format("  {:<13} median {:.4f}  mean {:.4f}  RMSE {:.4f}  p90 {:.4f} m\n", name, s.median,
+                                s.mean, s.rmse, s.p90);
+        }
+    }
     if (e.holes.planes > 0) {
         text += fmt::format("holes        {:.2f} % of {:.1f} m^2 on {} true planes\n", 100.0 * e.holes.share(),
                             e.holes.covered_m2 + e.holes.hole_m2, e.holes.planes);
@@ -76,6 +83,8 @@ std::string json_report(const MeshEvaluation& e, const std::string& mesh, const 
                  {"tolerances_m", kMeshTolerances},
                  {"by_trajectory", to_json(e.by_trajectory)},
                  {"by_icp", to_json(e.by_icp)},
+                 {"flat_accuracy_m", to_json(e.flat)},
+                 {"uneven_accuracy_m", to_json(e.uneven)},
                  {"flat_holes",
                   {{"planes", e.holes.planes},
                    {"covered_m2", e.holes.covered_m2},

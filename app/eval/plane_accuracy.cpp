@@ -35,27 +35,13 @@ std::vector<std::vector<Eigen::Vector3d>> sample_planes(const SceneTruth& truth,
     std::vector<int> triangle_of;
     const std::vector<Eigen::Vector3d> samples = sample_surface(truth.surface, options.samples_per_m2, &triangle_of);
     for (std::size_t i = 0; i < samples.size(); ++i) {
-        const Eigen::Vector3d n = truth.surface.normal(static_cast<std::size_t>(triangle_of[i]));
-        int best = -1;
-        double nearest = options.surface_m;
-        for (std::size_t k = 0; k < truth.planes.size(); ++k) {
-            const EvalPlane& plane = truth.planes[k];
-            const double off = std::abs(plane.normal.dot(samples[i]) - plane.offset);
-            if (off < nearest && n.dot(plane.normal) > std::cos(2.0 * kRadPerDeg)) {
-                nearest = off;
-                best = static_cast<int>(k);
-            }
-        }
-        if (best >= 0) {
-            on[static_cast<std::size_t>(best)].push_back(samples[i]);
+        const int plane =
+            plane_at(truth.planes, samples[i], truth.surface.normal(static_cast<std::size_t>(triangle_of[i])));
+        if (plane >= 0) {
+            on[static_cast<std::size_t>(plane)].push_back(samples[i]);
         }
     }
     return on;
-}
-
-bool is_level_or_upright(const Eigen::Vector3d& n, double max_tilt_deg) {
-    const double limit = std::sin(max_tilt_deg * kRadPerDeg);
-    return n.head<2>().norm() < limit || std::abs(n.z()) < limit;
 }
 
 /// Area of a plane in each view.

@@ -30,7 +30,6 @@ struct PlaneEvalOptions {
     double seen_s = 2.0;           ///< for so long in all
     double pose_interval_s = 0.2;  ///< between the views of the scene
     double samples_per_m2 = 60.0;  ///< on the true surface
-    double surface_m = 0.02;       ///< true surface this near to a true plane is part of it
     double match_angle_deg = 5.0;  ///< an estimate is of a true plane if turned no farther,
     double match_offset_m = 0.08;  ///< no farther off at the middle of its landmarks,
     double match_place_m = 1.0;    ///< and no farther from its surface

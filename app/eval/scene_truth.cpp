@@ -27,6 +27,7 @@ std::vector<EvalPlane> load_planes(const std::string& path) {
             const auto normal = item.at("normal").get<std::array<double, 3>>();
             plane.normal = Eigen::Vector3d(normal[0], normal[1], normal[2]);
             plane.offset = item.at("offset").get<double>();
+            plane.seen_m2 = item.value("seen_area", 0.0);
             if (!(std::abs(plane.normal.norm() - 1.0) < 1e-3)) {
                 throw InputError(path + ": a plane's normal is not a unit vector");
             }

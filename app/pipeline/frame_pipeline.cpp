@@ -119,6 +119,7 @@ void FramePipeline::update_planes(const KeyframeView& view, const Health& health
     timer_.begin(Stage::kPlanes);
     const PlaneProposals& proposals = planes_->update(mesher_->mesh(), view);
     planes_->label(mesher_->mesh());
+    planes_->flatten(mesher_->mesh());
     estimator_.set_planes(proposals);
     timer_.end(Stage::kPlanes);
 }

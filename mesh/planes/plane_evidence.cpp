@@ -9,7 +9,6 @@
 namespace facet {
 namespace {
 
-constexpr std::uint16_t kNoPoint = 0xffff;
 constexpr float kMaxLandmarkChi2 = 6.0F;  // of its sightings, as the mesh bears it in a vertex
 constexpr float kFarAway = 1e6F;          // m
 constexpr double kNear = 0.30;            // m: faces this near to a plane can have two corners on it
@@ -34,6 +33,7 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
         PointState state;
         state.id = s.id;
         state.is_good = s.chi2 <= kMaxLandmarkChi2;
+        state.is_held = s.plane.valid();
         if (m < members_.size() && members_[m].id == s.id) {
             state.former = members_[m].plane;
             state.was_told = members_[m].was_told;
@@ -54,7 +54,8 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
         state.is_good = true;
         point_of_vertex_[slot] = static_cast<std::uint16_t>(points_.size());
         const MeshVertex& vertex = mesh.vertex(slot);
-        add_point({vertex.p_W, static_cast<float>(view.observation_variance) * vertex.covariance_W}, state);
+        add_point({vertex.p_W - vertex.to_plane_W, static_cast<float>(view.observation_variance) * vertex.covariance_W},
+                  state);
     }
     take_faces(mesh);
 }
@@ -87,7 +88,7 @@ void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
         const float sides = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
         Face& face = faces_.push_back({});
         face.point = point;
-        face.normal_W = from.normal_W;
+        face.normal_W = (b - a).cross(c - a).normalized();  // of the points as measured
         face.area = from.area_m2;
         face.centroid = (a + b + c) / 3.0F;
         face.sigma = from.sigma_m;
@@ -337,6 +338,13 @@ void PlaneEvidence::remember() {
             members_.push_back({s.id, s.owner, s.was_told});
         }
     }
+}
+
+/// Mean of the point given n . p = d within the surface's flatness: p - Sigma n (n' Sigma n + s^2)^-1 (n . p - d).
+Eigen::Vector3d PlaneEvidence::shift_to(const PlaneFit& fit, const PlanePoint& point) const {
+    const Eigen::Vector3d along = point.covariance_W.cast<double>() * fit.normal_W;
+    const double variance = fit.normal_W.dot(along) + config_.surface_sigma_m * config_.surface_sigma_m;
+    return -fit.residual(point.p_W) / variance * along;
 }
 
 /// The plane of at least two corners.

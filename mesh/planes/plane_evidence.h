@@ -88,12 +88,29 @@ public:
         }
     }
 
+    /// Calls visit(vertex of the mesh, shift) for every vertex that is a point: from where it was measured to where it most
+    /// likely is, given that it is on its plane; zero if it has none or the estimator has put it there.
+    /// @param fit_of  PlaneSerial -> const PlaneFit*
+    template <class FitOf, class Visit>
+    void for_vertices(FitOf fit_of, Visit visit) const {
+        for (std::size_t v = 0; v < point_of_vertex_.size(); ++v) {
+            if (const std::uint16_t p = point_of_vertex_[v]; p != kNoPoint) {
+                const PlaneFit* const fit = state_[p].owner != 0 ? fit_of(state_[p].owner) : nullptr;
+                visit(static_cast<VertexSlot>(v), fit != nullptr && !state_[p].is_held
+                                                      ? shift_to(*fit, points_[p])
+                                                      : Eigen::Vector3d::Zero().eval());
+            }
+        }
+    }
+
 private:
+    static constexpr std::uint16_t kNoPoint = 0xffff;
     struct PointState {
         LandmarkId id;
         PlaneSerial former = 0;
         PlaneSerial owner = 0;
         bool is_good = false;  ///< its sightings agree
+        bool is_held = false;  ///< the estimator holds it on a plane
         bool was_told = false;
     };
     struct Member {
@@ -124,6 +141,7 @@ private:
     void take_faces(const HorizonMesh& mesh);
     bool fits(std::uint16_t point, const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join,
               const PlaneGate& stay);
+    Eigen::Vector3d shift_to(const PlaneFit& fit, const PlanePoint& point) const;
     PlaneSerial majority(const Face& face) const;
     bool lies_on(const Face& face, PlaneSerial plane, const PlaneFit& fit) const;
 

@@ -227,6 +227,19 @@ void PlaneFinder::propose() {
               [](const PlaneProposal& a, const PlaneProposal& b) { return a.id < b.id; });
 }
 
+void PlaneFinder::flatten(HorizonMesh& mesh) const {
+    const auto fit_of = [&](PlaneSerial serial) -> const PlaneFit* {
+        const auto* const at =
+            std::find_if(planes_.begin(), planes_.end(), [=](const TrackedPlane& p) { return p.serial == serial; });
+        return at != planes_.end() && at->is_held ? &at->fit : nullptr;
+    };
+    evidence_.for_vertices(fit_of, [&](VertexSlot slot, const Eigen::Vector3d& shift_W) {
+        MeshVertex& vertex = mesh.vertex(slot);
+        vertex.p_W += shift_W - vertex.to_plane_W;
+        vertex.to_plane_W = shift_W;
+    });
+}
+
 void PlaneFinder::label(HorizonMesh& mesh) const {
     const TrackedPlane* plane = nullptr;  // neighbouring faces are mostly of one plane
     const auto fit_of = [&](PlaneSerial serial) -> const PlaneFit* {

@@ -73,6 +73,10 @@ public:
     /// Writes into every face the plane it lies on, invalid if none. Contract: the mesh as it was at the last update.
     void label(HorizonMesh& mesh) const;
 
+    /// Draws the vertices on planes that the estimator holds to them, as those of its own landmarks there already are; lets go
+    /// of all others. Contract: the mesh as it was at the last update.
+    void flatten(HorizonMesh& mesh) const;
+
     /// All planes, by age; those without id are candidates.
     std::span<const TrackedPlane> planes() const { return {planes_.data(), planes_.size()}; }
     const PlaneProposals& proposals() const { return proposals_; }

@@ -68,6 +68,28 @@ TEST_CASE("a mesh 3 cm off is 3 cm off, complete, and ICP takes the offset away"
     CHECK(e.holes.share() == 0.0);
 }
 
+TEST_CASE("errors on large floors and walls are told from those elsewhere") {
+    SceneTruth truth = scene();
+    CHECK(evaluate_mesh(whole_wall(3.03, 2.0), truth, Se3{}, {}).flat.count == 0);  // no one says how large it is
+    truth.planes[0] = {"wall", truth.surface.normal(0), 3.0 * truth.surface.normal(0).x(), 16.0};
+    // And a slanted triangle beside it.
+    TriangleSoup mesh = whole_wall(3.03, 2.0);
+    const auto first = static_cast<int>(truth.surface.vertices.size());
+    for (const Vector3d& p : {Vector3d(3.0, 3.0, 0.0), Vector3d(3.5, 3.4, 0.0), Vector3d(3.0, 3.0, 1.0)}) {
+        truth.surface.vertices.push_back(p);
+        mesh.vertices.push_back(p + Vector3d(0.0, 0.01, 0.0));
+    }
+    truth.surface.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back(truth.surface.triangles.back());
+    const MeshEvaluation e = evaluate_mesh(mesh, truth, Se3{}, {});
+    CHECK(e.flat.count == Approx(16000).epsilon(0.02));
+    CHECK(e.flat.median == Approx(0.03).margin(1e-3));
+    CHECK(e.uneven.count > 200);
+    CHECK(e.uneven.median < 0.011);
+    truth.planes[0].normal = (truth.planes[0].normal + Vector3d(0.0, 0.0, 0.2)).normalized();  // no wall any more
+    CHECK(evaluate_mesh(mesh, truth, Se3{}, {}).flat.count == 0);
+}
+
 TEST_CASE("half a mesh is accurate and half complete; what is hidden or far need not be there") {
     SceneTruth truth = scene();
     const TriangleSoup half = wall(3.0, 2.0, 0.25, [](double y, double) { return y >= 0.0; });
@@ -127,7 +149,7 @@ TEST_CASE("a scene's planes are read from the file beside it") {
     REQUIRE(ok(write_ply(path, "", vertices, surface.triangles)));
     CHECK(load_scene(path, scene().camera, Se3{}, {}, 0.2).planes.empty());
     folder.write("planes.json", R"({"planes": [{"name": "wall", "normal": [-1, 0, 0], "offset": -3},
-                                               {"name": "floor", "normal": [0, 0, 1], "offset": 0.25}]})");
+                                               {"name": "floor", "normal": [0, 0, 1], "offset": 0.25, "seen_area": 7}]})");
     const SceneTruth truth = load_scene(path, scene().camera, Se3{}, {}, 0.2);
     REQUIRE(truth.surface.triangles.size() == surface.triangles.size());
     REQUIRE(truth.planes.size() == 2);
@@ -135,6 +157,8 @@ TEST_CASE("a scene's planes are read from the file beside it") {
     CHECK(truth.planes[0].offset == -3.0);
     CHECK(truth.planes[1].normal == Vector3d::UnitZ());
     CHECK(truth.planes[1].offset == 0.25);
+    CHECK(truth.planes[0].seen_m2 == 0.0);
+    CHECK(truth.planes[1].seen_m2 == 7.0);
     folder.write("planes.json", R"({"planes": [{"normal": [0, 0, 2], "offset": 1}]})");
     CHECK_THAT(test::input_error_text([&] { load_scene(path, scene().camera, Se3{}, {}, 0.2); }),
                Catch::Contains("planes.json") && Catch::Contains("unit"));

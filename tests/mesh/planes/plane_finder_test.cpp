@@ -15,31 +15,20 @@ namespace facet {
 namespace {
 
 using Eigen::Vector3d;
+using test::Corner;
+using test::find_like;
+using test::kCorner;
 using test::looking;
 using test::PlaneRig;
 using test::PlaneWorld;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// A floor at z = 0, a wall x = 4 facing -x and a wall y = 2 facing -y.
-struct Corner : PlaneWorld {
-    int floor = add({0.5, -2.0, 0.0}, {3.5, 0.0, 0.0}, {0.0, 4.0, 0.0}, 0.25);
-    int front = add({4.0, 2.0, 0.0}, {0.0, -4.0, 0.0}, {0.0, 0.0, 2.4}, 0.25);
-    int side = add({0.5, 2.0, 0.0}, {3.5, 0.0, 0.0}, {0.0, 0.0, 2.4}, 0.25);
-};
-
-const Se3 kCorner = looking({0.0, 0.0, 1.3}, 0.25, 0.25);
 const Se3 kFront = looking({1.0, 0.0, 1.2}, 0.0, 0.0);
 
 int on_surface(const PlaneWorld& world, const PlaneProposal& p, int surface) {
     return static_cast<int>(std::count_if(p.landmarks.begin(), p.landmarks.end(),
                                           [&](LandmarkId id) { return world.points[id.value].surface == surface; }));
-}
-
-const PlaneProposal* find_like(const PlaneProposals& proposals, const Vector3d& n) {
-    const auto at = std::find_if(proposals.begin(), proposals.end(),
-                                 [&](const PlaneProposal& p) { return p.normal_W.dot(n) > 0.95; });
-    return at == proposals.end() ? nullptr : &*at;
 }
 
 void require_sound(const PlaneProposals& proposals) {
@@ -89,66 +78,6 @@ TEST_CASE("floor and walls of a room are found with their landmarks, and keep th
         CHECK(normals[p->id.value].dot(p->normal_W) > 0.99);
     }
     CHECK(rig.finder->counters().confirmed == 3);
-}
-
-TEST_CASE("faces carry the plane they lie on") {
-    const Corner world;
-    PlaneRig rig(world);
-    const PlaneProposals& proposals = rig.hover(kCorner, 4);
-    REQUIRE(proposals.size() == 3);
-    const HorizonMesh& mesh = rig.mesher->mesh();
-    double labelled = 0.0;
-    double total = 0.0;
-    double wrong = 0.0;
-    for (int i = 0; i < mesh.face_end(); ++i) {
-        if (!mesh.is_face(i)) {
-            continue;
-        }
-        const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
-        const auto area = static_cast<double>(face.area_m2);
-        total += area;
-        const auto at = std::find_if(proposals.begin(), proposals.end(),
-                                     [&](const PlaneProposal& p) { return p.id == face.plane; });
-        if (at != proposals.end()) {
-            labelled += area;
-            wrong += std::abs(at->normal_W.dot(mesh.centroid(face)) - at->distance_m) > 0.06 ? area : 0.0;
-        }
-    }
-    CHECK(labelled > 0.6 * total);  // the rest spans corners, or has an uncertain corner
-    CHECK(wrong < 0.01 * total);
-}
-
-TEST_CASE("surface points bear faces of a plane, but only landmarks make one") {
-    const Corner world;
-    PlaneRig rig(world);
-    rig.viewer.is_landmark = [](std::size_t i) { return i % 3 != 0; };
-    const PlaneProposals& proposals = rig.hover(kCorner, 4);
-    REQUIRE(proposals.size() == 3);
-    for (const PlaneProposal& p : proposals) {
-        for (const LandmarkId id : p.landmarks) {
-            REQUIRE(id.value < test::WorldViewer::kSurfaceIds);
-        }
-    }
-    const HorizonMesh& mesh = rig.mesher->mesh();
-    int labelled = 0;
-    int faces = 0;
-    for (int i = 0; i < mesh.face_end(); ++i) {
-        if (!mesh.is_face(i)) {
-            continue;
-        }
-        const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
-        const bool has_surface_point = std::any_of(face.vertex.begin(), face.vertex.end(),
-                                                   [&](VertexSlot v) { return mesh.vertex(v).is_surface_point; });
-        faces += has_surface_point ? 1 : 0;
-        labelled += has_surface_point && face.plane.valid() ? 1 : 0;
-    }
-    REQUIRE(faces > 100);
-    CHECK(labelled > 0.6 * faces);
-    // The same walls with hardly a landmark: as many faces, and no plane.
-    PlaneRig sparse(world);
-    sparse.viewer.is_landmark = [](std::size_t i) { return i % 40 == 0; };
-    CHECK(sparse.hover(kCorner, 4).empty());
-    CHECK(sparse.mesher->mesh().face_count() > 100);
 }
 
 /// Most planes ever told in some keyframes.

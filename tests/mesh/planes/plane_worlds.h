@@ -2,6 +2,7 @@
 // Made-up surfaces seen by a stereo camera that moves a little: landmarks with the noise such a camera has.
 #pragma once
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -68,6 +69,23 @@ struct PlaneWorld {
             std::count_if(points.begin(), points.end(), [=](const WorldPoint& p) { return p.surface == surface; }));
     }
 };
+
+/// A floor at z = 0, a wall x = 4 facing -x and a wall y = 2 facing -y.
+struct Corner : PlaneWorld {
+    int floor = add({0.5, -2.0, 0.0}, {3.5, 0.0, 0.0}, {0.0, 4.0, 0.0}, 0.25);
+    int front = add({4.0, 2.0, 0.0}, {0.0, -4.0, 0.0}, {0.0, 0.0, 2.4}, 0.25);
+    int side = add({0.5, 2.0, 0.0}, {3.5, 0.0, 0.0}, {0.0, 0.0, 2.4}, 0.25);
+};
+
+/// Sees all three.
+inline const Se3 kCorner = looking({0.0, 0.0, 1.3}, 0.25, 0.25);
+
+/// The proposal that is turned like n, if any.
+inline const PlaneProposal* find_like(const PlaneProposals& proposals, const Eigen::Vector3d& n) {
+    const auto at = std::find_if(proposals.begin(), proposals.end(),
+                                 [&](const PlaneProposal& p) { return p.normal_W.dot(n) > 0.95; });
+    return at == proposals.end() ? nullptr : &*at;
+}
 
 /// What the estimator would tell: all landmarks in the image are tracked; others, once seen, stay for a while.
 class WorldViewer {
@@ -162,6 +180,7 @@ public:
         mesher->update(view, {});
         const PlaneProposals& proposals = finder->update(mesher->mesh(), view);
         finder->label(mesher->mesh());
+        finder->flatten(mesher->mesh());
         return proposals;
     }
     /// Some keyframes with a little motion sideways.
