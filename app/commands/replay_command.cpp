@@ -61,6 +61,10 @@ void require_in_range(const ProgramConfig& config) {
     }
 }
 
+bool shifts_stamps(const Fault& fault) {
+    return fault.kind == FaultKind::kTimeOffset || fault.kind == FaultKind::kClockJump;
+}
+
 RegularityMode parse_mode(const std::string& text) {
     for (const RegularityMode mode : {RegularityMode::kS, RegularityMode::kSp, RegularityMode::kSpr}) {
         if (text == to_string(mode)) {
@@ -135,6 +139,12 @@ int replay(const ReplayArguments& args, bool has_duration) {
     if (options.truth.any() && options.passes > 1) {
         throw InputError("--truth: the ground truth is that of one pass");
     }
+    if (options.truth.planes && mode != RegularityMode::kSpr) {
+        throw InputError("--truth planes: only --mode spr uses planes");
+    }
+    if (options.truth.any() && std::any_of(options.faults.begin(), options.faults.end(), shifts_stamps)) {
+        throw InputError("--truth: with stamps that --inject has shifted, the truth of another time would be found");
+    }
     options.show_progress = !args.quiet;
     return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM})), args.out);
 }
@@ -180,8 +190,8 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->allow_extra_args(false);
     command->add_option(
         "--truth", args->truth,
-        "tracks, stereo, bias (with commas between): what is replaced by the dataset's ground truth, to see "
-        "what its errors cost; tracks and stereo need its truth/scene.ply");
+        "tracks, stereo, bias, planes (with commas between): what is replaced by the dataset's ground truth, to see "
+        "what its errors cost; all but bias need its truth/scene.ply, planes also truth/planes.json");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(
         fault_help() +

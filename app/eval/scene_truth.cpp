@@ -11,8 +11,6 @@
 #include "app/support/input_error.h"
 
 namespace facet {
-namespace {
-
 std::vector<EvalPlane> load_planes(const std::string& path) {
     std::vector<EvalPlane> planes;
     std::ifstream file(path);
@@ -38,8 +36,6 @@ std::vector<EvalPlane> load_planes(const std::string& path) {
     }
     return planes;
 }
-
-}  // namespace
 
 TriangleSoup load_mesh(const std::string& path) {
     PlyTriangles read;

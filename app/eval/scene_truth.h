@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/eval/mesh_accuracy.h"
 
@@ -10,6 +11,9 @@ namespace facet {
 
 /// Reads a PLY file. Throws InputError if it cannot be used or holds no triangle.
 TriangleSoup load_mesh(const std::string& path);
+
+/// Planes of planes.json; none if there is no such file. Throws InputError if it cannot be used.
+std::vector<EvalPlane> load_planes(const std::string& path);
 
 /// The true surface of scene_ply, and planes.json beside it if there is one ({"planes": [{"name", "normal", "offset", "seen_area"}]});
 /// the views are the true poses between the first and the last of `pairs`, pair_interval_s apart. Throws InputError.

@@ -120,7 +120,7 @@ void FramePipeline::update_planes(const KeyframeView& view, const Health& health
     const PlaneProposals& proposals = planes_->update(mesher_->mesh(), view);
     planes_->label(mesher_->mesh());
     planes_->flatten(mesher_->mesh());
-    estimator_.set_planes(proposals);
+    estimator_.set_planes(plane_source_ ? plane_source_(view, proposals) : proposals);
     timer_.end(Stage::kPlanes);
 }
 

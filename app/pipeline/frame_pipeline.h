@@ -2,8 +2,10 @@
 // Estimator, mesher and plane finder as one: the part that a replay and a live run share.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "app/calibration/calibration.h"
 #include "app/config/program_config.h"
@@ -47,6 +49,11 @@ public:
     /// See Estimator.
     void set_observation_hook(ObservationHook* hook) { estimator_.set_observation_hook(hook); }
 
+    /// What the estimator is told of the planes that were found at a keyframe.
+    using PlaneSource = std::function<const PlaneProposals&(const KeyframeView& view, const PlaneProposals& found)>;
+    /// For studies; without one it is told what was found.
+    void set_plane_source(PlaneSource source) { plane_source_ = std::move(source); }
+
     void add_imu(const ImuSample& sample);
     /// The estimate's stamp is brought from the frame's stamp to the output's.
     /// @param output_stamp  differs from the frame's if the frame's clock was tampered with
@@ -72,6 +79,7 @@ private:
     Estimator estimator_;
     std::unique_ptr<Mesher> mesher_;
     std::unique_ptr<PlaneFinder> planes_;
+    PlaneSource plane_source_;
     std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
     std::uint32_t last_view_ = 0;
     TrackingState last_state_ = TrackingState::kInit;

@@ -163,6 +163,10 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     if (options_.truth.any()) {
         truth_.emplace(options_.dataset, options_.calibration.rig, options_.truth);
         pipeline_.set_observation_hook(&*truth_);
+        pipeline_.set_plane_source(
+            [this](const KeyframeView& view, const PlaneProposals& found) -> const PlaneProposals& {
+                return truth_->propose(view, found);
+            });
     }
     std::optional<Progress> progress;
     if (options_.show_progress) {

@@ -25,8 +25,10 @@ TruthSelection parse_truth(const std::string& text) {
             selection.stereo = true;
         } else if (word == "bias") {
             selection.bias = true;
+        } else if (word == "planes") {
+            selection.planes = true;
         } else {
-            throw InputError("--truth " + text + ": must be tracks, stereo and bias, with commas between");
+            throw InputError("--truth " + text + ": must be tracks, stereo, bias and planes, with commas between");
         }
     }
     return selection;
@@ -45,9 +47,12 @@ TruthInjector::TruthInjector(const std::string& dataset, const StereoRig& rig, c
     if (selection.bias && !truth_.front().has_motion) {
         throw InputError("--truth bias: " + table + " has no biases");
     }
-    if (selection.tracks || selection.stereo) {
+    if (selection.needs_surface()) {
         surface_ = load_mesh(dataset + "/truth/scene.ply");
         tree_.emplace(surface_);
+    }
+    if (selection.planes) {
+        planes_.emplace(dataset + "/truth/planes.json");
     }
 }
 
@@ -74,13 +79,26 @@ bool TruthInjector::project(const Eigen::Vector3d& p_W, const Se3& T_W_C, const 
     return true;
 }
 
-void TruthInjector::put_on_track(const Cameras& cameras, FeatureObservation& observation) {
+/// The point of the surface that a track began on.
+const std::optional<Eigen::Vector3d>& TruthInjector::point_of(const Cameras& cameras,
+                                                              const FeatureObservation& observation) {
     const auto [entry, is_new] = points_.try_emplace(observation.landmark.value);
     if (is_new) {
         entry->second = surface_point(cameras, observation.left_xy);
+        if (planes_ && entry->second.has_value()) {
+            const int triangle = tree_->nearest(*entry->second, kSurfaceMarginM).triangle;
+            if (triangle >= 0) {
+                planes_->see(observation.landmark, *entry->second, surface_.normal(static_cast<std::size_t>(triangle)));
+            }
+        }
     }
+    return entry->second;
+}
+
+void TruthInjector::put_on_track(const Cameras& cameras, FeatureObservation& observation) {
+    const std::optional<Eigen::Vector3d>& p_W = point_of(cameras, observation);
     Eigen::Vector2d xy;
-    if (entry->second.has_value() && project(*entry->second, cameras.T_W_C0, rig_.left, xy)) {
+    if (p_W.has_value() && project(*p_W, cameras.T_W_C0, rig_.left, xy)) {
         observation.right_xy += xy - observation.left_xy;
         observation.left_xy = xy;
     }
@@ -97,21 +115,29 @@ void TruthInjector::put_in_stereo(const Cameras& cameras, FeatureObservation& ob
 
 void TruthInjector::edit(Timestamp stamp, std::span<FeatureObservation> observations) {
     const std::optional<GroundTruthState> at = interpolate(truth_, stamp);
+    T_W_C0_.reset();
     if (!tree_ || !at) {
         return;
     }
     const Se3 T_W_B{at->q_W_B, at->p_W_B};
     const Cameras cameras{T_W_B * rig_.T_B_C0, T_W_B * rig_.T_B_C1};
+    T_W_C0_ = cameras.T_W_C0;
     const bool has_stereo =
         std::any_of(observations.begin(), observations.end(), [](const FeatureObservation& o) { return o.has_right; });
     for (FeatureObservation& observation : observations) {
         if (selection_.tracks) {
             put_on_track(cameras, observation);
+        } else if (selection_.planes) {
+            point_of(cameras, observation);
         }
         if (selection_.stereo && has_stereo) {
             put_in_stereo(cameras, observation);
         }
     }
+}
+
+const PlaneProposals& TruthInjector::propose(const KeyframeView& view, const PlaneProposals& found) {
+    return planes_ && T_W_C0_ ? planes_->propose(view, *T_W_C0_) : found;
 }
 
 void TruthInjector::correct(ImuSample& sample) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/eval/triangle_tree.h"
+#include "app/truth/true_planes.h"
 #include "drivers/replay_asl/ground_truth.h"
 #include "estimator/api/observation_hook.h"
 #include "estimator/geometry/stereo_rig.h"
@@ -20,11 +21,13 @@ struct TruthSelection {
     bool tracks = false;  ///< left pixels of a track: where the point of the surface appears that it began on
     bool stereo = false;  ///< right pixels: where the point of the surface appears that the left pixel shows
     bool bias = false;    ///< inertial samples, less their true biases
+    bool planes = false;  ///< planes and their landmarks, in the place of those found in the mesh
 
-    bool any() const { return tracks || stereo || bias; }
+    bool any() const { return tracks || stereo || bias || planes; }
+    bool needs_surface() const { return tracks || stereo || planes; }
 };
 
-/// "tracks", "stereo" and "bias", with commas between. Throws InputError.
+/// "tracks", "stereo", "bias" and "planes", with commas between. Throws InputError.
 TruthSelection parse_truth(const std::string& text);
 
 /// With true tracks the right pixel moves with the left one, so that the error of the stereo match stays; with true stereo
@@ -32,12 +35,16 @@ TruthSelection parse_truth(const std::string& text);
 /// leave the surface's sight, and those that never were on it, stay as measured. Thread-bound. Heap.
 class TruthInjector : public ObservationHook {
 public:
-    /// @param dataset  EuRoC/ASL folder with ground truth, and with truth/scene.ply if tracks or stereo are wanted
+    /// @param dataset  EuRoC/ASL folder with ground truth, with truth/scene.ply if tracks, stereo or planes are
+    ///                 wanted, and for planes with truth/planes.json
     /// Throws InputError if something of that is missing.
     TruthInjector(const std::string& dataset, const StereoRig& rig, const TruthSelection& selection);
 
     void edit(Timestamp stamp, std::span<FeatureObservation> observations) override;
     void correct(ImuSample& sample) const;
+    /// What the estimator is told in the place of `found` at the keyframe of the last edit(): that itself, unless planes are to
+    /// be true.
+    const PlaneProposals& propose(const KeyframeView& view, const PlaneProposals& found);
 
 private:
     struct Cameras {
@@ -46,6 +53,7 @@ private:
     };
     std::optional<Eigen::Vector3d> surface_point(const Cameras& cameras, const Eigen::Vector2d& left_xy) const;
     bool project(const Eigen::Vector3d& p_W, const Se3& T_W_C, const CameraModel& camera, Eigen::Vector2d& xy) const;
+    const std::optional<Eigen::Vector3d>& point_of(const Cameras& cameras, const FeatureObservation& observation);
     void put_on_track(const Cameras& cameras, FeatureObservation& observation);
     void put_in_stereo(const Cameras& cameras, FeatureObservation& observation) const;
 
@@ -54,6 +62,8 @@ private:
     std::vector<GroundTruthState> truth_;
     TriangleSoup surface_;
     std::optional<TriangleTree> tree_;
+    std::optional<TruePlanes> planes_;
+    std::optional<Se3> T_W_C0_;  ///< at the last edit()
     std::unordered_map<std::uint32_t, std::optional<Eigen::Vector3d>>
         points_;  ///< by landmark; empty: not on the surface
 };

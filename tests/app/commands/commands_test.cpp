@@ -102,6 +102,8 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {replay + " --inject fog@8", "--inject 'fog@8': unknown fault 'fog'"},
         {replay + " --inject flash --inject clip@x", "--inject 'clip@x': start 'x' is not a number"},
         {replay + " --duration -1", "--duration must be positive"},
+        {replay + " --truth planes", "--truth planes: only --mode spr uses planes"},
+        {replay + " --truth bias --inject time_offset=0.005", "--truth: with stamps that --inject has shifted"},
         {replay + " --start 1000", "no frame between --start"},
         {replay + " --config " + config, config + ":2: window.keyfames: unknown key"},
         {replay + " --set window.keyframes=1000", "window.keyframes: must be within"},

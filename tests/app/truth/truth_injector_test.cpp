@@ -3,6 +3,9 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <memory>
+#include <numbers>
+#include <vector>
 
 #include "tests/support/ideal_camera.h"
 #include "tests/support/input_error_text.h"
@@ -14,6 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kPi = std::numbers::pi;
 constexpr double kBaseline = 0.1;
 constexpr double kWall = 4.0;   // m ahead, along W's x
 constexpr double kSpeed = 1.0;  // m/s, sideways along W's y
@@ -131,14 +135,64 @@ TEST_CASE("true biases are taken out of inertial samples") {
     CHECK(sample.w_B.x() == Approx(0.99));
 }
 
+TEST_CASE(
+    "true planes have the landmarks whose first sighting met them, and stand where the estimate's world has them") {
+    const test::TempDir dir;
+    write_dataset(dir);
+    // The wall's triangles face away from the camera in the file: its normal is that of the surface.
+    dir.write("truth/planes.json", R"({"planes": [{"name": "ramp", "normal": [-0.6, 0, 0.8], "offset": 1},
+                                                   {"name": "wall", "normal": [1, 0, 0], "offset": 4}]})");
+    TruthInjector injector(dir.path(), rig(), parse_truth("planes"));
+    const StereoRig r = rig();
+    std::vector<FeatureObservation> observations;
+    for (std::uint32_t i = 0; i < 8; ++i) {
+        const Vector3d on_wall(kWall, -0.8 + 0.2 * i, 0.1 * (i % 3));
+        observations.push_back(observed(10 + i, seen(on_wall, 0.0, r.T_B_C0), seen(on_wall, 0.0, r.T_B_C1)));
+    }
+    const Vector3d on_post(2.0, 1.0, -2.0);
+    observations.push_back(observed(30, seen(on_post, 0.0, r.T_B_C0), seen(on_post, 0.0, r.T_B_C1)));
+    injector.edit(at(0.0), observations);
+    // The estimate's world is shifted by 1 m along x and turned by 90 deg about z.
+    const Se3 T_est_true{Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * kPi, Vector3d::UnitZ())), {1.0, 0.0, 0.0}};
+    const auto view = std::make_unique<KeyframeView>();
+    view->T_W_C0 = T_est_true * r.T_B_C0;  // the true body is at the origin
+    const auto tell = [&](std::uint32_t id) {
+        LandmarkSnapshot s;
+        s.id = {id};
+        view->landmarks.push_back(s);
+    };
+    const PlaneProposals found;
+    tell(5);  // seen by no one
+    for (std::uint32_t i = 0; i < 5; ++i) {
+        tell(10 + i);
+    }
+    CHECK(injector.propose(*view, found).empty());  // too few
+    tell(16);
+    tell(17);
+    tell(30);
+    const PlaneProposals& proposals = injector.propose(*view, found);
+    REQUIRE(proposals.size() == 1);
+    CHECK(proposals[0].id.value == TruePlanes::kFirstId);  // the ramp is neither level nor upright
+    CHECK(proposals[0].kind == PlaneKind::kVertical);
+    CHECK((proposals[0].normal_W - Vector3d::UnitY()).norm() < 1e-9);
+    CHECK(proposals[0].distance_m == Approx(kWall));
+    REQUIRE(proposals[0].landmarks.size() == 7);
+    CHECK(proposals[0].landmarks.back().value == 17);
+    // Without a true pose what was found stands.
+    injector.edit(at(9.0), observations);
+    CHECK(&injector.propose(*view, found) == &found);
+}
+
 TEST_CASE("what the truth lacks is named") {
     const test::TempDir dir;
     CHECK(parse_truth("").any() == false);
     CHECK(test::input_error_text([] { parse_truth("tracks,depth"); }) ==
-          "--truth tracks,depth: must be tracks, stereo and bias, with commas between");
+          "--truth tracks,depth: must be tracks, stereo, bias and planes, with commas between");
     CHECK(test::input_error_text([&] { TruthInjector(dir.path(), rig(), parse_truth("bias")); }) ==
           "--truth: " + dir.path() + " has no ground truth");
     write_dataset(dir);
+    CHECK_THAT(test::input_error_text([&] { TruthInjector(dir.path(), rig(), parse_truth("planes")); }),
+               Catch::Contains("--truth planes: no floor or wall in"));
     std::filesystem::remove(dir.file("truth/scene.ply"));
     CHECK_THAT(test::input_error_text([&] { TruthInjector(dir.path(), rig(), parse_truth("stereo")); }),
                Catch::Contains("scene.ply"));
