@@ -128,8 +128,15 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
         run.set_quiet();
     }
     run.start();
-    for (const std::string& refusal : run.refusals()) {
-        fmt::print(stderr, "warning: {}\n", refusal);
+    std::vector<std::string> refusals = run.refusals();
+    PulseOutput* const pulses = hardware.pulses();
+    if (pulses != nullptr) {
+        refusals.push_back(pulses->start(vehicle.realtime.trigger));  // the cameras are ready
+    }
+    for (const std::string& refusal : refusals) {
+        if (!refusal.empty()) {
+            fmt::print(stderr, "warning: {}\n", refusal);
+        }
     }
     notifier.ready();
     StatusPrinter printer(clock, args.vehicle, is_terminal, args.quiet);
@@ -141,6 +148,12 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
         printer.update(run, notifier);
     }
     notifier.stopping();
+    if (pulses != nullptr) {
+        pulses->stop();
+        if (!pulses->problem().empty() || pulses->skipped() > 0) {
+            fmt::print(stderr, "warning: {} trigger pulses left out. {}\n", pulses->skipped(), pulses->problem());
+        }
+    }
     const RunSummary summary = run.stop();
     return report(summary, run, vehicle.log.folder);
 }

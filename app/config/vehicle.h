@@ -17,6 +17,7 @@
 #include "drivers/imu_spi/imu_spi.h"
 #include "drivers/sink_mavlink/sink_mavlink.h"
 #include "drivers/trigger_gpio/trigger_gpio.h"
+#include "drivers/trigger_gpio/trigger_output.h"
 
 namespace facet {
 
@@ -70,6 +71,14 @@ struct ThreadOptions {
     int priority = 0;  ///< of SCHED_FIFO; 0: the ordinary scheduler
 };
 
+/// Pulses that this computer makes for the cameras, at their rate.
+struct VehiclePulses {
+    TriggerPulse pulse;
+    std::string pwm_chip;  ///< such as /sys/class/pwm/pwmchip0; empty: the line
+    int pwm_channel = 0;
+    GpioLineName line;
+};
+
 /// What is asked of the system; what it refuses is told and done without.
 struct VehicleRealtime {
     bool lock_memory = false;
@@ -89,6 +98,7 @@ struct Vehicle {
     Duration frame_delay;  ///< frames wait until inertial samples are this far past their stamp
     VehicleCameras cameras;
     std::optional<VehicleTrigger> trigger;
+    std::optional<VehiclePulses> pulses;
     std::optional<VehicleImuSpi> imu_spi;  ///< one of the two
     std::optional<VehicleImuCan> imu_can;
     std::optional<SinkMavlinkOptions> mavlink;

@@ -147,6 +147,9 @@ Vehicle load_vehicle(const std::string& path) {
     if (const auto trigger = root.find("trigger")) {
         vehicle.trigger = read_trigger(*trigger);
     }
+    if (const auto pulses = root.find("trigger_output")) {
+        vehicle.pulses = read_pulses(*pulses, vehicle.cameras.rate_hz);
+    }
     read_imu(root.at("imu"), vehicle);
     if (const auto sinks = root.find("sinks")) {
         read_sinks(*sinks, vehicle);

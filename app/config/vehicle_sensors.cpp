@@ -60,19 +60,25 @@ void read_node(const YamlNode& node, CameraV4l2Options& camera) {
 }
 
 /// gpiochip and line, by number or name, and how its edges are taken.
-TriggerGpioOptions read_line(YamlSection& section) {
-    TriggerGpioOptions options;
-    section.read("chip", options.line.chip);
+GpioLineName read_line_name(YamlSection& section) {
+    GpioLineName name;
+    section.read("chip", name.chip);
     const YamlNode line = section.at("line");
     int offset = 0;
     if (line.raw().IsScalar() && YAML::convert<int>::decode(line.raw(), offset)) {
         if (offset < 0) {
             line.fail("must not be negative");
         }
-        options.line.offset = offset;
+        name.offset = offset;
     } else {
-        options.line.name = line.text();
+        name.name = line.text();
     }
+    return name;
+}
+
+TriggerGpioOptions read_line(YamlSection& section) {
+    TriggerGpioOptions options;
+    options.line = read_line_name(section);
     constexpr std::array<std::string_view, 2> kEdges{"rising", "falling"};
     const bool falling = section.choice("edge", kEdges, 0) == 1;
     options.input.rising = !falling;
@@ -292,6 +298,34 @@ VehicleTrigger read_trigger(const YamlNode& node) {
     read_duration(section, "delay_s", trigger.delay, 0.0, 1.0);
     section.finish();
     return trigger;
+}
+
+VehiclePulses read_pulses(const YamlNode& node, double rate_hz) {
+    VehiclePulses pulses;
+    pulses.pulse.period = Duration::from_seconds(1.0 / rate_hz);
+    YamlSection section(node);
+    read_duration(section, "width_s", pulses.pulse.width, 1e-6, 1.0);
+    const auto pwm = section.find("pwm");
+    const auto gpio = section.find("gpio");
+    section.finish();
+    if (pwm.has_value() == gpio.has_value()) {
+        node.fail("must have either 'pwm' or 'gpio'");
+    }
+    if (pulses.pulse.width >= pulses.pulse.period) {
+        node.fail(fmt::format("width_s must be below {:g}, the period of cameras.rate_hz", 1.0 / rate_hz));
+    }
+    if (pwm) {
+        YamlSection fields(*pwm);
+        pulses.pwm_chip = "/sys/class/pwm/pwmchip0";
+        fields.read("chip", pulses.pwm_chip);
+        fields.read("channel", pulses.pwm_channel, 0, 63);
+        fields.finish();
+    } else {
+        YamlSection fields(*gpio);
+        pulses.line = read_line_name(fields);
+        fields.finish();
+    }
+    return pulses;
 }
 
 void read_imu(const YamlNode& node, Vehicle& vehicle) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "app/run/stamp_mapper.h"
+#include "app/support/input_error.h"
 #include "app/support/text_file.h"
 #include "platform/linux/memory_lock.h"
 
@@ -80,6 +81,7 @@ public:
     }
     void camera(CameraSource& source, const std::string& device, const CameraV4l2Options& options);
     void trigger(TriggerSource& source, const std::string& device);
+    void pulses(PulseOutput& pulses);
     void imu(ImuSource& source, const std::string& device, bool has_data_ready);
     void sinks(SinkMavlink* mavlink);
     void log_folder();
@@ -125,6 +127,18 @@ void Probe::trigger(TriggerSource& source, const std::string& device) {
                 add(Finding::kGood, device, what);
             }
         });
+}
+
+/// Pulses go on afterwards: the cameras may wait for them.
+void Probe::pulses(PulseOutput& pulses) {
+    try {
+        const std::string refusals = pulses.start(vehicle_.realtime.trigger);
+        add(refusals.empty() ? Finding::kGood : Finding::kDoubtful, "pulses",
+            fmt::format("{:.1f}/s begun{}{}", 1.0 / vehicle_.pulses->pulse.period.seconds(),
+                        refusals.empty() ? "" : "; ", refusals));
+    } catch (const InputError& e) {
+        add(Finding::kWrong, "pulses", e.what());
+    }
 }
 
 void Probe::imu(ImuSource& source, const std::string& device, bool has_data_ready) {
@@ -218,6 +232,9 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
     Probe probe(clock, vehicle, listen);
     const RunSources& sources = hardware.sources();
     const VehicleCameras& cameras = vehicle.cameras;
+    if (hardware.pulses() != nullptr) {
+        probe.pulses(*hardware.pulses());
+    }
     probe.camera(*sources.left, sources.right == nullptr ? "cameras" : "left camera", cameras.left);
     if (sources.right != nullptr) {
         probe.camera(*sources.right, "right camera", cameras.right);
@@ -226,6 +243,9 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
         probe.trigger(*sources.trigger, "trigger");
     }
     probe.imu(*sources.imu, "imu", !vehicle.imu_spi || hardware.data_ready() != nullptr);
+    if (hardware.pulses() != nullptr) {
+        hardware.pulses()->stop();
+    }
     probe.sinks(hardware.mavlink());
     probe.log_folder();
     probe.system();

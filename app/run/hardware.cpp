@@ -16,6 +16,9 @@ Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
         trigger_ = std::make_unique<TriggerGpio>(io, clock, vehicle.trigger->input);
         sources_.trigger = trigger_.get();
     }
+    if (vehicle.pulses) {
+        pulses_ = std::make_unique<PulseOutput>(io, clock, *vehicle.pulses);
+    }
     if (vehicle.imu_spi) {
         make_spi(io, clock, *vehicle.imu_spi);
     } else {

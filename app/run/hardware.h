@@ -8,6 +8,7 @@
 
 #include "app/config/vehicle.h"
 #include "app/run/live_run.h"
+#include "app/run/pulse_output.h"
 #include "drivers/imu_spi/spidev.h"
 
 namespace facet {
@@ -20,6 +21,8 @@ public:
 
     const RunSources& sources() const { return sources_; }
     SinkMavlink* mavlink() { return mavlink_.get(); }
+    /// nullptr if something else triggers the cameras.
+    PulseOutput* pulses() { return pulses_.get(); }
     /// nullptr if the IMU's data-ready line is not wired.
     TriggerGpio* data_ready() { return data_ready_.get(); }
 
@@ -30,6 +33,7 @@ private:
     std::unique_ptr<CameraV4l2> left_;
     std::unique_ptr<CameraV4l2> right_;
     std::unique_ptr<TriggerGpio> trigger_;
+    std::unique_ptr<PulseOutput> pulses_;
     std::unique_ptr<TriggerGpio> data_ready_;
     std::unique_ptr<Spidev> bus_;
     std::unique_ptr<Spidev> accel_bus_;

@@ -60,12 +60,20 @@ void PwmTrigger::stop() {
     }
 }
 
+Status GpioTriggerOutput::open(std::string& problem) {
+    if (!is_open_) {
+        FACET_TRY(line_.open_output(name_, problem));
+        is_open_ = true;
+    }
+    return Status::kOk;
+}
+
 Status GpioTriggerOutput::run(const TriggerPulse& pulse, const std::atomic<bool>& stopping, std::string& problem) {
     if (!is_possible(pulse)) {
         problem = "trigger: the pulse must be shorter than its period, and that at most 10 s";
         return Status::kInvalidArgument;
     }
-    FACET_TRY(line_.open_output(name_, problem));
+    FACET_TRY(open(problem));
     Status status = Status::kOk;
     Timestamp rise = clock_.now();
     while (ok(status) && !stopping.load(std::memory_order_relaxed)) {
@@ -85,6 +93,7 @@ Status GpioTriggerOutput::run(const TriggerPulse& pulse, const std::atomic<bool>
         rise = rise + pulse.period;
     }
     line_.close();
+    is_open_ = false;
     return status;
 }
 

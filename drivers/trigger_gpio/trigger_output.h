@@ -44,7 +44,10 @@ public:
     GpioTriggerOutput(KernelIo& io, Clock& clock, GpioLineName line)
         : clock_(clock), name_(std::move(line)), line_(io) {}
 
-    /// Pulses until `stopping`; the n-th rises at start + n * period, whatever the ones before did. A pulse that would be
+    /// Takes the line, so that what is wrong with it is known before run(), which otherwise takes it.
+    Status open(std::string& problem);
+
+    /// Pulses until `stopping`, then lets go of the line; the n-th rises at start + n * period, whatever the ones before did. A pulse that would be
     /// late by a period or more is left out and counted.
     Status run(const TriggerPulse& pulse, const std::atomic<bool>& stopping, std::string& problem);
 
@@ -55,6 +58,7 @@ private:
     Clock& clock_;
     GpioLineName name_;
     GpioLine line_;
+    bool is_open_ = false;
     std::atomic<std::uint64_t> pulses_{0};
     std::atomic<std::uint64_t> skipped_{0};
 };

@@ -104,6 +104,26 @@ TEST_CASE("a vehicle file needs calibration, cameras and an IMU, and has default
     CHECK_FALSE(v.realtime.lock_memory);
 }
 
+TEST_CASE("trigger pulses come from a PWM or a line, at the cameras' rate") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& pulses) {
+        return load_vehicle(dir.write("v.yaml", kHead + "cameras: {rate_hz: 25}\n" + kImu + pulses));
+    };
+    CHECK_FALSE(load("").pulses);
+    const Vehicle pwm = load("trigger_output: {width_s: 0.002, pwm: {chip: /sys/class/pwm/pwmchip2, channel: 1}}\n");
+    REQUIRE(pwm.pulses);
+    CHECK(pwm.pulses->pulse.period == Duration::from_seconds(0.04));
+    CHECK(pwm.pulses->pulse.width == Duration::from_seconds(0.002));
+    CHECK(pwm.pulses->pwm_chip == "/sys/class/pwm/pwmchip2");
+    CHECK(pwm.pulses->pwm_channel == 1);
+    const Vehicle gpio = load("trigger_output: {gpio: {chip: /dev/gpiochip1, line: EXPOSE}}\n");
+    REQUIRE(gpio.pulses);
+    CHECK(gpio.pulses->pwm_chip.empty());
+    CHECK(gpio.pulses->line.chip == "/dev/gpiochip1");
+    CHECK(gpio.pulses->line.name == "EXPOSE");
+}
+
 TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
     const test::TempDir dir;
     write_calibration(dir);
@@ -116,7 +136,8 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {kHead + kCameras, ":1: imu: missing"},
         {kHead + kCameras + "imu: {}\n", ":3: imu: must have either 'spi' or 'can'"},
         {kHead + kCameras + kImu + "tirgger: {}\n",
-         ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, imu, sinks, realtime"},
+         ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, trigger_output, imu, sinks, "
+         "realtime"},
         {kHead + "cameras:\n  rate_hz: fast\n" + kImu, ":3: cameras.rate_hz: must be a number"},
         {kHead + "cameras:\n  rate_hz: 0\n" + kImu, ":3: cameras.rate_hz: must be within [1, 200], is 0"},
         {kHead + "cameras:\n  format: MJPG\n" + kImu,
@@ -133,6 +154,14 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {kHead + kCameras + "imu: {can: {decoder: dbc, dbc: no.dbc, map: {}}}\n", "no.dbc: cannot be read"},
         {kHead + kCameras + kImu + "trigger: {chip: /dev/gpiochip0}\n", ":4: trigger.line: missing"},
         {kHead + kCameras + kImu + "trigger: {line: -2}\n", ":4: trigger.line: must not be negative"},
+        {kHead + kCameras + kImu + "trigger_output: {width_s: 0.001}\n",
+         ":4: trigger_output: must have either 'pwm' or 'gpio'"},
+        {kHead + kCameras + kImu + "trigger_output: {width_s: 0.06, pwm: {}}\n",
+         ":4: trigger_output: width_s must be below 0.05, the period of cameras.rate_hz"},
+        {kHead + kCameras + kImu + "trigger_output: {gpio: {chip: /dev/gpiochip0}}\n",
+         ":4: trigger_output.gpio.line: missing"},
+        {kHead + kCameras + kImu + "trigger_output: {pwm: {channel: -1}}\n",
+         ":4: trigger_output.pwm.channel: must be within [0, 63], is -1"},
         {kHead + kCameras + kImu + "sinks: {mavlink: {serial: /dev/ttyS0, udp_port: 1}}\n",
          ":4: sinks.mavlink: has both 'serial'"},
         {kHead + kCameras + kImu + "sinks: {log: {}}\n", ":4: sinks.log.folder: missing"},

@@ -23,6 +23,11 @@ public:
     }
     int close(int) override { return 0; }
     int ioctl(int fd, unsigned long, void*) override { return fd == kSpi ? 0 : -ENOTTY; }
+    std::int64_t write(int fd, const void* data, std::size_t count) override {
+        written[fd].emplace_back(static_cast<const char*>(data), count);
+        return static_cast<std::int64_t>(count);
+    }
+    std::map<int, std::vector<std::string>> written;
     int socket(int domain, int, int) override { return domain == 2 ? 40 : -EAFNOSUPPORT; }
     int connect(int, const void*, std::size_t) override { return 0; }
 
@@ -56,6 +61,30 @@ std::vector<ProbeLine> probe(FakeBench& kernel, const Vehicle& vehicle) {
     ManualClock clock({1'000'000'000});
     Hardware hardware(kernel, clock, vehicle);
     return dry_run(hardware, clock, vehicle, Duration::from_seconds(0.5));
+}
+
+TEST_CASE("trigger pulses are begun before the cameras are asked, and end with the dry run") {
+    FakeBench kernel;
+    Vehicle vehicle = spi_vehicle();
+    vehicle.pulses.emplace();
+    vehicle.pulses->pwm_chip = "/sys/class/pwm/pwmchip0";
+    std::vector<ProbeLine> lines = probe(kernel, vehicle);
+    CHECK(lines.front().device == "pulses");
+    CHECK(lines.front().finding == Finding::kWrong);
+    CHECK(lines.front().text == "trigger_output: /sys/class/pwm/pwmchip0/export: No such file or directory");
+    constexpr int kEnable = 50;
+    for (const char* file : {"export", "pwm0/duty_cycle", "pwm0/period"}) {
+        kernel.devices[std::string("/sys/class/pwm/pwmchip0/") + file] = 49;
+    }
+    kernel.devices["/sys/class/pwm/pwmchip0/pwm0/enable"] = kEnable;
+    lines = probe(kernel, vehicle);
+    CHECK(lines.front().finding == Finding::kGood);
+    CHECK(lines.front().text == "20.0/s begun");
+    CHECK(kernel.written[kEnable] == std::vector<std::string>{"1", "0"});
+    vehicle.pulses->pwm_chip.clear();
+    vehicle.pulses->line = {"/dev/gpiochip4", 2, ""};
+    CHECK(probe(kernel, vehicle).front().text ==
+          "trigger_output: /dev/gpiochip4 line 2: the chip cannot be opened: No such file or directory");
 }
 
 TEST_CASE("what is not there is named, device by device") {

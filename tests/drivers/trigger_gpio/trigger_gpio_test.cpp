@@ -267,6 +267,15 @@ TEST_CASE("software pulses keep their grid, and leave out what is too late") {
     CHECK((kernel.levels[1].first - kernel.levels[0].first).ns == 1'000'000);
     CHECK(kernel.open_descriptors == 0);
     CHECK(output.run({{1}, {1}}, stopping, problem) == Status::kInvalidArgument);
+    // A line that cannot be had is known before the first pulse.
+    GpioTriggerOutput nowhere(kernel, clock, {"/dev/gpiochip7", 3, ""});
+    CHECK_FALSE(ok(nowhere.open(problem)));
+    CHECK(problem == "/dev/gpiochip7 line 3: the chip cannot be opened: No such file or directory");
+    REQUIRE(ok(output.open(problem)));
+    CHECK(kernel.open_descriptors == 1);
+    stopping = true;
+    CHECK(ok(output.run({{50'000'000}, {1'000'000}}, stopping, problem)));
+    CHECK(kernel.open_descriptors == 0);
 }
 
 TEST_CASE("a PWM is set up in an order that it accepts") {
