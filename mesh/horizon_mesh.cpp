@@ -55,9 +55,10 @@ HorizonMesh::Key HorizonMesh::key_of(Key vertex) {
     return vertex;
 }
 
-/// Three slots of 11 bits, multiplied by 2^64 / golden ratio.
+/// Three slots of 12 bits, multiplied by 2^64 / golden ratio.
 std::uint32_t HorizonMesh::home(const Key& key) {
-    const std::uint64_t packed = (std::uint64_t{key[0]} << 22U) | (std::uint64_t{key[1]} << 11U) | key[2];
+    const std::uint64_t packed = (std::uint64_t{key[0]} << 24U) | (std::uint64_t{key[1]} << 12U) | key[2];
+    static_assert(kMaxMeshVertices <= 1 << 12);
     return static_cast<std::uint32_t>((packed * 0x9e3779b97f4a7c15ULL) >> 40U) % kBuckets;
 }
 
