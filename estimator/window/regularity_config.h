@@ -33,8 +33,8 @@ struct RegularityConfig {
     int keep_constraints = 8;      ///< with fewer a plane that marginalization has not used leaves again [3, 256]
     double min_extent_m = 0.3;     ///< least spread of these, rms, along the plane's narrower side [0.01, 10]
     double join_sigmas = 2.5;      ///< a landmark nearer than this to a plane joins it [0.5, 10]
-    double leave_sigmas = 4.0;     ///< one farther leaves [0.5, 20]
-    double max_plane_chi2 = 1.2;   ///< mean squared height of a plane's landmarks that says it is none [1, 100]
+    double leave_sigmas = 3.0;     ///< one farther leaves [0.5, 20]
+    double max_plane_chi2 = 1.0;   ///< mean squared height of a plane's landmarks that says it is none [1, 100]
     bool use_pairs = true;         ///< parallel and orthogonal planes as constraints
     bool use_gravity = true;       ///< level floors and upright walls as constraints
     double pair_sigma_deg = 0.15;  ///< how exact buildings are [0.01, 10]
