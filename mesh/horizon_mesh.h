@@ -46,7 +46,7 @@ struct MeshFace {
 /// Up to kMaxMeshVertices vertices and kMaxMeshFaces faces; no two faces have the same three vertices. Faces and vertices
 /// keep their index while they live; walking indices 0..face_end()-1 where is_face() holds visits all faces. Every face
 /// of a vertex is found by walking its list. When full: adding is refused (kFull); the mesher makes room by its policy.
-/// Thread-bound. No heap. About 2 MB.
+/// Thread-bound. No heap. About 1.2 MB.
 class HorizonMesh {
 public:
     static constexpr FaceIndex kNoFace = 0xffff;

@@ -58,7 +58,7 @@ struct DepartedFace {
 ///     points behind it is contradicted, and leaves when contradicted often enough;
 ///   5 holes that leaving landmarks tore into surfaces are closed from their rings.
 /// When the mesh is full, the least supported faces are dropped (fewest observations less contradictions, then longest
-/// unseen). Time is bounded by the capacities. About 4 MB: allocate it once. Thread-bound. Deterministic. No heap.
+/// unseen). Time is bounded by the capacities. About 2 MB: allocate it once. Thread-bound. Deterministic. No heap.
 class Mesher {
 public:
     /// @return kInvalidArgument if a field is out of range (nothing changed). Forgets the mesh.

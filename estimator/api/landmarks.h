@@ -45,7 +45,7 @@ struct KeyframePose {
 };
 
 /// The window at its newest keyframe: its landmarks, by increasing id, and what only that keyframe's stereo pair shows.
-/// Points that cannot be triangulated, or whose position is practically at infinity, are left out. About 500 KB, allocate it
+/// Points that cannot be triangulated, or whose position is practically at infinity, are left out. About 350 KB, allocate it
 /// once. Thread-bound. No heap.
 struct KeyframeView {
     std::uint32_t number = 0;  ///< counts the views since configure(): tells a new one from an old one
