@@ -14,9 +14,9 @@ namespace {
 constexpr double kIcpGate = 0.3;  // m: farther samples do not pull
 constexpr int kIcpIterations = 30;
 constexpr std::size_t kIcpSamples = 20000;
-constexpr double kOnPlane = 0.02;        // m: true surface this near to a true plane is part of it,
-constexpr double kOnPlaneTurnDeg = 2.0;  // if turned like it
-constexpr double kMaxTiltDeg = 3.0;      // of floors and walls
+constexpr double kPlaneMargin = 0.02;  // m: true surface this near to a true plane is part of it,
+constexpr double kPlaneTurnDeg = 2.0;  // if turned like it
+constexpr double kMaxTiltDeg = 3.0;    // of floors and walls
 
 TriangleSoup transformed(const TriangleSoup& soup, const Se3& T) {
     TriangleSoup out = soup;
@@ -103,9 +103,9 @@ void measure_flat(const TriangleSoup& aligned, const SceneTruth& truth, const Tr
 }  // namespace
 
 int plane_at(const std::vector<EvalPlane>& planes, const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
-    const double least_cosine = std::cos(kOnPlaneTurnDeg * kRadPerDeg);
+    const double least_cosine = std::cos(kPlaneTurnDeg * kRadPerDeg);
     int best = -1;
-    double nearest = kOnPlane;
+    double nearest = kPlaneMargin;
     for (std::size_t k = 0; k < planes.size(); ++k) {
         const double off = std::abs(planes[k].normal.dot(p) - planes[k].offset);
         if (off < nearest && n.dot(planes[k].normal) > least_cosine) {
