@@ -2,7 +2,7 @@
 // Every fixed capacity of the mesh in one place, with its reason.
 #pragma once
 
-#include "estimator/api/capacity.h"
+#include "estimator/values/capacity.h"
 
 namespace facet {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <span>
 
-#include "estimator/api/landmarks.h"
 #include "estimator/geometry/camera_model.h"
+#include "estimator/values/keyframe_view.h"
 #include "mesh/delaunay.h"
 #include "mesh/face_filter.h"
 #include "mesh/hole_filler.h"

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "estimator/geometry/stereo_rig.h"
+#include "estimator/values/imu_noise.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {

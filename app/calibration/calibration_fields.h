@@ -6,6 +6,7 @@
 
 #include "app/calibration/calibration.h"
 #include "app/support/yaml_file.h"
+#include "estimator/values/imu_noise.h"
 
 namespace facet {
 

@@ -13,9 +13,9 @@
 #include "app/commands/build_version.h"
 #include "app/commands/run_guarded.h"
 #include "app/config/config_file.h"
-#include "app/sim/default_rig.h"
-#include "estimator/api/capacity.h"
+#include "app/lab/sim/default_rig.h"
 #include "estimator/api/estimator.h"
+#include "estimator/values/capacity.h"
 #include "mesh/mesher.h"
 #include "mesh/planes/plane_finder.h"
 

@@ -11,8 +11,8 @@
 #include "app/commands/stop_signal.h"
 #include "app/config/config_file.h"
 #include "app/config/config_table.h"
-#include "app/faults/fault.h"
-#include "app/pipeline/replay.h"
+#include "app/lab/faults/fault.h"
+#include "app/lab/replay/replay.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
 

@@ -11,8 +11,8 @@
 #include <memory>
 #include <string>
 
-#include "app/sim/scene.h"
-#include "app/sim/simulate.h"
+#include "app/lab/sim/scene.h"
+#include "app/lab/sim/simulate.h"
 
 namespace facet {
 namespace {

@@ -9,7 +9,6 @@
 #include "app/config/config_file.h"
 #include "app/config/config_table.h"
 #include "app/config/vehicle_sensors.h"
-#include "app/pipeline/frame_pipeline.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
 

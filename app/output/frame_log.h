@@ -7,7 +7,7 @@
 
 #include "app/support/text_file.h"
 #include "estimator/api/estimate.h"
-#include "estimator/api/stage.h"
+#include "estimator/values/stage.h"
 
 namespace facet {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <string>
 
-#include "estimator/api/residuals.h"
+#include "estimator/values/residuals.h"
 
 namespace facet {
 

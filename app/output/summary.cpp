@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "app/mesh_output/mesh_log.h"
-#include "app/mesh_output/plane_log.h"
+#include "app/output/mesh_log.h"
+#include "app/output/plane_log.h"
 #include "app/output/residual_log.h"
 #include "app/support/text_file.h"
 #include "estimator/geometry/so3.h"

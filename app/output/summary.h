@@ -10,7 +10,7 @@
 #include "app/output/frame_log.h"
 #include "app/output/live_account.h"
 #include "estimator/api/estimate.h"
-#include "estimator/api/residuals.h"
+#include "estimator/values/residuals.h"
 #include "mesh/mesher.h"
 #include "mesh/planes/plane_finder.h"
 

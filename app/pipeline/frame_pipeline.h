@@ -17,10 +17,6 @@
 
 namespace facet {
 
-/// The estimator may find that images are later than their stamps say: it can then use them only this much later. Frames
-/// are therefore given when inertial samples reach this far beyond their stamps.
-inline constexpr Duration kFrameDelay = Duration::from_seconds(0.02);
-
 /// What became of one frame, as values: it may be handed to another thread. About 10 KB.
 struct FrameResult {
     Timestamp frame_stamp;   ///< as given to the estimator

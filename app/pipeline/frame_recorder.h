@@ -7,10 +7,10 @@
 #include <span>
 #include <string>
 
-#include "app/mesh_output/mesh_log.h"
-#include "app/mesh_output/plane_log.h"
-#include "app/mesh_output/run_mesh.h"
 #include "app/output/frame_log.h"
+#include "app/output/mesh_log.h"
+#include "app/output/plane_log.h"
+#include "app/output/run_mesh.h"
 #include "app/output/summary.h"
 #include "app/output/trajectory_writer.h"
 #include "app/pipeline/frame_pipeline.h"

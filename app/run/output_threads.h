@@ -11,6 +11,7 @@
 #include "app/pipeline/frame_recorder.h"
 #include "app/run/estimator_loop.h"
 #include "app/run/run_event.h"
+#include "estimator/values/imu_noise.h"
 #include "platform/linux/linux_wakeup.h"
 #include "platform/port/odometry_sink.h"
 

@@ -61,11 +61,7 @@ void PwmTrigger::stop() {
 }
 
 Status GpioTriggerOutput::open(std::string& problem) {
-    if (!is_open_) {
-        FACET_TRY(line_.open_output(name_, problem));
-        is_open_ = true;
-    }
-    return Status::kOk;
+    return line_.is_open() ? Status::kOk : line_.open_output(name_, problem);
 }
 
 Status GpioTriggerOutput::run(const TriggerPulse& pulse, const std::atomic<bool>& stopping, std::string& problem) {
@@ -93,7 +89,6 @@ Status GpioTriggerOutput::run(const TriggerPulse& pulse, const std::atomic<bool>
         rise = rise + pulse.period;
     }
     line_.close();
-    is_open_ = false;
     return status;
 }
 

@@ -47,8 +47,8 @@ public:
     /// Takes the line, so that what is wrong with it is known before run(), which otherwise takes it.
     Status open(std::string& problem);
 
-    /// Pulses until `stopping`, then lets go of the line; the n-th rises at start + n * period, whatever the ones before did. A pulse that would be
-    /// late by a period or more is left out and counted.
+    /// Pulses until `stopping`, then lets go of the line. The n-th pulse rises at start + n * period, whatever the ones
+    /// before did; one that would be late by a period or more is left out and counted.
     Status run(const TriggerPulse& pulse, const std::atomic<bool>& stopping, std::string& problem);
 
     std::uint64_t pulses() const { return pulses_.load(std::memory_order_relaxed); }
@@ -58,7 +58,6 @@ private:
     Clock& clock_;
     GpioLineName name_;
     GpioLine line_;
-    bool is_open_ = false;
     std::atomic<std::uint64_t> pulses_{0};
     std::atomic<std::uint64_t> skipped_{0};
 };

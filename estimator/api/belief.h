@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimator/imu/propagation.h"
+#include "estimator/values/nav_state.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {

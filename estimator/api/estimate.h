@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "estimator/imu/preintegration.h"
+#include "estimator/values/nav_state.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {

@@ -6,6 +6,7 @@
 
 #include "estimator/api/belief.h"
 #include "estimator/api/health_monitor.h"
+#include "estimator/api/keyframe_snapshot.h"
 #include "estimator/api/motion_start.h"
 #include "estimator/factors/rest_factor.h"
 #include "estimator/frontend/frontend.h"

@@ -7,11 +7,11 @@
 
 #include "estimator/api/config.h"
 #include "estimator/api/estimate.h"
-#include "estimator/api/landmarks.h"
 #include "estimator/api/memory_part.h"
 #include "estimator/api/observation_hook.h"
-#include "estimator/api/residuals.h"
-#include "estimator/api/stage.h"
+#include "estimator/values/keyframe_view.h"
+#include "estimator/values/residuals.h"
+#include "estimator/values/stage.h"
 #include "platform/base/samples.h"
 
 namespace facet {

@@ -6,11 +6,13 @@
 #include <boost/container/static_vector.hpp>
 #include <span>
 
-#include "estimator/frontend/frontend_types.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/imu/dynamic_init.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/stereo_motion.h"
+#include "estimator/values/imu_noise.h"
+#include "estimator/values/nav_state.h"
+#include "estimator/values/observation.h"
 
 namespace facet {
 

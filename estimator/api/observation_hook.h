@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "estimator/frontend/frontend_types.h"
+#include "estimator/values/observation.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {

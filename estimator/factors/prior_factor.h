@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "estimator/api/capacity.h"
 #include "estimator/geometry/plane.h"
 #include "estimator/imu/preintegration.h"
+#include "estimator/values/capacity.h"
 
 namespace facet {
 

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "estimator/imu/preintegration.h"
+#include "estimator/values/nav_state.h"
 
 namespace facet {
 

@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "estimator/api/capacity.h"
 #include "estimator/frontend/corner_score.h"
 #include "estimator/frontend/frontend_config.h"
+#include "estimator/values/capacity.h"
 #include "platform/base/image_view.h"
 
 namespace facet {

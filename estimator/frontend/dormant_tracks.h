@@ -12,6 +12,7 @@
 #include "estimator/frontend/track.h"
 #include "estimator/frontend/tracker.h"
 #include "estimator/geometry/stereo_rig.h"
+#include "estimator/values/observation.h"
 
 namespace facet {
 

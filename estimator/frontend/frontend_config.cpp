@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/frontend/frontend_config.h"
 
-#include "estimator/api/capacity.h"
+#include "estimator/values/capacity.h"
 
 namespace facet {
 namespace {

@@ -67,7 +67,7 @@ struct Frontend::Impl {
     void make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output);
     /// Tracks that a keyframe fills up to.
     int wanted_features(const FrameHints& hints) const;
-    void begin_tracks(const FrameHints& hints, FrontendOutput& output);
+    void begin_tracks(const FrameHints& hints, bool has_right, FrontendOutput& output);
     void match_stereo(const FrameHints& hints);
     void match_surface(FrontendOutput& output);
     void reject_stereo_outliers();

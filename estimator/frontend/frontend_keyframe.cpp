@@ -21,14 +21,14 @@ int Frontend::Impl::wanted_features(const FrameHints& hints) const {
     return static_cast<int>(std::lround(hints.effort * config.max_features));
 }
 
-void Frontend::Impl::begin_tracks(const FrameHints& hints, FrontendOutput& output) {
+void Frontend::Impl::begin_tracks(const FrameHints& hints, bool has_right, FrontendOutput& output) {
     positions.clear();
     for (const Track& track : tracks) {
         positions.push_back(track.pose.uv);
     }
     corners.clear();
     const int wanted = std::max(0, wanted_features(hints) - static_cast<int>(tracks.size()));
-    const int more = hints.effort < 1.0 ? 0 : config.surface_points;
+    const int more = has_right && hints.effort >= 1.0 ? config.surface_points : 0;
     detector.detect(left.level(0), {positions.data(), positions.size()}, wanted + more, corners);
     const auto rest = corners.begin() + std::min<std::ptrdiff_t>(wanted, std::ssize(corners));
     for (auto uv = corners.begin(); uv != rest; ++uv) {
@@ -111,7 +111,7 @@ void Frontend::Impl::reject_stereo_outliers() {
 
 void Frontend::Impl::make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output) {
     recall(hints, output);
-    begin_tracks(hints, output);
+    begin_tracks(hints, has_right, output);
     if (has_right) {
         match_stereo(hints);
         match_surface(output);

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <span>
 
-#include "estimator/api/capacity.h"
 #include "estimator/frontend/frontend_config.h"
+#include "estimator/values/capacity.h"
 #include "platform/base/status.h"
 
 namespace facet {

@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "estimator/api/capacity.h"
+#include "estimator/values/capacity.h"
 
 namespace facet {
 namespace {

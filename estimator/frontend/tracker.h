@@ -11,6 +11,7 @@
 #include "estimator/frontend/patch_aligner.h"
 #include "estimator/frontend/track.h"
 #include "estimator/geometry/camera_model.h"
+#include "estimator/values/observation.h"
 #include "platform/base/status.h"
 
 namespace facet {

@@ -7,10 +7,11 @@
 #include <cstdint>
 #include <utility>
 
-#include "estimator/api/capacity.h"
 #include "estimator/imu/imu_limits.h"
 #include "estimator/imu/preintegration.h"
 #include "estimator/imu/vibration.h"
+#include "estimator/values/capacity.h"
+#include "estimator/values/imu_noise.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
 

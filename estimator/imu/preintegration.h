@@ -5,42 +5,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "estimator/geometry/stereo_rig.h"
+#include "estimator/values/imu_noise.h"
+#include "estimator/values/nav_state.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
 
 namespace facet {
-
-/// Bias of the IMU: what it reads too much.
-struct ImuBias {
-    Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< (rad/s)
-    Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< (m/s^2)
-};
-
-/// Navigation state of the body. Tangent order [theta p v bg ba], each 3; see state_offset.
-struct NavState {
-    Eigen::Quaterniond q_W_B = Eigen::Quaterniond::Identity();
-    Eigen::Vector3d p_W_B = Eigen::Vector3d::Zero();  ///< (m)
-    Eigen::Vector3d v_W_B = Eigen::Vector3d::Zero();  ///< (m/s)
-    ImuBias bias;
-
-    Se3 T_W_B() const { return {q_W_B, p_W_B}; }
-    NavState box_plus(const Eigen::Matrix<double, 15, 1>& d) const;
-    /// The d with other = box_plus(d).
-    Eigen::Matrix<double, 15, 1> box_minus_to(const NavState& other) const;
-};
-
-/// Offsets of the parts in a state's tangent vector.
-inline constexpr int kTheta = 0;
-inline constexpr int kPos = 3;
-inline constexpr int kVel = 6;
-inline constexpr int kBiasGyro = 9;
-inline constexpr int kBiasAccel = 12;
-inline constexpr int kStateDim = 15;
-inline constexpr int kPoseDim = 6;
-
-/// World gravity (m/s^2): z is up.
-inline const Eigen::Vector3d kGravity_W{0.0, 0.0, -9.81};
 
 /// White noise of one step, every axis of B on its own: squared densities.
 struct StepNoise {

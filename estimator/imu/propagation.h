@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 
 #include "estimator/imu/preintegration.h"
+#include "estimator/values/imu_noise.h"
+#include "estimator/values/nav_state.h"
 
 namespace facet {
 

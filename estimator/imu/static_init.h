@@ -7,6 +7,7 @@
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/initializer_config.h"
 #include "estimator/imu/preintegration.h"
+#include "estimator/values/nav_state.h"
 #include "platform/base/status.h"
 
 namespace facet {

@@ -4,6 +4,8 @@
 
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/preintegration.h"
+#include "estimator/values/imu_noise.h"
+#include "estimator/values/nav_state.h"
 #include "platform/base/status.h"
 
 namespace facet {

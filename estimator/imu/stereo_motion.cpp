@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
-#include "estimator/api/capacity.h"
 #include "estimator/geometry/so3.h"
+#include "estimator/values/capacity.h"
 #include "platform/base/fixed_vector.h"
 #include "platform/base/range_check.h"
 

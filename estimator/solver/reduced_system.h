@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "estimator/api/capacity.h"
 #include "estimator/factors/prior_factor.h"
 #include "estimator/imu/preintegration.h"
+#include "estimator/values/capacity.h"
 #include "platform/base/status.h"
 
 namespace facet {

@@ -6,9 +6,9 @@
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 
-#include "estimator/api/capacity.h"
 #include "estimator/factors/stereo_factor.h"
 #include "estimator/geometry/inverse_depth.h"
+#include "estimator/values/capacity.h"
 #include "platform/base/typed_id.h"
 
 namespace facet {

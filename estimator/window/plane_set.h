@@ -2,7 +2,7 @@
 // Which planes the window uses, and which landmarks lie on them.
 #pragma once
 
-#include "estimator/api/planes.h"
+#include "estimator/values/planes.h"
 #include "estimator/window/regularity_config.h"
 #include "estimator/window/window_problem.h"
 

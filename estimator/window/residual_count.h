@@ -2,7 +2,7 @@
 // Collects the residuals of a keyframe.
 #pragma once
 
-#include "estimator/api/residuals.h"
+#include "estimator/values/residuals.h"
 #include "estimator/window/window_problem.h"
 
 namespace facet {

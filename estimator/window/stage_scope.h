@@ -2,7 +2,7 @@
 // Tells a stage observer about the beginning and the end of a scope.
 #pragma once
 
-#include "estimator/api/stage.h"
+#include "estimator/values/stage.h"
 
 namespace facet {
 

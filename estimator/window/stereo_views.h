@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "estimator/api/capacity.h"
 #include "estimator/factors/stereo_factor.h"
+#include "estimator/values/capacity.h"
 
 namespace facet {
 

@@ -4,8 +4,10 @@
 
 #include <span>
 
-#include "estimator/api/residuals.h"
-#include "estimator/frontend/frontend_types.h"
+#include "estimator/values/imu_noise.h"
+#include "estimator/values/nav_state.h"
+#include "estimator/values/observation.h"
+#include "estimator/values/residuals.h"
 #include "estimator/window/marginalization.h"
 #include "estimator/window/plane_set.h"
 #include "estimator/window/redundancy.h"

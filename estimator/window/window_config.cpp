@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/window/window_config.h"
 
-#include "estimator/api/capacity.h"
+#include "estimator/values/capacity.h"
 #include "platform/base/range_check.h"
 
 namespace facet {

@@ -4,8 +4,8 @@
 
 #include <boost/container/static_vector.hpp>
 
-#include "estimator/api/planes.h"
 #include "estimator/geometry/plane.h"
+#include "estimator/values/planes.h"
 
 namespace facet {
 

@@ -6,10 +6,11 @@
 #include <array>
 #include <cmath>
 
-#include "estimator/api/stage.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/solver/landmark_schur.h"
 #include "estimator/solver/levenberg.h"
+#include "estimator/values/nav_state.h"
+#include "estimator/values/stage.h"
 #include "estimator/window/calibration_config.h"
 #include "estimator/window/regularity_config.h"
 #include "estimator/window/stereo_views.h"

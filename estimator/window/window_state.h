@@ -4,10 +4,11 @@
 
 #include <boost/container/static_vector.hpp>
 
-#include "estimator/api/capacity.h"
 #include "estimator/factors/imu_factor.h"
 #include "estimator/factors/prior_factor.h"
 #include "estimator/factors/stereo_factor.h"
+#include "estimator/values/capacity.h"
+#include "estimator/values/nav_state.h"
 #include "estimator/window/landmark_store.h"
 #include "estimator/window/rig_calibration.h"
 #include "estimator/window/window_plane.h"

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-#include "estimator/api/landmarks.h"
+#include "estimator/values/keyframe_view.h"
 #include "mesh/horizon_mesh.h"
 #include "mesh/planes/plane_config.h"
 #include "mesh/planes/plane_fit.h"

@@ -227,11 +227,16 @@ void PlaneFinder::propose() {
               [](const PlaneProposal& a, const PlaneProposal& b) { return a.id < b.id; });
 }
 
+const TrackedPlane* PlaneFinder::find(PlaneSerial serial) const {
+    const auto* const at =
+        std::find_if(planes_.begin(), planes_.end(), [=](const TrackedPlane& p) { return p.serial == serial; });
+    return at != planes_.end() ? at : nullptr;
+}
+
 void PlaneFinder::flatten(HorizonMesh& mesh) const {
     const auto fit_of = [&](PlaneSerial serial) -> const PlaneFit* {
-        const auto* const at =
-            std::find_if(planes_.begin(), planes_.end(), [=](const TrackedPlane& p) { return p.serial == serial; });
-        return at != planes_.end() && at->is_held ? &at->fit : nullptr;
+        const TrackedPlane* const plane = find(serial);
+        return plane != nullptr && plane->is_held ? &plane->fit : nullptr;
     };
     evidence_.for_vertices(fit_of, [&](VertexSlot slot, const Eigen::Vector3d& shift_W) {
         MeshVertex& vertex = mesh.vertex(slot);
@@ -244,9 +249,7 @@ void PlaneFinder::label(HorizonMesh& mesh) const {
     const TrackedPlane* plane = nullptr;  // neighbouring faces are mostly of one plane
     const auto fit_of = [&](PlaneSerial serial) -> const PlaneFit* {
         if (plane == nullptr || plane->serial != serial) {
-            const auto* const at =
-                std::find_if(planes_.begin(), planes_.end(), [=](const TrackedPlane& p) { return p.serial == serial; });
-            plane = at != planes_.end() ? at : nullptr;
+            plane = find(serial);
         }
         return plane != nullptr && plane->id.valid() ? &plane->fit : nullptr;
     };

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-#include "estimator/api/landmarks.h"
+#include "estimator/values/keyframe_view.h"
 #include "mesh/horizon_mesh.h"
 #include "mesh/planes/plane_config.h"
 #include "mesh/planes/plane_evidence.h"
@@ -105,6 +105,7 @@ private:
     bool make_room();
     void propose();
     int confirmed() const;
+    const TrackedPlane* find(PlaneSerial serial) const;  ///< nullptr if it is no more
 
     PlaneConfig config_;
     PlaneCounters counters_;

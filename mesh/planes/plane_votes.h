@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-#include "estimator/api/planes.h"
+#include "estimator/values/planes.h"
 #include "platform/base/fixed_vector.h"
 
 namespace facet {

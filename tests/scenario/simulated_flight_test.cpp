@@ -5,9 +5,9 @@
 #include <fstream>
 
 #include "app/calibration/calibration.h"
-#include "app/eval/evaluation.h"
-#include "app/pipeline/replay.h"
-#include "app/sim/simulate.h"
+#include "app/lab/eval/evaluation.h"
+#include "app/lab/replay/replay.h"
+#include "app/lab/sim/simulate.h"
 #include "drivers/replay_asl/ground_truth.h"
 #include "tests/scenario/heap_use.h"
 #include "tests/support/temp_dir.h"

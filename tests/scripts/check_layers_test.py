@@ -24,15 +24,16 @@ class CheckLayers(unittest.TestCase):
             "platform/port/clock.h",
             "drivers/common/axis_map.h",
             "drivers/imu_spi/imu_spi.h",
-            "estimator/api/capacity.h",
+            "estimator/values/capacity.h",
             "estimator/api/config.h",
             "estimator/geometry/se3.h",
             "estimator/imu/preintegration.h",
             "estimator/window/window.h",
             "estimator/frontend/frontend.h",
-            "estimator/frontend/frontend_types.h",
+            "estimator/values/observation.h",
             "mesh/mesher.h",
-            "app/pipeline.h",
+            "app/pipeline/frame_pipeline.h",
+            "app/lab/eval/alignment.h",
             "tests/support/guard.h",
         ):
             self.write(path)
@@ -60,18 +61,20 @@ class CheckLayers(unittest.TestCase):
         line = 4 if path.endswith(".h") else 2
         self.assertTrue(found[0].startswith(f"{path}:{line}: "), found[0])
         self.assertIn(fragment, found[0])
+        (self.root / path).unlink()
 
     def test_empty_headers_are_good(self):
         self.assertEqual(self.violations(), [])
 
     def test_the_layers_in_order_are_good(self):
         self.expect_good("estimator/imu/a.cpp", '"estimator/imu/preintegration.h"', '"estimator/geometry/se3.h"')
-        self.expect_good("estimator/frontend/a.h", '"estimator/api/capacity.h"', '"platform/base/status.h"', "<vector>")
-        self.expect_good("estimator/window/a.h", '"estimator/imu/preintegration.h"', '"estimator/frontend/frontend_types.h"')
-        self.expect_good("mesh/a.cpp", '"estimator/api/config.h"', '"estimator/geometry/se3.h"')
-        self.expect_good("app/a.cpp", '"mesh/mesher.h"', '"drivers/imu_spi/imu_spi.h"', "<thread>", "<yaml-cpp/yaml.h>")
+        self.expect_good("estimator/frontend/a.h", '"estimator/values/capacity.h"', '"platform/base/status.h"', "<vector>")
+        self.expect_good("estimator/window/a.h", '"estimator/imu/preintegration.h"', '"estimator/values/observation.h"')
+        self.expect_good("mesh/a.cpp", '"estimator/values/capacity.h"', '"estimator/geometry/se3.h"')
+        self.expect_good("app/run/a.cpp", '"mesh/mesher.h"', '"drivers/imu_spi/imu_spi.h"', "<thread>", "<yaml-cpp/yaml.h>")
+        self.expect_good("app/lab/sim/a.cpp", '"app/pipeline/frame_pipeline.h"', '"app/lab/eval/alignment.h"')
         self.expect_good("drivers/imu_spi/a.cpp", '"platform/port/clock.h"', "<sys/ioctl.h>", "<fmt/core.h>")
-        self.expect_good("tests/a.cpp", '"tests/support/guard.h"', '"app/pipeline.h"', "<opencv2/core.hpp>", "<thread>")
+        self.expect_good("tests/a.cpp", '"tests/support/guard.h"', '"app/pipeline/frame_pipeline.h"', "<opencv2/core.hpp>", "<thread>")
 
     def test_layers_upside_down(self):
         self.expect_bad("platform/base/a.h", '"platform/port/clock.h"', "platform/base must not include")
@@ -82,8 +85,9 @@ class CheckLayers(unittest.TestCase):
     def test_estimator_does_not_see_ports(self):
         self.expect_bad("estimator/api/a.cpp", '"platform/port/clock.h"', "must not include")
 
-    def test_mesh_sees_only_the_api(self):
+    def test_mesh_sees_only_the_values(self):
         self.expect_bad("mesh/a.cpp", '"estimator/window/window.h"', "must not include")
+        self.expect_bad("mesh/a.cpp", '"estimator/api/config.h"', "must not include")
 
     def test_order_inside_the_estimator(self):
         self.expect_bad("estimator/imu/a.h", '"estimator/window/window.h"', "must not include")
@@ -91,7 +95,14 @@ class CheckLayers(unittest.TestCase):
     def test_frontend_does_not_see_imu(self):
         self.expect_bad("estimator/frontend/a.cpp", '"estimator/imu/preintegration.h"', "must not include")
 
-    def test_window_sees_only_the_frontends_types(self):
+    def test_values_see_no_estimator(self):
+        self.expect_bad("estimator/values/a.h", '"estimator/api/config.h"', "must not include")
+
+    def test_what_flies_does_not_see_the_lab(self):
+        self.expect_bad("app/pipeline/a.cpp", '"app/lab/eval/alignment.h"', "must not include")
+        self.expect_bad("app/run/a.cpp", '"app/lab/eval/alignment.h"', "must not include")
+
+    def test_window_does_not_see_the_frontend(self):
         self.expect_bad("estimator/window/a.cpp", '"estimator/frontend/frontend.h"', "must not include")
 
     def test_drivers_do_not_see_each_other(self):
@@ -105,7 +116,7 @@ class CheckLayers(unittest.TestCase):
         self.expect_bad("drivers/imu_spi/a.cpp", '"estimator/geometry/se3.h"', "must not include")
 
     def test_nobody_includes_tests(self):
-        self.expect_bad("app/a.cpp", '"tests/support/guard.h"', "must not include")
+        self.expect_bad("app/commands/a.cpp", '"tests/support/guard.h"', "must not include")
 
     def test_paths_start_at_the_root(self):
         self.expect_bad("estimator/geometry/a.cpp", '"se3.h"', "project root")
@@ -115,7 +126,7 @@ class CheckLayers(unittest.TestCase):
 
     def test_headers_made_by_cmake_have_a_template(self):
         self.write("app/build_info.h.in", text="")
-        self.expect_good("app/a.cpp", '"app/build_info.h"')
+        self.expect_good("app/commands/a.cpp", '"app/build_info.h"')
 
     def test_pure_code_has_no_clock_thread_file_or_log(self):
         for header in ("thread", "chrono", "ctime", "iostream", "fstream", "cstdio", "sys/time.h", "unistd.h"):
@@ -131,7 +142,7 @@ class CheckLayers(unittest.TestCase):
         self.expect_good("estimator/frontend/internal/b.h", "<opencv2/core.hpp>")
         self.expect_bad("estimator/frontend/a.h", "<opencv2/core.hpp>", "in a header")
         self.expect_good("estimator/frontend/a.h")
-        self.expect_bad("app/a.cpp", "<opencv2/core.hpp>", "only for estimator/frontend")
+        self.expect_bad("app/commands/a.cpp", "<opencv2/core.hpp>", "only for estimator/frontend")
 
     def test_private_headers_of_the_frontend_stay_there(self):
         self.write("estimator/frontend/a_impl.h", "<opencv2/core.hpp>")
@@ -145,11 +156,11 @@ class CheckLayers(unittest.TestCase):
         self.expect_good("drivers/replay_asl/a.cpp", "<png.h>")
 
     def test_rules_on_single_files(self):
-        self.write("app/a.h", text="#pragma once\n")
+        self.write("app/commands/a.h", text="#pragma once\n")
         self.assertEqual(len(self.violations()), 2)  # SPDX, purpose
-        self.write("app/a.h", text=check_layers.SPDX + "\n// Purpose.\n")
+        self.write("app/commands/a.h", text=check_layers.SPDX + "\n// Purpose.\n")
         self.assertIn("#pragma once", self.violations()[0])
-        self.write("app/a.h", text=HEADER + "\n" * check_layers.MAX_LINES)
+        self.write("app/commands/a.h", text=HEADER + "\n" * check_layers.MAX_LINES)
         self.assertIn("split the file", self.violations()[0])
 
     def test_a_new_folder_needs_a_rule(self):

@@ -5,10 +5,12 @@
 #include <random>
 #include <vector>
 
-#include "estimator/api/planes.h"
-#include "estimator/frontend/frontend_types.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/imu/preintegration.h"
+#include "estimator/values/imu_noise.h"
+#include "estimator/values/nav_state.h"
+#include "estimator/values/observation.h"
+#include "estimator/values/planes.h"
 
 namespace facet::test {
 

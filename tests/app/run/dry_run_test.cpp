@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <map>
 
-#include "platform/sim/scripted_source.h"
 #include "tests/support/fake_kernel.h"
+#include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
 
 namespace facet {

@@ -8,11 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "app/pipeline/replay.h"
-#include "app/run/stereo_as_camera.h"
-#include "app/sim/simulate.h"
-#include "drivers/replay_asl/asl_sources.h"
+#include "app/lab/replay/replay.h"
+#include "app/lab/sim/simulate.h"
 #include "platform/linux/linux_clock.h"
+#include "tests/support/asl_sources.h"
+#include "tests/support/stereo_as_camera.h"
 #include "tests/support/temp_dir.h"
 
 namespace facet {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "platform/sim/scripted_source.h"
+#include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
 
 namespace facet {

@@ -10,7 +10,7 @@
 #include <cstring>
 
 #include "platform/linux/linux_kernel_io.h"
-#include "platform/sim/scripted_source.h"
+#include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
 
 namespace facet {

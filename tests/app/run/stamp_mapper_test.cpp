@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "platform/sim/scripted_source.h"
+#include "tests/support/scripted_source.h"
 
 namespace facet {
 namespace {

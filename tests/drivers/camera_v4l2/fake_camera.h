@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "platform/sim/scripted_source.h"
 #include "tests/support/fake_kernel.h"
+#include "tests/support/scripted_source.h"
 
 namespace facet::test {
 

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "drivers/imu_can/can_frame.h"
-#include "platform/sim/scripted_source.h"
 #include "tests/support/fake_kernel.h"
+#include "tests/support/scripted_source.h"
 
 namespace facet::test {
 

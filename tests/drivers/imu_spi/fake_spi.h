@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/imu_spi/spi_device.h"
-#include "platform/sim/scripted_source.h"
+#include "tests/support/scripted_source.h"
 
 namespace facet::test {
 

@@ -21,9 +21,9 @@
 
 #include "drivers/sink_mavlink/sink_mavlink.h"
 #include "platform/linux/linux_kernel_io.h"
-#include "platform/sim/scripted_source.h"
 #include "tests/support/allocation_guard.h"
 #include "tests/support/fake_kernel.h"
+#include "tests/support/scripted_source.h"
 
 namespace facet {
 namespace {

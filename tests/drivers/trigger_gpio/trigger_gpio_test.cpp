@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "drivers/trigger_gpio/trigger_output.h"
-#include "platform/sim/scripted_source.h"
 #include "tests/port_conformance/source_conformance.h"
 #include "tests/support/fake_kernel.h"
+#include "tests/support/scripted_source.h"
 
 namespace facet {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "estimator/api/capacity.h"
+#include "estimator/values/capacity.h"
 #include "tests/estimator/frontend/synthetic.h"
 
 using namespace facet;

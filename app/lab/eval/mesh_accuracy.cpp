@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/eval/mesh_accuracy.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <utility>
+
+#include "platform/base/angle.h"
+
+namespace facet {
+namespace {
+
+constexpr double kIcpGate = 0.3;  // m: farther samples do not pull
+constexpr int kIcpIterations = 30;
+constexpr std::size_t kIcpSamples = 20000;
+constexpr double kPlaneMargin = 0.02;  // m: true surface this near to a true plane is part of it,
+constexpr double kPlaneTurnDeg = 2.0;  // if turned like it
+
+TriangleSoup transformed(const TriangleSoup& soup, const Se3& T) {
+    TriangleSoup out = soup;
+    for (Eigen::Vector3d& v : out.vertices) {
+        v = T * v;
+    }
+    return out;
+}
+
+using Matches = std::vector<TriangleTree::Nearest>;
+
+Matches match(const TriangleTree& tree, const std::vector<Eigen::Vector3d>& points, double limit) {
+    Matches matches;
+    matches.reserve(points.size());
+    for (const Eigen::Vector3d& p : points) {
+        matches.push_back(tree.nearest(p, limit));
+    }
+    return matches;
+}
+
+DistanceStatistics statistics_of(const Matches& matches) {
+    std::vector<double> distances;
+    distances.reserve(matches.size());
+    for (const TriangleTree::Nearest& nearest : matches) {
+        distances.push_back(nearest.distance);
+    }
+    return distance_statistics(std::move(distances));
+}
+
+/// What the samples of a mesh in the true world are nearest to.
+Matches match_samples(const TriangleSoup& aligned, const TriangleTree& truth_tree, const MeshEvalOptions& options) {
+    return match(truth_tree, sample_surface(aligned, options.samples_per_m2), options.max_distance_m);
+}
+
+/// @param matches  match_samples() of the aligned mesh
+MeshRow measure(const std::string& name, const TriangleSoup& aligned, const Matches& matches,
+                const std::vector<Eigen::Vector3d>& seen, const Se3& T_true_est, const MeshEvalOptions& options) {
+    const TriangleTree tree(aligned);
+    MeshRow row;
+    row.alignment = name;
+    row.T_true_est = T_true_est;
+    row.accuracy = statistics_of(matches);
+    row.completeness = statistics_of(match(tree, seen, options.max_distance_m));
+    return row;
+}
+
+/// Gauss-Newton on the distances to the planes of the nearest true triangles, samples beyond the gate left out. [Chen91]
+Se3 register_to_surface(const TriangleSoup& mesh, const TriangleSoup& surface, const TriangleTree& truth_tree, Se3 T) {
+    std::vector<Eigen::Vector3d> samples = sample_surface(mesh, 200.0);
+    const std::size_t step = samples.size() / kIcpSamples + 1;
+    for (int iteration = 0; iteration < kIcpIterations; ++iteration) {
+        Eigen::Matrix<double, 6, 6> h = 1e-9 * Eigen::Matrix<double, 6, 6>::Identity();
+        Eigen::Matrix<double, 6, 1> g = Eigen::Matrix<double, 6, 1>::Zero();
+        for (std::size_t i = 0; i < samples.size(); i += step) {
+            const Eigen::Vector3d p = T * samples[i];
+            const TriangleTree::Nearest nearest = truth_tree.nearest(p, kIcpGate);
+            if (nearest.triangle < 0) {
+                continue;
+            }
+            const Eigen::Vector3d n = surface.normal(static_cast<std::size_t>(nearest.triangle));
+            Eigen::Matrix<double, 6, 1> j;  // of n . (Exp(theta) p + t - q): left perturbation in the true world
+            j << p.cross(n), n;
+            const double r = n.dot(p - nearest.point);
+            h += j * j.transpose();
+            g += r * j;
+        }
+        const Eigen::Matrix<double, 6, 1> d = -h.ldlt().solve(g);
+        const Eigen::Quaterniond dq = so3_exp(d.head<3>());
+        T = Se3{(dq * T.q).normalized(), dq * T.p + d.tail<3>()};
+        if (d.norm() < 1e-7) {
+            break;
+        }
+    }
+    return T;
+}
+
+/// Splits the accuracy by what the nearest true surface is.
+void measure_flat(const Matches& matches, const SceneTruth& truth, const MeshEvalOptions& options,
+                  MeshEvaluation& result) {
+    std::vector<EvalPlane> large;
+    for (const EvalPlane& plane : truth.planes) {
+        if (plane.seen_m2 >= options.flat_seen_m2 && is_level_or_upright(plane.normal)) {
+            large.push_back(plane);
+        }
+    }
+    std::vector<double> flat;
+    std::vector<double> uneven;
+    for (const TriangleTree::Nearest& nearest : matches) {
+        const bool is_flat =
+            nearest.triangle >= 0 &&
+            plane_at(large, nearest.point, truth.surface.normal(static_cast<std::size_t>(nearest.triangle))) >= 0;
+        (is_flat ? flat : uneven).push_back(nearest.distance);
+    }
+    result.flat = distance_statistics(std::move(flat));
+    result.uneven = distance_statistics(std::move(uneven));
+}
+
+}  // namespace
+
+int plane_at(const std::vector<EvalPlane>& planes, const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
+    const double least_cosine = std::cos(kPlaneTurnDeg * kRadPerDeg);
+    int best = -1;
+    double nearest = kPlaneMargin;
+    for (std::size_t k = 0; k < planes.size(); ++k) {
+        const double off = std::abs(planes[k].normal.dot(p) - planes[k].offset);
+        if (off < nearest && n.dot(planes[k].normal) > least_cosine) {
+            nearest = off;
+            best = static_cast<int>(k);
+        }
+    }
+    return best;
+}
+
+bool is_level_or_upright(const Eigen::Vector3d& n, double max_tilt_deg) {
+    const double limit = std::sin(max_tilt_deg * kRadPerDeg);
+    return n.head<2>().norm() < limit || std::abs(n.z()) < limit;
+}
+
+DistanceStatistics distance_statistics(std::vector<double> distances) {
+    DistanceStatistics s;
+    s.count = distances.size();
+    if (distances.empty()) {
+        return s;
+    }
+    std::sort(distances.begin(), distances.end());
+    const auto n = static_cast<double>(distances.size());
+    for (const double d : distances) {
+        s.mean += d / n;
+        s.rmse += d * d / n;
+    }
+    s.rmse = std::sqrt(s.rmse);
+    s.median = distances[distances.size() / 2];
+    s.p90 = distances[static_cast<std::size_t>(0.9 * (n - 1.0))];
+    for (std::size_t i = 0; i < kMeshTolerances.size(); ++i) {
+        const auto end = std::upper_bound(distances.begin(), distances.end(), kMeshTolerances[i]);
+        s.within[i] = static_cast<double>(end - distances.begin()) / n;
+    }
+    return s;
+}
+
+std::vector<Eigen::Vector3d> sample_surface(const TriangleSoup& soup, double per_m2, std::vector<int>* triangle_of) {
+    std::vector<Eigen::Vector3d> samples;
+    std::mt19937_64 random(1);
+    const auto uniform = [&random] { return static_cast<double>(random() >> 11U) * 0x1p-53; };
+    double due = 0.5;  // samples not yet placed: areas add up across triangles
+    for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+        for (due += soup.area(i) * per_m2; due >= 1.0; due -= 1.0) {
+            const double r = std::sqrt(uniform());
+            const double s = uniform();
+            samples.push_back((1.0 - r) * soup.corner(i, 0) + r * (1.0 - s) * soup.corner(i, 1) +
+                              r * s * soup.corner(i, 2));
+            if (triangle_of != nullptr) {
+                triangle_of->push_back(static_cast<int>(i));
+            }
+        }
+    }
+    return samples;
+}
+
+bool was_seen(const SceneTruth& truth, const TriangleTree& truth_tree, const Eigen::Vector3d& p, double depth_m) {
+    constexpr double kMargin = 0.01;  // m: the surface itself is not in its own way
+    return std::any_of(truth.T_W_C0.begin(), truth.T_W_C0.end(), [&](const Se3& T_W_C0) {
+        if ((p - T_W_C0.p).squaredNorm() > depth_m * depth_m) {
+            return false;
+        }
+        Eigen::Vector2d uv;
+        return ok(truth.camera.project(T_W_C0.q.conjugate() * (p - T_W_C0.p), uv)) && truth.camera.in_image(uv, 0.0) &&
+               !truth_tree.blocks(T_W_C0.p, p, kMargin);
+    });
+}
+
+MeshEvaluation evaluate_mesh(const TriangleSoup& mesh, const SceneTruth& truth, const Se3& T_true_est,
+                             const MeshEvalOptions& options) {
+    MeshEvaluation result;
+    result.faces = mesh.triangles.size();
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        result.area_m2 += mesh.area(i);
+        for (int k = 0; k < 3; ++k) {
+            result.longest_side_m =
+                std::max(result.longest_side_m, (mesh.corner(i, k) - mesh.corner(i, (k + 1) % 3)).norm());
+        }
+    }
+    const TriangleTree truth_tree(truth.surface);
+    std::vector<Eigen::Vector3d> seen = sample_surface(truth.surface, options.truth_samples_per_m2);
+    seen.erase(
+        std::remove_if(seen.begin(), seen.end(),
+                       [&](const Eigen::Vector3d& p) { return !was_seen(truth, truth_tree, p, options.seen_depth_m); }),
+        seen.end());
+    result.seen_area_m2 = static_cast<double>(seen.size()) / options.truth_samples_per_m2;
+    const TriangleSoup aligned = transformed(mesh, T_true_est);
+    const Matches matches = match_samples(aligned, truth_tree, options);
+    result.by_trajectory = measure("trajectory, SE(3)", aligned, matches, seen, T_true_est, options);
+    result.holes = find_flat_holes(aligned, truth, truth_tree, options);
+    measure_flat(matches, truth, options, result);
+    const Se3 T_icp = register_to_surface(mesh, truth.surface, truth_tree, T_true_est);
+    const TriangleSoup registered = transformed(mesh, T_icp);
+    result.by_icp =
+        measure("ICP on the surface", registered, match_samples(registered, truth_tree, options), seen, T_icp, options);
+    return result;
+}
+
+}  // namespace facet

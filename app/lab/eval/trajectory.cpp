@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/eval/trajectory.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <string_view>
+
+#include "app/support/input_error.h"
+
+namespace facet {
+namespace {
+
+constexpr double kNormTolerance = 0.01;
+constexpr int kNanoDigits = 9;
+constexpr std::size_t kTumColumns = 8;
+
+/// Decimal seconds to nanoseconds without going through a double, which has only about 200 ns at today's epoch.
+bool parse_seconds(std::string_view text, Timestamp& stamp) {
+    const bool negative = text.starts_with('-');
+    text.remove_prefix(negative ? 1 : 0);
+    const std::size_t dot = text.find('.');
+    const std::string_view whole = text.substr(0, dot);
+    const std::string_view fraction = dot == std::string_view::npos ? std::string_view{} : text.substr(dot + 1);
+    std::int64_t seconds = 0;
+    const auto [end, error] = std::from_chars(whole.data(), whole.data() + whole.size(), seconds);
+    if (error != std::errc() || end != whole.data() + whole.size() || seconds > 9'000'000'000 || seconds < 0) {
+        return false;
+    }
+    std::int64_t nanoseconds = 0;
+    for (int i = 0; i < kNanoDigits; ++i) {
+        const char digit = i < static_cast<int>(fraction.size()) ? fraction[static_cast<std::size_t>(i)] : '0';
+        if (digit < '0' || digit > '9') {
+            return false;
+        }
+        nanoseconds = 10 * nanoseconds + (digit - '0');
+    }
+    const std::int64_t ns = seconds * 1'000'000'000 + nanoseconds;
+    stamp.ns = negative ? -ns : ns;
+    return true;
+}
+
+std::vector<std::string_view> split(std::string_view row) {
+    constexpr std::string_view kBlanks = " \t\r,";
+    std::vector<std::string_view> fields;
+    for (std::size_t begin = row.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
+        const std::size_t end = row.find_first_of(kBlanks, begin);
+        fields.push_back(row.substr(begin, end - begin));
+        begin = end == std::string_view::npos ? end : row.find_first_not_of(kBlanks, end);
+    }
+    return fields;
+}
+
+/// Empty if the row is good, else what is wrong.
+std::string parse_row(const std::vector<std::string_view>& fields, StampedPose& pose) {
+    if (fields.size() != kTumColumns) {
+        return fmt::format("row has {} columns, not 8 (seconds x y z qx qy qz qw)", fields.size());
+    }
+    double seconds = 0.0;
+    std::array<double, kTumColumns> x{};
+    for (std::size_t i = 0; i < kTumColumns; ++i) {
+        double& value = i == 0 ? seconds : x[i];
+        const auto [end, error] = std::from_chars(fields[i].data(), fields[i].data() + fields[i].size(), value);
+        if (error != std::errc() || end != fields[i].data() + fields[i].size() || !std::isfinite(value)) {
+            return fmt::format("column {} is not a finite number", i + 1);
+        }
+    }
+    if (!parse_seconds(fields[0], pose.stamp)) {
+        pose.stamp.ns = std::llround(seconds * 1e9);  // exponent notation
+    }
+    const Eigen::Quaterniond q(x[7], x[4], x[5], x[6]);
+    if (std::abs(q.norm() - 1.0) > kNormTolerance) {
+        return "quaternion is not of unit length";
+    }
+    pose.T_W_B = {q.normalized(), {x[1], x[2], x[3]}};
+    return {};
+}
+
+Se3 interpolate(const StampedPose& a, const StampedPose& b, Timestamp t) {
+    const double s = static_cast<double>((t - a.stamp).ns) / static_cast<double>((b.stamp - a.stamp).ns);
+    return {a.T_W_B.q.slerp(s, b.T_W_B.q), (1.0 - s) * a.T_W_B.p + s * b.T_W_B.p};
+}
+
+}  // namespace
+
+Trajectory read_tum(const std::string& path) {
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream || stream.peek() == std::ifstream::traits_type::eof()) {
+        if (stream.bad() || !stream.is_open()) {
+            throw InputError(path + ": cannot be read");
+        }
+        return {};
+    }
+    Trajectory trajectory;
+    std::string row;
+    for (std::int64_t line = 1; std::getline(stream, row); ++line) {
+        const std::vector<std::string_view> fields = split(row);
+        if (fields.empty() || fields.front().starts_with('#')) {
+            continue;
+        }
+        StampedPose pose;
+        std::string problem = parse_row(fields, pose);
+        if (problem.empty() && !trajectory.empty() && pose.stamp <= trajectory.back().stamp) {
+            problem = "stamp does not increase";
+        }
+        if (!problem.empty()) {
+            throw InputError(fmt::format("{}:{}: {}", path, line, problem));
+        }
+        trajectory.push_back(pose);
+    }
+    return trajectory;
+}
+
+std::vector<PosePair> associate(const Trajectory& truth, const Trajectory& estimate, Duration max_gap) {
+    std::vector<PosePair> pairs;
+    for (const StampedPose& pose : estimate) {
+        const auto after = std::lower_bound(truth.begin(), truth.end(), pose.stamp,
+                                            [](const StampedPose& p, Timestamp t) { return p.stamp < t; });
+        if (after == truth.end()) {
+            continue;
+        }
+        if (after->stamp == pose.stamp) {
+            pairs.push_back({pose.stamp, after->T_W_B, pose.T_W_B});
+        } else if (after != truth.begin() && after->stamp - std::prev(after)->stamp <= max_gap) {
+            pairs.push_back({pose.stamp, interpolate(*std::prev(after), *after, pose.stamp), pose.T_W_B});
+        }
+    }
+    return pairs;
+}
+
+double path_length(const Trajectory& trajectory) {
+    double length = 0.0;
+    for (std::size_t i = 1; i < trajectory.size(); ++i) {
+        length += (trajectory[i].T_W_B.p - trajectory[i - 1].T_W_B.p).norm();
+    }
+    return length;
+}
+
+}  // namespace facet

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/faults/fault_injector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/lab/faults/image_faults.h"
+#include "app/support/rng.h"
+
+namespace facet {
+namespace {
+
+/// Random numbers for one fault at one sample.
+RandomStream draws(FaultKind kind, std::size_t fault, std::uint64_t seed, std::uint64_t sample) {
+    return {hash64(seed, static_cast<std::uint64_t>(kind), fault), sample};
+}
+
+Eigen::Vector3d normal_vector(double sigma, RandomStream& random) {
+    const double x = random.normal();
+    const double y = random.normal();
+    return sigma * Eigen::Vector3d(x, y, random.normal());
+}
+
+}  // namespace
+
+FaultInjector::FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, Timestamp begin, Duration frame_delay)
+    : faults_(std::move(faults)), hits_(faults_.size(), 0), noise_(noise), begin_(begin), frame_delay_(frame_delay) {}
+
+template <class Apply>
+void FaultInjector::for_active(FaultKind kind, Timestamp log_stamp, Apply apply) {
+    for (std::size_t i = 0; i < faults_.size(); ++i) {
+        if (faults_[i].kind == kind && faults_[i].is_active(log_stamp - begin_)) {
+            hits_[i] += apply(faults_[i], i) ? 1 : 0;
+        }
+    }
+}
+
+bool FaultInjector::is_active(FaultKind kind, Timestamp log_stamp) {
+    bool found = false;
+    for_active(kind, log_stamp, [&](const Fault&, std::size_t) { return found = true; });
+    return found;
+}
+
+Duration FaultInjector::shift(FaultKind kind, Timestamp log_stamp) {
+    Duration sum;
+    for_active(kind, log_stamp, [&](const Fault& fault, std::size_t) {
+        sum = sum + Duration::from_seconds(fault.values[0]);
+        return true;
+    });
+    return sum;
+}
+
+void FaultInjector::change_values(ImuSample& sample, Timestamp log_stamp) {
+    for_active(FaultKind::kImuNoise, log_stamp, [&](const Fault& fault, std::size_t i) {
+        RandomStream random = draws(fault.kind, i, 1, imu_count_);
+        const double factor = fault.values[0] * std::sqrt(noise_.rate_hz);
+        sample.w_B += normal_vector(factor * noise_.gyro_noise_rad_per_s_per_sqrt_hz, random);
+        sample.a_B += normal_vector(factor * noise_.accel_noise_m_per_s2_per_sqrt_hz, random);
+        return true;
+    });
+    for_active(FaultKind::kImuClip, log_stamp, [&](const Fault& fault, std::size_t) {
+        const Eigen::Vector3d signs(1.0, -1.0, 1.0);
+        sample.a_B = fault.values[0] * signs;
+        sample.w_B = fault.values[1] * signs;
+        return true;
+    });
+}
+
+void FaultInjector::add(const ImuSample& sample) {
+    ++imu_count_;
+    if (!is_active(FaultKind::kImuGap, sample.stamp)) {
+        ImuSample out = sample;
+        change_values(out, sample.stamp);
+        out.stamp = sample.stamp + shift(FaultKind::kClockJump, sample.stamp);
+        out_.emplace_back(out);
+        for_active(FaultKind::kImuDuplicate, sample.stamp, [&](const Fault& fault, std::size_t i) {
+            const bool twice = draws(fault.kind, i, 1, imu_count_).uniform() < fault.values[0];
+            if (twice) {
+                out_.emplace_back(out);
+            }
+            return twice;
+        });
+        newest_imu_ = has_imu_ ? std::max(newest_imu_, out.stamp) : out.stamp;
+        has_imu_ = true;
+    }
+    release(sample.stamp);
+}
+
+bool FaultInjector::is_lost(Timestamp log_stamp) {
+    bool lost = is_active(FaultKind::kNoLeft, log_stamp);
+    for_active(FaultKind::kDropFrames, log_stamp, [&](const Fault& fault, std::size_t i) {
+        const auto seed = static_cast<std::uint64_t>(fault.values[1]);
+        const bool dropped = draws(fault.kind, i, seed, frame_count_).uniform() < fault.values[0];
+        lost = lost || dropped;
+        return dropped;
+    });
+    return lost;
+}
+
+void FaultInjector::freeze(OwnedFrame& frame) {
+    if (!is_active(FaultKind::kFreeze, frame.log_stamp)) {
+        is_frozen_ = false;
+        return;
+    }
+    if (!is_frozen_) {
+        is_frozen_ = true;
+        frozen_ = frame;
+        return;
+    }
+    frame.left = frozen_.left;
+    frame.right = frozen_.right;
+    frame.has_right = frozen_.has_right;
+}
+
+void FaultInjector::change_images(OwnedFrame& frame) {
+    freeze(frame);
+    for_active(FaultKind::kFlash, frame.log_stamp, [&](const Fault& fault, std::size_t) {
+        overexpose(fault.values[0], frame.left);
+        overexpose(fault.values[0], frame.right);
+        return true;
+    });
+    if (is_active(FaultKind::kBlackout, frame.log_stamp)) {
+        black_out(hash64(1, frame_count_, 0), frame.left);
+        black_out(hash64(1, frame_count_, 1), frame.right);
+    }
+    frame.has_right = !is_active(FaultKind::kNoRight, frame.log_stamp) && frame.has_right;
+}
+
+void FaultInjector::add(const StereoFrame& frame) {
+    ++frame_count_;
+    OwnedFrame owned;
+    owned.log_stamp = frame.stamp;
+    owned.output_stamp = frame.stamp + shift(FaultKind::kTimeOffset, frame.stamp);
+    owned.stamp = owned.output_stamp + shift(FaultKind::kClockJump, frame.stamp);
+    owned.has_right = !frame.right.empty();
+    copy_image(frame.left, owned.left);
+    copy_image(frame.right, owned.right);
+    change_images(owned);
+    if (!is_lost(frame.stamp)) {
+        waiting_.push_back(std::move(owned));
+    }
+    release(frame.stamp);
+}
+
+void FaultInjector::release(Timestamp log_now) {
+    const auto is_due = [&](const OwnedFrame& frame) {
+        return (has_imu_ && frame.stamp + frame_delay_ <= newest_imu_) || log_now - frame.log_stamp > kMaxWait;
+    };
+    while (!waiting_.empty() && is_due(waiting_.front())) {
+        out_.emplace_back(std::move(waiting_.front()));
+        waiting_.pop_front();
+    }
+}
+
+void FaultInjector::finish() {
+    for (OwnedFrame& frame : waiting_) {
+        out_.emplace_back(std::move(frame));
+    }
+    waiting_.clear();
+}
+
+}  // namespace facet

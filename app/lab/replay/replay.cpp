@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/replay/replay.h"
+
+#include <fmt/core.h>
+
+#include <optional>
+#include <variant>
+
+#include "app/lab/faults/fault_injector.h"
+#include "app/pipeline/frame_pipeline.h"
+#include "app/pipeline/frame_recorder.h"
+#include "app/pipeline/stage_timer.h"
+#include "app/support/input_error.h"
+#include "app/support/progress.h"
+#include "drivers/replay_asl/asl_dataset.h"
+
+namespace facet {
+namespace {
+
+/// One run: the log, the faults put into it, the pipeline and the files it fills.
+class Replay {
+public:
+    explicit Replay(const ReplayOptions& options)
+        : options_(options), recorder_(options.out, limits(options)), summary_(recorder_.summary()) {
+        summary_.dataset = options.dataset;
+        summary_.mode = to_string(options.config.regularity.mode);
+        summary_.calibration = options.calibration.source;
+        summary_.start_s = options.start_s;
+        for (const Fault& fault : options.faults) {
+            summary_.faults.push_back(fault.spec);
+        }
+    }
+
+    RunSummary run(const std::atomic<bool>& stop);
+
+private:
+    static RecorderLimits limits(const ReplayOptions& options);
+    void open_log();
+    bool pull();
+    void give(ImuSample sample);
+    void give(StereoFrame frame);
+    void deliver_faulted();
+    void tell_idle_faults();
+    void feed(const StereoFrame& frame, Timestamp output_stamp);
+
+    const ReplayOptions& options_;
+    FrameRecorder recorder_;
+    RunSummary& summary_;  ///< the recorder's
+    std::optional<AslDataset> log_;
+    Duration pass_shift_{};  ///< of all stamps in this pass
+    Timestamp newest_;       ///< latest stamp given
+    FramePipeline pipeline_;
+    FrameResult result_;
+    std::optional<FaultInjector> injector_;  ///< none without faults
+    std::optional<TruthInjector> truth_;     ///< none if all is to be as measured
+};
+
+RecorderLimits Replay::limits(const ReplayOptions& options) {
+    constexpr RecorderLimits kEndless{.timed_frames = 2'000, .mesh_faces = 20'000};
+    return options.passes > 1 ? kEndless : RecorderLimits{};
+}
+
+void Replay::open_log() {
+    const CameraIntrinsics& left = options_.calibration.rig.left.intrinsics();
+    const CameraIntrinsics& right = options_.calibration.rig.right.intrinsics();
+    AslOptions log_options;
+    log_options.camera_time_shift = options_.calibration.camera_time_shift;
+    log_options.frame_delay = kFrameDelay;
+    log_options.start = Duration::from_seconds(options_.start_s);
+    if (options_.duration_s.has_value()) {
+        log_options.length = Duration::from_seconds(*options_.duration_s);
+    }
+    log_options.left_size = {left.width, left.height};
+    log_options.right_size = {right.width, right.height};
+    std::string error;
+    log_.emplace();
+    if (!ok(log_->open(
+            options_.dataset, log_options, [this](const AslWarning& w) { recorder_.warn(to_string(w.kind), w.text()); },
+            error))) {
+        throw InputError(error);
+    }
+    if (log_->frame_count() == 0) {
+        throw InputError(fmt::format("{}: no frame between --start and its --duration", options_.dataset));
+    }
+    summary_.frames_listed += log_->frame_count();
+    if (!options_.faults.empty()) {
+        injector_.emplace(options_.faults, options_.calibration.noise,
+                          log_->log_begin() + pass_shift_ + log_options.start, kFrameDelay);
+    }
+}
+
+void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
+    pipeline_.add_frame(frame, output_stamp, result_);
+    recorder_.write(result_, pipeline_.departed());
+}
+
+void Replay::give(ImuSample sample) {
+    if (truth_) {
+        truth_->correct(sample);
+    }
+    sample.stamp = sample.stamp + pass_shift_;
+    newest_ = sample.stamp;
+    if (injector_) {
+        injector_->add(sample);
+    } else {
+        pipeline_.add_imu(sample);
+    }
+}
+
+void Replay::give(StereoFrame frame) {
+    frame.stamp = frame.stamp + pass_shift_;
+    if (injector_) {
+        injector_->add(frame);
+    } else {
+        feed(frame, frame.stamp);
+    }
+}
+
+/// Feeds what the injector has ready.
+void Replay::deliver_faulted() {
+    for (const FaultInjector::Delivery* out = nullptr; injector_ && (out = injector_->front()) != nullptr;) {
+        if (const auto* sample = std::get_if<ImuSample>(out)) {
+            pipeline_.add_imu(*sample);
+        } else {
+            const auto& frame = std::get<OwnedFrame>(*out);
+            feed(frame.view(), frame.output_stamp);
+        }
+        injector_->pop();
+    }
+}
+
+/// A fault that met no sample is likely a mistake in its times.
+void Replay::tell_idle_faults() {
+    for (std::size_t i = 0; injector_ && i < injector_->hits().size(); ++i) {
+        if (injector_->hits()[i] == 0) {
+            recorder_.warn("idle_fault", fmt::format("--inject '{}' met no sample", injector_->faults()[i].spec));
+        }
+    }
+}
+
+/// Takes one sample from the log to the estimator. @return false at the end of the log
+bool Replay::pull() {
+    ImuSample sample;
+    StereoFrame frame;
+    const AslDataset::Event event = log_->next(sample, frame);
+    switch (event) {
+        case AslDataset::Event::kImu: give(sample); break;
+        case AslDataset::Event::kFrame: give(frame); break;
+        case AslDataset::Event::kEnd:
+            if (injector_) {
+                injector_->finish();
+            }
+            break;
+    }
+    deliver_faulted();
+    return event != AslDataset::Event::kEnd;
+}
+
+RunSummary Replay::run(const std::atomic<bool>& stop) {
+    const auto begin = StageTimer::Clock::now();
+    open_log();
+    pipeline_.configure(options_.config, options_.calibration);
+    if (options_.truth.any()) {
+        truth_.emplace(options_.dataset, options_.calibration.rig, options_.truth);
+        pipeline_.set_observation_hook(&*truth_);
+        pipeline_.set_plane_source(
+            [this](const KeyframeView& view, const PlaneProposals& found) -> const PlaneProposals& {
+                return truth_->propose(view, found);
+            });
+    }
+    std::optional<Progress> progress;
+    if (options_.show_progress) {
+        progress.emplace("replay", "frames", log_->frame_count() * static_cast<std::size_t>(options_.passes));
+        recorder_.warnings()->set_progress(&*progress);
+    }
+    for (int pass = 1;; ++pass) {
+        while (!(summary_.interrupted = stop.load()) && pull()) {
+            if (progress) {
+                progress->update(summary_.frames);
+            }
+        }
+        if (summary_.interrupted) {
+            break;
+        }
+        tell_idle_faults();
+        if (pass >= options_.passes) {
+            break;
+        }
+        pass_shift_ = newest_ + kSeam - (log_->log_begin() + Duration::from_seconds(options_.start_s));
+        open_log();
+    }
+    if (progress) {
+        progress->finish();
+    }
+    recorder_.warnings()->set_progress(nullptr);
+    summary_.wall_s = std::chrono::duration<double>(StageTimer::Clock::now() - begin).count();
+    recorder_.finish(pipeline_);
+    return summary_;
+}
+
+}  // namespace
+
+RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop) {
+    make_folder(options.out);
+    return Replay(options).run(stop);
+}
+
+}  // namespace facet

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Replays a recorded log through the estimator, synchronously and as fast as it goes.
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/calibration/calibration.h"
+#include "app/config/program_config.h"
+#include "app/lab/faults/fault.h"
+#include "app/lab/truth/truth_injector.h"
+#include "app/output/summary.h"
+
+namespace facet {
+
+/// Time without any sample between two passes of a log.
+inline constexpr Duration kSeam{5'000'000'000};
+
+struct ReplayOptions {
+    std::string dataset;  ///< EuRoC/ASL folder
+    std::string out;      ///< folder for the results, created if missing
+    ProgramConfig config;
+    Calibration calibration;
+    double start_s = 0.0;              ///< from the log's first frame
+    std::optional<double> duration_s;  ///< all if empty
+    int passes = 1;                    ///< how often the log is played, one pass after the other
+    std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
+    TruthSelection truth;              ///< what is replaced by the dataset's ground truth
+    bool show_progress = true;
+};
+
+/// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,
+/// then the frame; at keyframes also the mesher and the plane finder. Writes trajectory.tum, trajectory.csv, timing.csv,
+/// health.csv, mesh.csv, planes.csv, mesh.ply, mesh_live.ply, planes.json, residuals.csv, summary.json and warnings.txt into `out`. Equal inputs give equal bytes except timing. Reading and decoding are not part of the times.
+/// @param stop  set from elsewhere (a signal) to end after the current frame; the files are complete up to there
+/// Timing and health are filed under the frame's stamp, the trajectory under the estimate's, in which the estimator may have
+/// taken out an offset. An injected offset is in the former: an estimator that does not find it pays for it in the comparison
+/// with ground truth. Injected jumps of the clock are taken out of all files.
+/// Between two passes stamps go on and kSeam is missing: the estimator is lost and starts anew, as after any long gap. With
+/// several passes timing.csv has all frames, but the summary and mesh.ply keep only the newest, so that memory does not grow.
+/// Throws InputError if dataset or rig cannot be used or a file cannot be written.
+RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop);
+
+}  // namespace facet

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/sim/png_writer.h"
+
+#include <png.h>
+
+#include <csetjmp>
+#include <cstdio>
+#include <memory>
+
+namespace facet::sim {
+namespace {
+
+constexpr int kCompression = 1;
+
+/// Errors are reported by the return value alone: libpng's own messages are dropped.
+void on_error(png_structp png, png_const_charp /*message*/) { png_longjmp(png, 1); }
+void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
+
+bool encode(std::FILE* file, const ImageView& image) {
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning);
+    if (png == nullptr) {
+        return false;
+    }
+    png_infop info = png_create_info_struct(png);
+    if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) {
+        png_destroy_write_struct(&png, &info);
+        return false;
+    }
+    png_init_io(png, file);
+    png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
+                 PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_compression_level(png, kCompression);
+    png_set_filter(png, 0, PNG_FILTER_SUB);
+    png_write_info(png, info);
+    for (int v = 0; v < image.height; ++v) {
+        png_write_row(png, image.row(v));
+    }
+    png_write_end(png, nullptr);
+    png_destroy_write_struct(&png, &info);
+    return true;
+}
+
+}  // namespace
+
+Status write_png(const std::string& path, const ImageView& image) {
+    if (image.empty()) {
+        return Status::kInvalidArgument;
+    }
+    std::FILE* file = std::fopen(path.c_str(), "wb");
+    if (file == nullptr) {
+        return Status::kIo;
+    }
+    const bool encoded = encode(file, image);
+    const bool closed = std::fclose(file) == 0;
+    return encoded && closed ? Status::kOk : Status::kIo;
+}
+
+}  // namespace facet::sim

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What mesh and estimator tell each other about planes: proposals one way, estimates the other.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "estimator/values/capacity.h"
+#include "platform/base/fixed_vector.h"
+#include "platform/base/typed_id.h"
+
+namespace facet {
+
+/// How a plane lies to gravity.
+enum class PlaneKind : std::uint8_t {
+    kHorizontal,  ///< floor, table, ceiling
+    kVertical,    ///< wall
+};
+
+constexpr const char* to_string(PlaneKind kind) { return kind == PlaneKind::kHorizontal ? "horizontal" : "vertical"; }
+
+/// A plane n . p = d that the mesh has found, and the landmarks that lie on it, at one keyframe. The id stays the plane's
+/// own as long as the mesh knows it; a plane merged into another is left out, its landmarks are the other's from then on.
+struct PlaneProposal {
+    PlaneId id;
+    PlaneKind kind = PlaneKind::kHorizontal;
+    Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();    ///< unit, to the side the plane was seen from
+    double distance_m = 0.0;                                ///< (m)
+    FixedVector<LandmarkId, kMaxPlaneLandmarks> landmarks;  ///< by increasing id; none is on two planes
+};
+
+/// By increasing id. About 35 KB.
+using PlaneProposals = FixedVector<PlaneProposal, kMaxPlanes>;
+
+/// A plane as the newest optimization leaves it.
+struct PlaneEstimate {
+    PlaneId id;
+    PlaneKind kind = PlaneKind::kHorizontal;
+    Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  ///< unit, same side as the proposal's
+    double distance_m = 0.0;                              ///< (m)
+    int constraints = 0;                                  ///< landmarks of the window that the plane holds
+};
+
+/// By increasing id.
+using PlaneEstimates = FixedVector<PlaneEstimate, kMaxPlanes>;
+
+}  // namespace facet

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/faults/fault.h"
+
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "tests/support/input_error_text.h"
+
+namespace facet {
+namespace {
+
+std::string complaint(const std::string& spec) {
+    return test::input_error_text([&] { parse_fault(spec); });
+}
+
+TEST_CASE("a fault is read with its values and its time") {
+    const Fault flash = parse_fault("flash=8.5@12.25+0.3");
+    CHECK(flash.kind == FaultKind::kFlash);
+    CHECK(flash.values[0] == 8.5);
+    CHECK(flash.begin.ns == 12'250'000'000);
+    CHECK(flash.length.ns == 300'000'000);
+    CHECK(flash.spec == "flash=8.5@12.25+0.3");
+
+    const Fault clip = parse_fault("clip=80,9@8+0.1");
+    CHECK(clip.values[0] == 80.0);
+    CHECK(clip.values[1] == 9.0);
+    CHECK(parse_fault("time_offset=-0.005").values[0] == -0.005);
+}
+
+TEST_CASE("what is left out has its default, and no end") {
+    CHECK(parse_fault("clip@8+0.1").values == std::array<double, 2>{160.0, 17.0});
+    CHECK(parse_fault("clip=80").values == std::array<double, 2>{80.0, 17.0});
+    CHECK(parse_fault("drop_frames=0.1").values == std::array<double, 2>{0.1, 1.0});
+    const Fault from_the_start = parse_fault("no_right");
+    CHECK(from_the_start.is_active(Duration::from_seconds(0.0)));
+    CHECK(from_the_start.is_active(Duration::from_seconds(1e6)));
+    CHECK_FALSE(from_the_start.is_active(Duration::from_seconds(-0.1)));
+    const Fault to_the_end = parse_fault("no_right@5");
+    CHECK_FALSE(to_the_end.is_active(Duration::from_seconds(4.999)));
+    CHECK(to_the_end.is_active(Duration::from_seconds(1e6)));
+}
+
+TEST_CASE("a time is half open") {
+    const Fault fault = parse_fault("blackout@8+1");
+    CHECK_FALSE(fault.is_active(Duration::from_seconds(7.999999)));
+    CHECK(fault.is_active(Duration::from_seconds(8.0)));
+    CHECK(fault.is_active(Duration::from_seconds(8.999999)));
+    CHECK_FALSE(fault.is_active(Duration::from_seconds(9.0)));
+}
+
+TEST_CASE("every error names the specification and the token") {
+    const struct {
+        const char* spec;
+        const char* complaint;
+    } cases[] = {
+        {"", "--inject '': unknown fault ''; must be one of blackout, flash, freeze, no_left, "},
+        {"fog@8", "--inject 'fog@8': unknown fault 'fog'; must be one of "},
+        {"Blackout", "unknown fault 'Blackout'"},
+        {"blackout@x+1", "--inject 'blackout@x+1': start 'x' is not a number"},
+        {"blackout@", "start '' is not a number"},
+        {"blackout@-1", "start '-1' must be within [0, "},
+        {"blackout@nan", "start 'nan' must be within"},
+        {"blackout@8+", "length '' is not a number"},
+        {"blackout@8+0", "length '0' must be within"},
+        {"blackout@8+1+2", "length '1+2' is not a number"},
+        {"blackout@8@9", "start '8@9' is not a number"},
+        {"blackout=3@8", "'blackout' takes no value, found '3'"},
+        {"flash=2,3", "'flash' takes no further value '3'"},
+        {"flash=", "GAIN '' is not a number"},
+        {"flash=0.5", "GAIN '0.5' must be within [1, 255]"},
+        {"time_offset", "'time_offset' needs a value: time_offset=SECONDS"},
+        {"time_offset@8", "'time_offset' needs a value"},
+        {"drop_frames=1.5", "SHARE '1.5' must be within [0, 1]"},
+        {"drop_frames=0.1,z", "SEED 'z' is not a number"},
+    };
+    for (const auto& c : cases) {
+        INFO(c.spec);
+        const std::string text = complaint(c.spec);
+        INFO(text);
+        CHECK(text.find(c.complaint) != std::string::npos);
+    }
+}
+
+TEST_CASE("the table has each kind once, and help names all") {
+    std::set<FaultKind> kinds;
+    const std::string help = fault_help();
+    for (const FaultInfo& info : fault_table()) {
+        INFO(info.name);
+        CHECK(kinds.insert(info.kind).second);
+        CHECK(info.values.size() <= Fault::kMaxValues);
+        CHECK(help.find(std::string("\n  ") + info.name) != std::string::npos);
+    }
+    CHECK(kinds.size() == static_cast<std::size_t>(FaultKind::kCount));
+    CHECK(help.find("clip[=ACCEL[,GYRO]] ") != std::string::npos);
+    CHECK(help.find("drop_frames=SHARE[,SEED] ") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace facet

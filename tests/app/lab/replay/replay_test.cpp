@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/replay/replay.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/support/asl_folder.h"
+#include "tests/support/input_error_text.h"
+#include "tests/support/temp_dir.h"
+
+namespace facet {
+namespace {
+
+constexpr int kFrames = 20;
+
+ReplayOptions options_for(const test::TempDir& dir, const std::string& out) {
+    ReplayOptions options;
+    options.dataset = dir.path();
+    options.out = dir.file(out);
+    options.calibration = load_euroc_calibration(dir.file("mav0"));
+    options.config.imu_noise = options.calibration.noise;
+    options.show_progress = false;
+    return options;
+}
+
+std::size_t rows(const std::string& path) {
+    const std::string text = test::read_file(path);
+    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+nlohmann::json summary_of(const std::string& folder) {
+    return nlohmann::json::parse(test::read_file(folder + "/summary.json"));
+}
+
+TEST_CASE("a replay writes one row a frame and gives the same bytes twice") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    const std::atomic<bool> stop{false};
+    const RunSummary run = run_replay(options_for(dir, "a"), stop);
+    run_replay(options_for(dir, "b"), stop);
+    CHECK(run.frames_listed == kFrames);
+    CHECK(run.frames == kFrames);
+    CHECK(run.imu_samples >= 10 * kFrames + 1);  // and a few more, for a time offset
+    CHECK(run.imu_refused == 0);
+    CHECK(run.warnings.empty());
+    CHECK(rows(dir.file("a/health.csv")) == kFrames + 1);
+    CHECK(rows(dir.file("a/timing.csv")) == kFrames + 1);
+    CHECK(rows(dir.file("a/trajectory.tum")) == run.estimates);
+    CHECK(rows(dir.file("a/trajectory.csv")) == run.estimates + 1);
+    for (const char* name :
+         {"trajectory.tum", "trajectory.csv", "health.csv", "planes.csv", "planes.json", "warnings.txt"}) {
+        INFO(name);
+        CHECK(test::read_file(dir.file(std::string("a/") + name)) ==
+              test::read_file(dir.file(std::string("b/") + name)));
+    }
+    nlohmann::json a = summary_of(dir.file("a"));
+    nlohmann::json b = summary_of(dir.file("b"));
+    CHECK(a["frames"] == kFrames);
+    a.erase("timing");
+    b.erase("timing");
+    CHECK(a == b);
+}
+
+TEST_CASE("bad images cost their frame, are counted by kind and listed in warnings.txt") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    dir.write("mav0/cam0/data/" + test::asl_image_name(3), "no PNG");
+    dir.write("mav0/cam0/data/" + test::asl_image_name(7), "");
+    std::filesystem::remove(dir.file("mav0/cam1/data/" + test::asl_image_name(5)));
+    test::replace_line(dir.file("mav0/imu0/data.csv"), 40, "garbage");
+    const RunSummary run = run_replay(options_for(dir, "out"), std::atomic<bool>{false});
+    CHECK(run.frames_listed == kFrames);
+    CHECK(run.frames == kFrames - 2);
+    CHECK(run.warnings.at("corrupt_image") == 2);
+    CHECK(run.warnings.at("missing_file") == 1);
+    CHECK(run.warnings.at("malformed_row") == 1);
+    const std::string log = test::read_file(dir.file("out/warnings.txt"));
+    CHECK(log.find("corrupt_image: " + dir.file("mav0/cam0/data.csv") + ":5: ") != std::string::npos);
+    CHECK(log.find("malformed_row: " + dir.file("mav0/imu0/data.csv") + ":40: ") != std::string::npos);
+    CHECK(summary_of(dir.file("out"))["warnings_by_kind"]["corrupt_image"] == 2);
+}
+
+TEST_CASE("--start and --duration select frames") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    ReplayOptions options = options_for(dir, "out");
+    options.start_s = 0.2;
+    options.duration_s = 0.25;
+    CHECK(run_replay(options, std::atomic<bool>{false}).frames == 6);
+    options.start_s = 100.0;
+    CHECK(test::input_error_text([&] { run_replay(options, std::atomic<bool>{false}); }) ==
+          dir.path() + ": no frame between --start and its --duration");
+}
+
+TEST_CASE("passes follow each other with a seam and no stamp twice") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    ReplayOptions options = options_for(dir, "out");
+    options.passes = 3;
+    options.faults.push_back(parse_fault("no_right@0.1+0.2"));
+    const RunSummary run = run_replay(options, std::atomic<bool>{false});
+    CHECK(run.frames_listed == 3 * kFrames);
+    CHECK(run.frames == 3 * kFrames);
+    CHECK(run.imu_refused == 0);
+    CHECK(run.warnings.empty());  // the fault met samples in each pass
+    std::istringstream health(test::read_file(dir.file("out/health.csv")));
+    std::string row;
+    std::getline(health, row);
+    std::int64_t before_ns = 0;
+    int seams = 0;
+    while (std::getline(health, row)) {
+        const std::int64_t stamp_ns = std::stoll(row);
+        CHECK(stamp_ns > before_ns);
+        seams += before_ns != 0 && stamp_ns - before_ns >= kSeam.ns ? 1 : 0;
+        before_ns = stamp_ns;
+    }
+    CHECK(seams == 2);
+}
+
+TEST_CASE("faults reach the estimator, are in the summary, and leave the files comparable") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    ReplayOptions options = options_for(dir, "out");
+    // Times count from --start: the first fault meets frames 4 and 5 of the log, the second none.
+    options.start_s = 0.1;
+    options.faults = {parse_fault("no_left@0.1+0.1"), parse_fault("blackout@50+1"), parse_fault("clock_jump=100@0.5")};
+    const RunSummary run = run_replay(options, std::atomic<bool>{false});
+    CHECK(run.frames_listed == kFrames - 2);
+    CHECK(run.frames == kFrames - 4);
+    CHECK(run.warnings.at("idle_fault") == 1);
+    CHECK(test::read_file(dir.file("out/warnings.txt")).find("--inject 'blackout@50+1' met no sample") !=
+          std::string::npos);
+    CHECK(summary_of(dir.file("out"))["faults"] ==
+          nlohmann::json::array({"no_left@0.1+0.1", "blackout@50+1", "clock_jump=100@0.5"}));
+    const std::string health = test::read_file(dir.file("out/health.csv"));
+    const auto has_frame = [&](int k) {
+        return health.find("\n" + std::to_string(test::kAslBegin + k * test::kAslFrameStep) + ",") != std::string::npos;
+    };
+    CHECK(has_frame(3));
+    CHECK_FALSE(has_frame(4));
+    CHECK_FALSE(has_frame(5));
+    CHECK(has_frame(6));
+    CHECK(has_frame(kFrames - 1));  // after the jump, under the log's stamp
+
+    options = options_for(dir, "shifted");
+    options.faults = {parse_fault("time_offset=0.003")};
+    run_replay(options, std::atomic<bool>{false});
+    CHECK(test::read_file(dir.file("shifted/health.csv"))
+              .find("\n" + std::to_string(test::kAslBegin + 3'000'000) + ",") != std::string::npos);
+}
+
+TEST_CASE("a refused configuration is named") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 2);
+    ReplayOptions options = options_for(dir, "out");
+    options.config.frontend.window_px = 20;  // even: within the range, but refused
+    CHECK(test::input_error_text([&] { run_replay(options, std::atomic<bool>{false}); }) ==
+          "parameters 'frontend.*': one is out of range, or two contradict each other");
+}
+
+TEST_CASE("a stop request ends the run with complete files") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    const RunSummary run = run_replay(options_for(dir, "out"), std::atomic<bool>{true});
+    CHECK(run.interrupted);
+    CHECK(run.frames == 0);
+    CHECK(rows(dir.file("out/health.csv")) == 1);
+    CHECK(summary_of(dir.file("out"))["interrupted"] == true);
+}
+
+TEST_CASE("a dataset or output folder that cannot be used is named") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 2);
+    ReplayOptions options = options_for(dir, "out");
+    options.dataset = dir.file("none");
+    CHECK(test::input_error_text([&] { run_replay(options, std::atomic<bool>{false}); }) ==
+          dir.file("none") + ": no such folder");
+    options = options_for(dir, "file/below");
+    dir.write("file", "");
+    CHECK(test::input_error_text([&] {
+              run_replay(options, std::atomic<bool>{false});
+          }).starts_with(dir.file("file/below") + ": cannot be created"));
+}
+
+}  // namespace
+}  // namespace facet
