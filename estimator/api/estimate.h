@@ -1,78 +1,15 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the estimator tells the world about one frame.
+// The state of the vehicle at one frame, how uncertain it is, and how far it can be trusted.
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 
-#include "estimator/imu/preintegration.h"
+#include "estimator/geometry/se3.h"
+#include "estimator/values/health.h"
 #include "estimator/values/nav_state.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {
-
-enum class TrackingState : std::uint8_t {
-    kInit,      ///< collecting data; the state is not to be used
-    kTracking,  ///< all well
-    kDegraded,  ///< running on little or no vision: usable, uncertain
-    kLost,      ///< not to be used
-};
-
-constexpr const char* to_string(TrackingState s) {
-    switch (s) {
-        case TrackingState::kInit: return "INIT";
-        case TrackingState::kTracking: return "TRACKING";
-        case TrackingState::kDegraded: return "DEGRADED";
-        case TrackingState::kLost: return "LOST";
-    }
-    return "?";
-}
-
-/// Why the state is what it is; bits of Health::reasons.
-enum HealthReason : std::uint32_t {
-    kReasonFewFeatures = 1U << 0,         ///< fewer tracked features than wanted
-    kReasonFewStereo = 1U << 1,           ///< fewer stereo matches than needed
-    kReasonNoRightImage = 1U << 2,        ///< right frame missing
-    kReasonImuGap = 1U << 3,              ///< inertial samples missing before this frame
-    kReasonBiasLimit = 1U << 4,           ///< a bias beyond its plausible range
-    kReasonHighResidual = 1U << 5,        ///< the window's vision residuals exceed their expectation
-    kReasonSolverFailed = 1U << 6,        ///< the linear system could not be solved
-    kReasonImageRejected = 1U << 7,       ///< the image could not be used: wrong size
-    kReasonImageDark = 1U << 8,           ///< hardly anything but black in it, or no contrast
-    kReasonImageOverexposed = 1U << 9,    ///< hardly anything but white in it
-    kReasonImageFrozen = 1U << 10,        ///< the previous image again, although the vehicle turned
-    kReasonImuClipped = 1U << 11,         ///< readings at the IMU's range since the last keyframe
-    kReasonVibration = 1U << 12,          ///< the IMU is shaken: its noise is raised
-    kReasonSpeedLimit = 1U << 13,         ///< faster than the vehicle can fly
-    kReasonVelocityUncertain = 1U << 14,  ///< velocity known too badly to control with
-    kReasonOverrun = 1U << 15,            ///< a frame came late: less work is done until the next keyframe
-};
-
-/// One row of health.csv.
-struct Health {
-    TrackingState state = TrackingState::kInit;
-    std::uint32_t reasons = 0;        ///< HealthReason bits
-    int quality = 0;                  ///< 0 not to be used, 1 .. 100 best; low for a while after each start
-    std::uint32_t reset_counter = 0;  ///< starts anew since configure(); position or yaw may have jumped when it rises
-    bool is_keyframe = false;
-    bool is_still = false;          ///< images and inertial samples: the vehicle stands
-    int tracked = 0;                ///< features carried over from the previous frame
-    int detected = 0;               ///< new ones
-    int stereo = 0;                 ///< with a right match
-    int recalled = 0;               ///< lost landmarks found again at this frame
-    int outliers = 0;               ///< rejected in the front-end at this frame
-    int keyframes = 0;              ///< in the window
-    int landmarks = 0;              ///< in the window that took part in the last optimization
-    int iterations = 0;             ///< solver steps at this frame
-    double mean_vision_chi2 = 0.0;  ///< squared vision residual per degree of freedom in units of the configured sigma
-    double pixel_sigma_px = 0.0;    ///< standard deviation that observations are weighted with now
-    double imu_chi2 = 0.0;          ///< squared whitened residual per degree of freedom of the newest inertial factor
-    double time_offset_s = 0.0;     ///< estimated: image stamps plus this are the IMU's time
-    double time_offset_sigma_s = 0.0;  ///< 0 if it is not estimated
-    std::uint32_t imu_gaps = 0;        ///< gaps since start
-    std::uint32_t imu_clipped = 0;     ///< samples at the IMU's range since start
-    std::uint32_t imu_dropped = 0;     ///< samples dropped since start: out of order, duplicate, not finite, or full
-};
 
 /// Estimate at one frame.
 struct Estimate {

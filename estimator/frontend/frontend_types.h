@@ -8,6 +8,7 @@
 #include <span>
 
 #include "estimator/values/capacity.h"
+#include "estimator/values/health.h"
 #include "estimator/values/observation.h"
 #include "platform/base/timestamp.h"
 
@@ -47,6 +48,16 @@ struct FrontendOutput {
     /// At a keyframe: corners between the tracks that have a right match. They are not tracked, and the smoother does not
     /// see them; their ids are no track's.
     boost::container::static_vector<FeatureObservation, kMaxSurfacePoints> surface;
+
+    /// Fills what images say of the health.
+    void report(Health& health) const {
+        health.is_keyframe = is_keyframe;
+        health.tracked = tracked;
+        health.detected = detected;
+        health.stereo = stereo;
+        health.recalled = recalled;
+        health.outliers = outliers;
+    }
 };
 
 }  // namespace facet

@@ -11,6 +11,7 @@
 #include "estimator/imu/preintegration.h"
 #include "estimator/imu/vibration.h"
 #include "estimator/values/capacity.h"
+#include "estimator/values/health.h"
 #include "estimator/values/imu_noise.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
@@ -26,6 +27,13 @@ struct ImuBufferCounters {
     std::uint32_t gaps = 0;           ///< steps between accepted samples longer than 3.5 nominal periods
     std::uint32_t clipped_gyro = 0;   ///< accepted samples with a gyroscope axis at its range
     std::uint32_t clipped_accel = 0;  ///< accepted samples with an accelerometer axis at its range
+
+    /// Fills what inertial samples say of the health.
+    void report(Health& health) const {
+        health.imu_gaps = gaps;
+        health.imu_dropped = out_of_order + not_finite;
+        health.imu_clipped = clipped_gyro + clipped_accel;
+    }
 };
 
 /// Axes of a sample, bit k: 0 to 2 gyroscope x, y, z; 3 to 5 accelerometer.

@@ -33,11 +33,11 @@ void bind_first(WindowState& state) {
 }
 
 /// Drops the observation by a keyframe and moves those of later ones one keyframe down.
-void drop_observation(Landmark& landmark, int keyframe, const WindowProblem& problem) {
+void drop_observation(Landmark& landmark, int keyframe, const WindowCameras& cameras) {
     if (seen_by(landmark, keyframe)) {  // the landmark loses the host of its chart
         if (landmark.has_point && landmark.observations.size() >= 2) {
-            const ScaledWorldPoint world(problem.left_camera(keyframe), landmark.point);
-            const CameraPose& host = problem.left_camera(landmark.observations[1].keyframe);
+            const ScaledWorldPoint world(cameras.left(keyframe), landmark.point);
+            const CameraPose& host = cameras.left(landmark.observations[1].keyframe);
             landmark.has_point = (host.R_C_W * world.from(host.p_W_C)).z() > 0.0;
             if (landmark.has_point) {
                 landmark.point = world.in(host);
@@ -114,7 +114,8 @@ void Marginalizer::fill_displacement(const WindowState& state, int leaving, int 
     }
 }
 
-Status Marginalizer::marginalize_oldest(WindowState& state, WindowProblem& problem, ReducedSystem& system) {
+Status Marginalizer::marginalize_oldest(WindowState& state, const WindowCameras& cameras, WindowProblem& problem,
+                                        ReducedSystem& system) {
     const int newest = static_cast<int>(state.keyframes.size()) - 1;
     FACET_ASSERT(newest >= 1);
     bind_first(state);
@@ -140,7 +141,7 @@ Status Marginalizer::marginalize_oldest(WindowState& state, WindowProblem& probl
         if (selected_[static_cast<std::size_t>(i)]) {
             state.landmarks[i].observations.clear();
         }
-        drop_observation(state.landmarks[i], 0, problem);
+        drop_observation(state.landmarks[i], 0, cameras);
     }
     state.landmarks.remove_if([](const Landmark& l) { return l.observations.empty(); });
     state.keyframes.erase(state.keyframes.begin());
@@ -149,7 +150,8 @@ Status Marginalizer::marginalize_oldest(WindowState& state, WindowProblem& probl
     return status;
 }
 
-Status Marginalizer::drop_between(int keyframe, WindowState& state, WindowProblem& problem, ReducedSystem& system) {
+Status Marginalizer::drop_between(int keyframe, WindowState& state, const WindowCameras& cameras,
+                                  WindowProblem& problem, ReducedSystem& system) {
     FACET_ASSERT(keyframe >= 1 && keyframe + 1 < static_cast<int>(state.keyframes.size()));
     const auto k = static_cast<std::size_t>(keyframe);
     bind_first(state);
@@ -160,7 +162,7 @@ Status Marginalizer::drop_between(int keyframe, WindowState& state, WindowProble
     fill_displacement(state, keyframe, system.globals());
     FACET_TRY(marginalize_keyframe(system, keyframe, displacement_, state.prior));
     for (int i = 0; i < state.landmarks.size(); ++i) {
-        drop_observation(state.landmarks[i], keyframe, problem);
+        drop_observation(state.landmarks[i], keyframe, cameras);
     }
     state.landmarks.remove_if([](const Landmark& l) { return l.observations.empty(); });
     state.keyframes[k + 1].has_imu_factor = false;

@@ -25,12 +25,14 @@ Status marginalize_keyframe(const ReducedSystem& system, int keyframe,
 class Marginalizer {
 public:
     /// @return kDegenerate if the oldest keyframe is not determined: it is then left out without a trace in the prior.
-    Status marginalize_oldest(WindowState& state, WindowProblem& problem, ReducedSystem& system);
+    Status marginalize_oldest(WindowState& state, const WindowCameras& cameras, WindowProblem& problem,
+                              ReducedSystem& system);
 
     /// A keyframe k in between: its observations are dropped, what inertial data and the prior know of it goes into the
     /// prior, and the next keyframe loses its inertial factor to the prior.
     /// @return kDegenerate if the keyframe is not determined (window untouched).
-    Status drop_between(int keyframe, WindowState& state, WindowProblem& problem, ReducedSystem& system);
+    Status drop_between(int keyframe, WindowState& state, const WindowCameras& cameras, WindowProblem& problem,
+                        ReducedSystem& system);
 
 private:
     /// Displacements of what stays when a keyframe leaves.

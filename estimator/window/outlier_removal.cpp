@@ -18,32 +18,32 @@ double reprojection_distance(const CameraPose& camera, const ScaledWorldPoint& p
 
 }  // namespace
 
-OutlierCount remove_outliers(double threshold_px, WindowState& state, const WindowProblem& problem,
+OutlierCount remove_outliers(double threshold_px, WindowState& state, const WindowCameras& cameras,
                              boost::container::static_vector<LandmarkId, kMaxFeatures>& rejected) {
     OutlierCount count;
     const int newest = static_cast<int>(state.keyframes.size()) - 1;
-    const StereoGeometry& geometry = problem.geometry();
+    const StereoGeometry& geometry = cameras.geometry();
     state.landmarks.remove_if([&](Landmark& landmark) {
         if (!landmark.is_active) {
             return false;
         }
-        const ScaledWorldPoint point(problem.left_camera(landmark.observations.front().keyframe), landmark.point);
+        const ScaledWorldPoint point(cameras.left(landmark.observations.front().keyframe), landmark.point);
         const int before = count.observations;
         bool newest_rejected = false;
         std::size_t kept = 0;
         for (std::size_t i = 0; i < landmark.observations.size(); ++i) {
             LandmarkObservation o = landmark.observations[i];
-            const double left = reprojection_distance(problem.left_camera(o.keyframe), point, o.measurement.left_xy,
-                                                      geometry.scale_left);
-            if (left > threshold_px * problem.pixels_to_sigmas()) {
+            const double left =
+                reprojection_distance(cameras.left(o.keyframe), point, o.measurement.left_xy, geometry.scale_left);
+            if (left > threshold_px * cameras.pixels_to_sigmas()) {
                 ++count.observations;
                 newest_rejected = newest_rejected || o.keyframe == newest;
                 continue;
             }
             if (o.measurement.has_right) {
-                const double right = reprojection_distance(problem.right_camera(o.keyframe), point,
-                                                           o.measurement.right_xy, geometry.scale_right);
-                if (right > threshold_px * problem.pixels_to_sigmas()) {
+                const double right = reprojection_distance(cameras.right(o.keyframe), point, o.measurement.right_xy,
+                                                           geometry.scale_right);
+                if (right > threshold_px * cameras.pixels_to_sigmas()) {
                     ++count.observations;
                     o.measurement.has_right = false;
                 }
@@ -56,7 +56,7 @@ OutlierCount remove_outliers(double threshold_px, WindowState& state, const Wind
         landmark.observations.resize(kept);
         const bool remove = kept < 2;
         if (!remove) {
-            const CameraPose& new_host = problem.left_camera(landmark.observations.front().keyframe);
+            const CameraPose& new_host = cameras.left(landmark.observations.front().keyframe);
             landmark.has_point = (new_host.R_C_W * point.from(new_host.p_W_C)).z() > 0.0;
             if (landmark.has_point) {
                 landmark.point = point.in(new_host);

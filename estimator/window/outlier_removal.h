@@ -4,7 +4,7 @@
 
 #include <boost/container/static_vector.hpp>
 
-#include "estimator/window/window_problem.h"
+#include "estimator/window/window_cameras.h"
 
 namespace facet {
 
@@ -19,7 +19,7 @@ struct OutlierCount {
 /// @param threshold_px  reprojection distance (px)
 /// @param rejected      receives landmarks whose newest observation was taken out, or which were removed; full: the rest
 ///                      is left to the next keyframe
-OutlierCount remove_outliers(double threshold_px, WindowState& state, const WindowProblem& problem,
+OutlierCount remove_outliers(double threshold_px, WindowState& state, const WindowCameras& cameras,
                              boost::container::static_vector<LandmarkId, kMaxFeatures>& rejected);
 
 }  // namespace facet

@@ -24,8 +24,8 @@ const PlaneProposal* find(const PlaneProposals& proposals, PlaneId id) {
     return at != proposals.end() && at->id == id ? &*at : nullptr;
 }
 
-Eigen::Vector3d position(const Landmark& landmark, const WindowProblem& problem) {
-    return ScaledWorldPoint(problem.left_camera(landmark.observations.front().keyframe), landmark.point).p_W();
+Eigen::Vector3d position(const Landmark& landmark, const WindowCameras& cameras) {
+    return ScaledWorldPoint(cameras.left(landmark.observations.front().keyframe), landmark.point).p_W();
 }
 
 bool can_lie_on_planes(const Landmark& landmark) {
@@ -59,10 +59,10 @@ void PlaneSet::refuse(PlaneId id) {
     refused_.push_back(id);
 }
 
-bool PlaneSet::measure(const Landmark& landmark, const Plane& plane, const WindowProblem& problem, Height& out) const {
+bool PlaneSet::measure(const Landmark& landmark, const Plane& plane, const WindowCameras& cameras, Height& out) const {
     PointFit fit;
-    const Eigen::Vector3d p_W = position(landmark, problem);
-    if (!fit.add_all(landmark, problem, p_W)) {
+    const Eigen::Vector3d p_W = position(landmark, cameras);
+    if (!fit.add_all(landmark, cameras, p_W)) {
         return false;
     }
     const Eigen::LLT<Eigen::Matrix3d> llt(fit.information);
@@ -70,13 +70,13 @@ bool PlaneSet::measure(const Landmark& landmark, const Plane& plane, const Windo
         return false;
     }
     out.m = plane.height(p_W);
-    out.variance_m2 = problem.observation_variance() * llt.matrixL().solve(plane.normal_W()).squaredNorm();
+    out.variance_m2 = cameras.observation_variance() * llt.matrixL().solve(plane.normal_W()).squaredNorm();
     return true;
 }
 
-bool PlaneSet::fits(const Landmark& landmark, const Plane& plane, const WindowProblem& problem) const {
+bool PlaneSet::fits(const Landmark& landmark, const Plane& plane, const WindowCameras& cameras) const {
     Height height;
-    if (!can_lie_on_planes(landmark) || !measure(landmark, plane, problem, height) ||
+    if (!can_lie_on_planes(landmark) || !measure(landmark, plane, cameras, height) ||
         height.variance_m2 > kMaxSigma * kMaxSigma) {
         return false;
     }
@@ -119,7 +119,7 @@ bool PlaneSet::make_room(WindowState& state) const {
     return true;
 }
 
-void PlaneSet::admit(const PlaneProposal& proposal, WindowState& state, const WindowProblem& problem) {
+void PlaneSet::admit(const PlaneProposal& proposal, WindowState& state, const WindowCameras& cameras) {
     if (is_refused(proposal.id) || !proposal.normal_W.allFinite() || std::abs(proposal.normal_W.norm() - 1.0) > 1e-3) {
         return;
     }
@@ -134,8 +134,8 @@ void PlaneSet::admit(const PlaneProposal& proposal, WindowState& state, const Wi
             continue;
         }
         ++judged;
-        if (fits(*landmark, at_origin, problem)) {
-            const Eigen::Vector3d p_W = position(*landmark, problem);
+        if (fits(*landmark, at_origin, cameras)) {
+            const Eigen::Vector3d p_W = position(*landmark, cameras);
             ++count;
             sum += p_W;
             squares += p_W * p_W.transpose();
@@ -161,7 +161,7 @@ void PlaneSet::admit(const PlaneProposal& proposal, WindowState& state, const Wi
     state.prior.append_globals(kPlaneDim);
 }
 
-void PlaneSet::assign(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem) const {
+void PlaneSet::assign(const PlaneProposals& proposals, WindowState& state, const WindowCameras& cameras) const {
     for (int i = 0; i < state.landmarks.size(); ++i) {
         state.landmarks[i].proposed_plane = Landmark::kNoPlane;
     }
@@ -184,13 +184,13 @@ void PlaneSet::assign(const PlaneProposals& proposals, WindowState& state, const
         }
         landmark.plane = Landmark::kNoPlane;
         if (proposed != Landmark::kNoPlane &&
-            fits(landmark, state.planes[static_cast<std::size_t>(proposed)].plane, problem)) {
+            fits(landmark, state.planes[static_cast<std::size_t>(proposed)].plane, cameras)) {
             landmark.plane = proposed;
         }
     }
 }
 
-void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem) {
+void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const WindowCameras& cameras) {
     for (int p = static_cast<int>(state.planes.size()) - 1; p >= 0; --p) {
         WindowPlane& plane = state.planes[static_cast<std::size_t>(p)];
         const bool is_seen = find(proposals, plane.id) != nullptr;
@@ -205,10 +205,10 @@ void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const
     };
     for (const PlaneProposal& proposal : proposals) {
         if (!is_known(proposal.id)) {
-            admit(proposal, state, problem);
+            admit(proposal, state, cameras);
         }
     }
-    assign(proposals, state, problem);
+    assign(proposals, state, cameras);
 }
 
 void PlaneSet::judge(WindowState& state) {

@@ -4,7 +4,7 @@
 
 #include "estimator/values/planes.h"
 #include "estimator/window/regularity_config.h"
-#include "estimator/window/window_problem.h"
+#include "estimator/window/window_cameras.h"
 
 namespace facet {
 
@@ -23,7 +23,7 @@ public:
     void reset();
 
     /// Before an optimization, with landmarks triangulated.
-    void update(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem);
+    void update(const PlaneProposals& proposals, WindowState& state, const WindowCameras& cameras);
 
     /// After it: takes out what did not fit, and brings the pairs up to date.
     void judge(WindowState& state);
@@ -34,14 +34,14 @@ private:
         double m = 0.0;
         double variance_m2 = 0.0;
     };
-    bool measure(const Landmark& landmark, const Plane& plane, const WindowProblem& problem, Height& out) const;
-    bool fits(const Landmark& landmark, const Plane& plane, const WindowProblem& problem) const;
+    bool measure(const Landmark& landmark, const Plane& plane, const WindowCameras& cameras, Height& out) const;
+    bool fits(const Landmark& landmark, const Plane& plane, const WindowCameras& cameras) const;
     bool is_refused(PlaneId id) const;
     void refuse(PlaneId id);
     void remove(int plane, WindowState& state) const;
     bool make_room(WindowState& state) const;
-    void admit(const PlaneProposal& proposal, WindowState& state, const WindowProblem& problem);
-    void assign(const PlaneProposals& proposals, WindowState& state, const WindowProblem& problem) const;
+    void admit(const PlaneProposal& proposal, WindowState& state, const WindowCameras& cameras);
+    void assign(const PlaneProposals& proposals, WindowState& state, const WindowCameras& cameras) const;
 
     RegularityConfig config_;
     boost::container::static_vector<PlaneId, 4 * kMaxPlanes> refused_;

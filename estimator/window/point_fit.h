@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "estimator/window/window_problem.h"
+#include "estimator/window/window_cameras.h"
 
 namespace facet {
 
@@ -31,14 +31,14 @@ struct PointFit {
     }
 
     /// Adds every sighting of a landmark at p_W. @return false if one is behind its left camera
-    bool add_all(const Landmark& landmark, const WindowProblem& problem, const Eigen::Vector3d& p_W) {
-        const StereoGeometry& geometry = problem.geometry();
+    bool add_all(const Landmark& landmark, const WindowCameras& cameras, const Eigen::Vector3d& p_W) {
+        const StereoGeometry& geometry = cameras.geometry();
         for (const LandmarkObservation& o : landmark.observations) {
-            if (!add(problem.left_camera(o.keyframe), p_W, o.measurement.left_xy, geometry.scale_left)) {
+            if (!add(cameras.left(o.keyframe), p_W, o.measurement.left_xy, geometry.scale_left)) {
                 return false;
             }
             if (o.measurement.has_right &&
-                add(problem.right_camera(o.keyframe), p_W, o.measurement.right_xy, geometry.scale_right)) {
+                add(cameras.right(o.keyframe), p_W, o.measurement.right_xy, geometry.scale_right)) {
                 ++stereo;
             }
         }

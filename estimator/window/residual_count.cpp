@@ -16,10 +16,10 @@ void count(const RelativeView& view, const InverseDepthPoint& point, const Eigen
 
 }  // namespace
 
-void count_oldest_residuals(const WindowState& state, const WindowProblem& problem, VisionResiduals& residuals) {
-    const StereoView& view = problem.view(0, 0);
-    const double focal_left = problem.geometry().scale_left / problem.pixels_to_sigmas();
-    const double focal_right = problem.geometry().scale_right / problem.pixels_to_sigmas();
+void count_oldest_residuals(const WindowState& state, const WindowCameras& cameras, VisionResiduals& residuals) {
+    const StereoView& view = cameras.view(0, 0);
+    const double focal_left = cameras.geometry().scale_left / cameras.pixels_to_sigmas();
+    const double focal_right = cameras.geometry().scale_right / cameras.pixels_to_sigmas();
     for (int i = 0; i < state.landmarks.size(); ++i) {
         const Landmark& landmark = state.landmarks[i];
         if (!landmark.is_active || !landmark.has_point || landmark.observations.front().keyframe != 0) {

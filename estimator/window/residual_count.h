@@ -3,12 +3,12 @@
 #pragma once
 
 #include "estimator/values/residuals.h"
-#include "estimator/window/window_problem.h"
+#include "estimator/window/window_cameras.h"
 
 namespace facet {
 
-/// Adds the residuals of what the oldest keyframe saw, at the current states (WindowProblem::update_cameras() done).
+/// Adds the residuals of what the oldest keyframe saw, at the current states (WindowCameras::update() done).
 /// No heap. Reentrant.
-void count_oldest_residuals(const WindowState& state, const WindowProblem& problem, VisionResiduals& residuals);
+void count_oldest_residuals(const WindowState& state, const WindowCameras& cameras, VisionResiduals& residuals);
 
 }  // namespace facet

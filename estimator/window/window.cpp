@@ -18,7 +18,8 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     regularity_config_ = regularity;
     noise_ = noise;
     left_ = rig.left;
-    problem_.bind(state_, config_, calibration_config_, regularity_config_, rig);
+    cameras_.bind(state_, config_, rig);
+    problem_.bind(state_, cameras_, calibration_config_, regularity_config_);
     planes_.configure(regularity);
     proposals_.clear();
     state_.clear();
@@ -81,25 +82,27 @@ void Window::make_room() {
     const int candidate = count - 1 - kRecent;
     const double threshold = config_.redundant_px / left_.focal_px();
     if (candidate >= 1 && redundancy_.is_redundant(state_, candidate, threshold)) {
-        marginalization_failed_ = !ok(marginalizer_.drop_between(candidate, state_, problem_, workspace_.systems[0]));
+        marginalization_failed_ =
+            !ok(marginalizer_.drop_between(candidate, state_, cameras_, problem_, workspace_.systems[0]));
     } else if (count >= config_.keyframes) {
-        count_oldest_residuals(state_, problem_, residuals_);
-        marginalization_failed_ = !ok(marginalizer_.marginalize_oldest(state_, problem_, workspace_.systems[0]));
+        count_oldest_residuals(state_, cameras_, residuals_);
+        marginalization_failed_ =
+            !ok(marginalizer_.marginalize_oldest(state_, cameras_, problem_, workspace_.systems[0]));
     }
     if (static_cast<int>(state_.keyframes.size()) >= config_.keyframes) {  // dropping was refused
-        static_cast<void>(marginalizer_.marginalize_oldest(state_, problem_, workspace_.systems[0]));
+        static_cast<void>(marginalizer_.marginalize_oldest(state_, cameras_, problem_, workspace_.systems[0]));
     }
 }
 
 std::span<const LandmarkPrediction> Window::predict_landmarks(const NavState& state) {
     predictions_.clear();
-    const CameraPose camera = problem_.left_camera_of(state);
+    const CameraPose camera = cameras_.left_of(state);
     for (int i = 0; i < state_.landmarks.size(); ++i) {
         const Landmark& landmark = state_.landmarks[i];
         LandmarkPrediction prediction;
         prediction.landmark = landmark.id;
         if (landmark.has_point) {
-            const ScaledWorldPoint point(problem_.left_camera(landmark.observations.front().keyframe), landmark.point);
+            const ScaledWorldPoint point(cameras_.left(landmark.observations.front().keyframe), landmark.point);
             const Eigen::Vector3d q = camera.R_C_W * point.from(camera.p_W_C);
             Eigen::Vector2d uv;
             if (q.z() > 0.0 && ok(left_.project(q, uv)) && left_.in_image(uv, 0.0)) {
@@ -127,13 +130,13 @@ WindowSummary Window::optimize(double effort) {
     constexpr std::size_t kSettled = 5;
     WindowSummary summary;
     const bool is_settled = state_.keyframes.size() >= kSettled;
-    problem_.set_settled(is_settled);
+    cameras_.set_settled(is_settled);
     if (is_settled && !newest().rests_since_previous) {
-        problem_.learn_noise();
+        cameras_.learn_noise();
     }
     problem_.select_landmarks();
     if (regularity_config_.mode == RegularityMode::kSpr) {
-        planes_.update(proposals_, state_, problem_);
+        planes_.update(proposals_, state_, cameras_);
     }
     LevenbergOptions options;
     options.max_iterations = std::max(1, static_cast<int>(std::lround(effort * config_.max_iterations)));
@@ -167,11 +170,19 @@ double Window::calibration_sigma(int parameter) {
     return parameter < calibration_config_.dim() ? std::sqrt(workspace_.solver.variance(parameter)) : 0.0;
 }
 
+void Window::report(const WindowSummary& summary, Health& health) const {
+    health.keyframes = static_cast<int>(state_.keyframes.size());
+    health.landmarks = summary.fit.active_landmarks;
+    health.pixel_sigma_px = cameras_.noise().sigma_px();
+    health.imu_chi2 = summary.imu_squared_error / kStateDim;
+    health.time_offset_s = state_.calibration.time_offset_s;
+}
+
 void Window::remove_outliers(WindowSummary& summary) {
     const StageScope scope(observer_, Stage::kTriangulation);
-    problem_.update_cameras();
+    cameras_.update();
     rejected_.clear();
-    const OutlierCount count = facet::remove_outliers(config_.outlier_threshold_px, state_, problem_, rejected_);
+    const OutlierCount count = facet::remove_outliers(config_.outlier_threshold_px, state_, cameras_, rejected_);
     summary.rejected_observations = count.observations;
     summary.rejected_landmarks = static_cast<int>(rejected_.size());
     const int newest = static_cast<int>(state_.keyframes.size()) - 1;

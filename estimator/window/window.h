@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "estimator/values/health.h"
 #include "estimator/values/imu_noise.h"
 #include "estimator/values/nav_state.h"
 #include "estimator/values/observation.h"
@@ -77,6 +78,9 @@ public:
     /// Standard deviation of a calibration parameter (kTimeOffset, ...) after newest_covariance(); 0 if not estimated.
     double calibration_sigma(int parameter);
 
+    /// Fills what the window says of the health. @param summary  of its last optimization; empty before the first one
+    void report(const WindowSummary& summary, Health& health) const;
+
     /// Residuals of the keyframes that have left since configure().
     const VisionResiduals& residuals() const { return residuals_; }
 
@@ -84,7 +88,7 @@ public:
     const Keyframe& newest() const { return state_.keyframes.back(); }
     const WindowState& state() const { return state_; }
     /// Cameras of the keyframes, and how residuals are whitened.
-    const WindowProblem& problem() const { return problem_; }
+    const WindowCameras& cameras() const { return cameras_; }
 
     /// Keyframe k's inertial factor integrated anew, at another bias. @return kDegenerate if refused (untouched).
     Status replace_imu_factor(int keyframe, const Preintegration& preintegration);
@@ -100,6 +104,7 @@ private:
     ImuNoise noise_;
     StageObserver* observer_ = nullptr;
     WindowState state_;
+    WindowCameras cameras_;
     WindowProblem problem_;
     Marginalizer marginalizer_;
     LevenbergWorkspace workspace_;

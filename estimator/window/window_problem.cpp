@@ -10,67 +10,19 @@
 
 namespace facet {
 
-void WindowProblem::bind(WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
-                         const RegularityConfig& regularity, const StereoRig& rig) {
+void WindowProblem::bind(WindowState& state, WindowCameras& cameras, const CalibrationConfig& calibration,
+                         const RegularityConfig& regularity) {
     state_ = &state;
-    config_ = &config;
+    cameras_ = &cameras;
     calibration_config_ = &calibration;
     regularity_config_ = &regularity;
-    T_B_C0_ = rig.T_B_C0;
-    T_B_C1_ = rig.T_B_C1;
-    focal_left_px_ = rig.left.focal_px();
-    focal_right_px_ = rig.right.focal_px();
-    is_settled_ = false;
-    reset_noise();
-}
-
-void WindowProblem::reset_noise() {
-    noise_.reset(config_->pixel_sigma_px, config_->learn_pixel_sigma);
-    whiten();
-}
-
-void WindowProblem::learn_noise() {
-    noise_.learn();
-    whiten();
-}
-
-void WindowProblem::whiten() {
-    geometry_.scale_left = focal_left_px_ / noise_.sigma_px();
-    geometry_.scale_right = focal_right_px_ / noise_.sigma_px();
-    loss_ = is_settled_ ? RobustLoss{config_->loss_threshold * noise_.scale_px() / noise_.sigma_px(), true}
-                        : RobustLoss{kStartThreshold, false};
-}
-
-Se3 WindowProblem::T_W_B_at_image(const Keyframe& keyframe, const NavState& state) const {
-    const double late_s = state_->calibration.time_offset_s - keyframe.time_offset_s;
-    return {(state.q_W_B * so3_exp(late_s * keyframe.w_B)).normalized(), state.p_W_B + late_s * state.v_W_B};
-}
-
-void WindowProblem::update_cameras() {
-    const Se3 T_B_C0 = state_->calibration.T_B_Bc * T_B_C0_;
-    const Se3 T_B_C1 = state_->calibration.T_B_Bc * T_B_C1_;
-    geometry_.R_C0_B = T_B_C0.R().transpose();
-    geometry_.R_C1_B = T_B_C1.R().transpose();
-    geometry_.p_B_C0 = T_B_C0.p;
-    geometry_.p_B_C1 = T_B_C1.p;
-    for (std::size_t k = 0; k < state_->keyframes.size(); ++k) {
-        const Keyframe& keyframe = state_->keyframes[k];
-        const auto cameras = [&](const Se3& T_W_B) -> CameraPair {
-            return {CameraPose::from(T_W_B * T_B_C0), CameraPose::from(T_W_B * T_B_C1)};
-        };
-        const Se3 T_W_B_lin = T_W_B_at_image(keyframe, keyframe.linearization_point());
-        R_B_W_lin_[k] = T_W_B_lin.R().transpose();
-        cameras_[k] = cameras(T_W_B_at_image(keyframe, keyframe.state));
-        views_.set(static_cast<int>(k), cameras_[k], cameras_);
-        views_lin_.set(static_cast<int>(k), cameras(T_W_B_lin), cameras_);
-    }
 }
 
 double WindowProblem::linearize(ReducedSystem& system) {
     const StageScope scope(observer_, Stage::kLinearization);
     const int keyframes = static_cast<int>(state_->keyframes.size());
     system.reset(keyframes, globals());
-    update_cameras();
+    cameras_->update();
     double cost = 0.0;
     fit_ = {};
     for (int i = 0; i < state_->landmarks.size(); ++i) {
@@ -78,7 +30,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
             cost += add_landmark(system, state_->landmarks[i]);
         }
     }
-    noise_.measure(fit_.vision_squared_error_px2, fit_.vision_rows, fit_.vision_loss);
+    cameras_->measure_noise(fit_.vision_squared_error_px2, fit_.vision_rows, fit_.vision_loss);
     add_calibration(system);
     cost += add_prior(system);
     cost += add_planes(system);
@@ -90,7 +42,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
 
 double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<bool, kMaxLandmarks>& is_selected) {
     system.reset(static_cast<int>(state_->keyframes.size()), globals());
-    update_cameras();
+    cameras_->update();
     double cost = 0.0;
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         if (is_selected[static_cast<std::size_t>(i)]) {

@@ -1,65 +1,29 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // The landmarks' part of the window problem.
-#include <optional>
-
-#include "estimator/geometry/triangulation.h"
+#include "estimator/window/landmark_triangulation.h"
 #include "estimator/window/stage_scope.h"
 #include "estimator/window/window_problem.h"
 
 namespace facet {
 
-bool WindowProblem::triangulate_landmark(Landmark& landmark, int steps) const {
-    const int host = landmark.observations.front().keyframe;
-    boost::container::static_vector<Sighting, 2 * kMaxKeyframes> sightings;
-    for (const LandmarkObservation& o : landmark.observations) {
-        const StereoView& view = views_.at(o.keyframe, host);
-        sightings.push_back({&view.left, o.measurement.left_xy, geometry_.scale_left});
-        if (o.measurement.has_right) {
-            sightings.push_back({&view.right, o.measurement.right_xy, geometry_.scale_right});
-        }
-    }
-    const std::span<const Sighting> span(sightings.data(), sightings.size());
-    TriangulationOptions options;
-    options.loss = loss_;
-    options.rho_prior_sigma = kRhoPriorSigma;
-    std::optional<PlaneChart> plane;
-    if (landmark.plane != Landmark::kNoPlane) {
-        plane.emplace(state_->planes[static_cast<std::size_t>(landmark.plane)].plane, left_camera(host));
-        options.plane = &*plane;
-        options.plane_sigma_m = regularity_config_->sigma_m;
-        options.plane_huber_threshold = regularity_config_->huber_threshold;
-    }
-    options.max_iterations = steps;
-    if (landmark.has_point && ok(triangulate(span, options, landmark.point))) {
-        return true;
-    }
-    options.max_iterations = 8;
-    InverseDepthPoint point;
-    if (!ok(triangulate_linear(span, point)) || !ok(triangulate(span, options, point))) {
-        return false;
-    }
-    landmark.point = point;
-    landmark.has_point = true;
-    return true;
-}
-
 void WindowProblem::select_landmarks() {
     constexpr int kSettlingSteps = 3;  // towards new observations, before planes are asked whether points fit
     const StageScope scope(observer_, Stage::kTriangulation);
-    update_cameras();
+    cameras_->update();
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         Landmark& landmark = state_->landmarks[i];
         // Seen by one keyframe only, a stereo match still tells where to look for the landmark.
         const bool is_known = (landmark.observations.size() >= 2 || landmark.observations[0].measurement.has_right) &&
-                              triangulate_landmark(landmark, kSettlingSteps);
+                              triangulate_landmark(*state_, *cameras_, *regularity_config_, kSettlingSteps, landmark);
         landmark.is_active = is_known && landmark.observations.size() >= 2;
         landmark.cost = 0.0;
     }
 }
 
 double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
-    if (!triangulate_landmark(landmark, 1)) {  // it follows its cameras as these move, step by step
-        return landmark.cost;                  // out of this step, but leaving must not look like a gain
+    if (!triangulate_landmark(*state_, *cameras_, *regularity_config_, 1,
+                              landmark)) {  // it follows its cameras as these move, step by step
+        return landmark.cost;               // out of this step, but leaving must not look like a gain
     }
     const int host = landmark.observations.front().keyframe;
     schur_.clear();
@@ -67,11 +31,12 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     LossSums loss;
     double squared_error_px2 = 0.0;
     int rows = -3;
-    const double variance_px2 = noise_.sigma_px() * noise_.sigma_px();
+    const double variance_px2 = cameras_->noise().sigma_px() * cameras_->noise().sigma_px();
     for (const LandmarkObservation& o : landmark.observations) {
         StereoLinearization l;
-        if (!ok(linearize_stereo(o.measurement, geometry_, views_.at(o.keyframe, host), views_lin_.at(o.keyframe, host),
-                                 R_B_W_lin_[static_cast<std::size_t>(o.keyframe)], landmark.point, loss_, l))) {
+        if (!ok(linearize_stereo(o.measurement, cameras_->geometry(), cameras_->view(o.keyframe, host),
+                                 cameras_->view_lin(o.keyframe, host), cameras_->R_B_W_lin(o.keyframe), landmark.point,
+                                 cameras_->loss(), l))) {
             return landmark.cost;
         }
         schur_.add(o.keyframe, l);
@@ -101,7 +66,7 @@ double WindowProblem::add_plane_height(Landmark& landmark) {
     }
     const WindowPlane& plane = state_->planes[static_cast<std::size_t>(landmark.plane)];
     const HuberLoss loss{regularity_config_->huber_threshold};
-    const CameraPose& host = left_camera(landmark.observations.front().keyframe);
+    const CameraPose& host = cameras_->left(landmark.observations.front().keyframe);
     CoplanarityLinearization l;
     if (!ok(linearize_coplanarity(plane.plane, plane.linearization_point(), host, landmark.point,
                                   regularity_config_->sigma_m, loss, l))) {
@@ -110,7 +75,8 @@ double WindowProblem::add_plane_height(Landmark& landmark) {
     // At the optimum images pull the point off the plane as much as the plane pulls it back, so that with q = w s / sigma^2,
     // s the height's variance by images alone, the free height is e = r (1 + q); its variance is sigma^2 + s, s as measured.
     const double q = schur_.point_variance(l.d_r_d_point);
-    landmark.plane_chi2 = l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (1.0 + observation_variance() * q / l.weight);
+    landmark.plane_chi2 =
+        l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (1.0 + cameras_->observation_variance() * q / l.weight);
     schur_.add_plane(plane_row(landmark.plane), l);
     return l.cost;
 }

@@ -22,6 +22,7 @@ struct Fixture {
     RegularityConfig regularity;
     std::unique_ptr<WindowState> state = std::make_unique<WindowState>();
     std::unique_ptr<ReducedSystem> system = std::make_unique<ReducedSystem>();
+    std::unique_ptr<WindowCameras> cameras = std::make_unique<WindowCameras>();
     std::unique_ptr<WindowProblem> problem = std::make_unique<WindowProblem>();
 
     explicit Fixture(double pixel_sigma, bool calibrate = false, bool with_planes = false) {
@@ -33,7 +34,8 @@ struct Fixture {
         options.in_room = with_planes;
         SyntheticFlight flight(options);
         config.loss_threshold = 10.0;
-        problem->bind(*state, config, calibration, regularity, flight.rig());
+        cameras->bind(*state, config, flight.rig());
+        problem->bind(*state, *cameras, calibration, regularity);
         for (int k = 0; k < kKeyframes; ++k) {
             Keyframe keyframe;
             keyframe.stamp = test::at(kStep_s * k);
@@ -166,7 +168,7 @@ TEST_CASE("outliers are taken out, the rest stays", "[outlier_removal]") {
     const LandmarkId right_id = right_wrong->id;
     f.problem->select_landmarks();
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected;
-    const OutlierCount count = remove_outliers(4.0, *f.state, *f.problem, rejected);
+    const OutlierCount count = remove_outliers(4.0, *f.state, *f.cameras, rejected);
     CHECK(count.observations == 2);
     CHECK(count.landmarks == 0);
     CHECK(f.state->landmarks.size() == before);

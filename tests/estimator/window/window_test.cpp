@@ -82,8 +82,8 @@ Run fly(SyntheticFlight::Options options, double sigma_px, double duration_s, in
         ++run.keyframes;
     }
     run.residuals = smoother->residuals();
-    run.sigma_px = smoother->problem().noise().sigma_px();
-    run.scale_px = smoother->problem().noise().scale_px();
+    run.sigma_px = smoother->cameras().noise().sigma_px();
+    run.scale_px = smoother->cameras().noise().scale_px();
     run.rmse_m = std::sqrt(sum / run.keyframes);
     run.nees_pose /= run.keyframes;
     const Eigen::Vector3d up = run.last.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The estimator's parts and how they work together; private to estimator/api.
+#pragma once
+
+#include "estimator/api/belief.h"
+#include "estimator/api/estimator.h"
+#include "estimator/api/health_monitor.h"
+#include "estimator/api/motion_start.h"
+#include "estimator/api/phase.h"
+#include "estimator/frontend/frontend.h"
+#include "estimator/imu/imu_buffer.h"
+#include "estimator/imu/propagation.h"
+#include "estimator/window/window.h"
+
+namespace facet {
+
+struct Estimator::Impl {
+    EstimatorConfig config;
+    StereoRig rig;
+    StageObserver* observer = nullptr;
+    ObservationHook* hook = nullptr;
+    ImuBuffer imu;
+    Frontend frontend;
+    FrontendOutput tracks;
+    Window window;
+    HealthMonitor monitor;
+    MotionStart motion_start;
+    Belief newest;  ///< at the newest keyframe
+    Belief now;     ///< at the newest frame
+    ImuSpan span;   ///< samples between them
+    Phase phase = Phase::kEmpty;
+    bool rests = false;         ///< inertial samples and images: at rest at every frame since the newest keyframe
+    bool reset_wanted = false;  ///< by the user
+    bool is_late = false;       ///< a frame took too long: less work up to the next keyframe
+    Timestamp last_image;       ///< stamp of the last frame as given
+    RigCalibration::Tangent calibration_sigma = RigCalibration::Tangent::Zero();
+    std::uint32_t reset_counter = 0;
+    WindowSummary summary;
+    KeyframeView view;  ///< landmarks at the newest keyframe
+
+    void reset();
+    /// Stamp of an image in the IMU's clock.
+    Timestamp imu_stamp(Timestamp image) const {
+        return image + Duration::from_seconds(window.calibration().time_offset_s);
+    }
+    KeyframeInput keyframe_input() const;
+    Status start(const StereoFrame& frame, Estimate& estimate);
+    /// Fills `now` and `span` from the newest keyframe, or from the last frame if that is out of reach.
+    Status predict(Timestamp stamp, Preintegration& preintegration);
+    Status track(const StereoFrame& frame, Timestamp before, bool wants_keyframe);
+    void judge_rest(bool image_is_still);
+    /// The vehicle stands where it stood at the newest keyframe: that says more than what inertial data, with the error
+    /// of its velocity and biases, have carried on since.
+    void hold_still();
+    void take_keyframe(const Preintegration& preintegration);
+    /// While starting in motion: a window that contradicts the closed form begins anew from that.
+    void second_opinion();
+    /// Begins a window with one keyframe: the present frame, at the present belief, of which this is the information.
+    void begin_window(const StateCovariance& information);
+    /// Replaces a worthless belief: the attitude is levelled by the force that is felt, velocity and biases are forgotten,
+    /// place and yaw are kept roughly if they are finite. @return the initializer's refusal (belief untouched)
+    Status fall_back_to_gravity();
+    /// Begins anew at the present frame, from what inertial data have carried on: attitude, place, velocity and biases,
+    /// each as uncertain as it has become.
+    void restart_in_flight();
+    void update_covariance();
+    /// Integrates the inertial factors anew whose bias has moved too far for their first-order correction.
+    void reintegrate();
+    Status carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate);
+    void act(FrameAction action, const Preintegration& preintegration);
+    HealthEvidence evidence(const StereoFrame& frame, bool frame_taken) const;
+    void report(const StereoFrame& frame, bool frame_taken, Estimate& estimate);
+};
+
+}  // namespace facet

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/api/phase.h"
+
+namespace facet {
+namespace {
+
+// A restart in flight needs this many stereo matches: they are all that ties the first keyframes together.
+constexpr int kRestartStereo = 20;
+// When a rest ends, a keyframe this old is followed by one at once: inertial data have carried it on for too long.
+constexpr double kStaleKeyframe_s = 0.5;
+
+}  // namespace
+
+bool wants_keyframe(const PredictionEvidence& e) {
+    const bool has_moved_off = e.phase == Phase::kHolding && !e.rests && e.keyframe_age_s > kStaleKeyframe_s;
+    return must_restart(e) || e.inertial_data_poor || has_moved_off;
+}
+
+FrameAction decide(const FrameEvidence& e) {
+    if (e.is_keyframe && e.must_restart && e.stereo >= kRestartStereo) {
+        return FrameAction::kRestart;
+    }
+    if (e.phase == Phase::kCoasting) {
+        return FrameAction::kCarryOn;
+    }
+    if (e.is_keyframe) {
+        return FrameAction::kTakeKeyframe;
+    }
+    return e.rests && e.image_is_still ? FrameAction::kHold : FrameAction::kCarryOn;
+}
+
+}  // namespace facet

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What the estimator is doing, and what it does with the next frame: a state machine without side effects.
+#pragma once
+
+#include <cstdint>
+
+namespace facet {
+
+/// Where the newest state comes from. estimator/README.md ("Phases") draws the transitions.
+enum class Phase : std::uint8_t {
+    kEmpty,      ///< no frame yet
+    kWaiting,    ///< frames, but no window: inertial data do not suffice for a start
+    kFollowing,  ///< carried from the newest keyframe by the inertial samples since
+    kHolding,    ///< the newest keyframe's: the vehicle has not moved since
+    kCoasting,   ///< carried from frame to frame: inertial samples no longer reach back to the newest keyframe
+};
+
+/// There is a window: a state is estimated, well or badly.
+constexpr bool has_window(Phase phase) { return phase >= Phase::kFollowing; }
+
+/// What is known of a frame when its inertial prediction has been made, before its images are looked at.
+struct PredictionEvidence {
+    Phase phase = Phase::kFollowing;
+    bool is_lost = false;             ///< by the health monitor, and starting anew by itself is allowed
+    bool reset_wanted = false;        ///< by the user
+    bool inertial_data_poor = false;  ///< a gap or clipped samples since the newest keyframe
+    bool rests = false;               ///< at rest by inertial samples and images since the newest keyframe
+    double keyframe_age_s = 0.0;
+};
+
+/// The window is to begin anew at the next frame that allows it.
+constexpr bool must_restart(const PredictionEvidence& e) {
+    return e.is_lost || e.reset_wanted || e.phase == Phase::kCoasting;
+}
+
+/// The front-end should make this frame a keyframe if it can: to begin anew, because only vision can say where the vehicle
+/// is, or because a rest has ended whose keyframe is old.
+bool wants_keyframe(const PredictionEvidence& e);
+
+/// What is known of a frame once the front-end has tracked it.
+struct FrameEvidence {
+    Phase phase = Phase::kFollowing;
+    bool must_restart = false;
+    bool is_keyframe = false;
+    int stereo = 0;               ///< features with a right match
+    bool rests = false;           ///< at rest since the newest keyframe, this frame included
+    bool image_is_still = false;  ///< images show no motion since the newest keyframe
+};
+
+enum class FrameAction : std::uint8_t {
+    kCarryOn,       ///< the inertial prediction stands
+    kTakeKeyframe,  ///< into the window, which is optimized
+    kHold,          ///< the newest keyframe's state stands
+    kRestart,       ///< begin a new window at this frame, from the state carried on so far
+};
+
+FrameAction decide(const FrameEvidence& e);
+
+}  // namespace facet

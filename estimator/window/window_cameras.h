@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The cameras of the window's keyframes at the present states, and what their observations weigh.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "estimator/geometry/stereo_rig.h"
+#include "estimator/values/capacity.h"
+#include "estimator/values/nav_state.h"
+#include "estimator/window/stereo_views.h"
+#include "estimator/window/vision_noise.h"
+#include "estimator/window/window_config.h"
+#include "estimator/window/window_state.h"
+
+namespace facet {
+
+/// Camera poses, the views between them, and the whitening of pixels, which all who look at landmarks share. Poses are
+/// those of the last update(); whoever changes states calls it before the next look. About 550 kB. Thread-bound. No heap.
+class WindowCameras {
+public:
+    /// `state` and `config` must outlive the cameras. Noise begins with what the configuration says.
+    void bind(const WindowState& state, const WindowConfig& config, const StereoRig& rig);
+
+    /// Poses and views at the present states and calibration.
+    void update();
+
+    const CameraPose& left(int keyframe) const { return poses_[static_cast<std::size_t>(keyframe)].left; }
+    const CameraPose& right(int keyframe) const { return poses_[static_cast<std::size_t>(keyframe)].right; }
+    /// How a keyframe's cameras see the chart of landmarks first seen by `host`, host <= keyframe.
+    const StereoView& view(int keyframe, int host) const { return views_.at(keyframe, host); }
+    /// The same from where Jacobians are taken.
+    const StereoView& view_lin(int keyframe, int host) const { return views_lin_.at(keyframe, host); }
+    const Eigen::Matrix3d& R_B_W_lin(int keyframe) const { return R_B_W_lin_[static_cast<std::size_t>(keyframe)]; }
+
+    /// Left camera of a body in this state, with the calibration as it stands.
+    CameraPose left_of(const NavState& state) const {
+        return CameraPose::from(state.T_W_B() * state_->calibration.T_B_Bc * T_B_C0_);
+    }
+
+    /// Weights follow the residuals measured last.
+    void learn_noise();
+    /// Takes the residuals of a linearization; see VisionNoise::measure.
+    void measure_noise(double squared_error_px2, int rows, const LossSums& loss) {
+        noise_.measure(squared_error_px2, rows, loss);
+    }
+    /// True once the states are roughly right: outliers lose all influence, instead of most of it.
+    void set_settled(bool is_settled);
+
+    const VisionNoise& noise() const { return noise_; }
+    const RobustLoss& loss() const { return loss_; }
+    const StereoGeometry& geometry() const { return geometry_; }
+    /// Standard deviations in a pixel.
+    double pixels_to_sigmas() const { return 1.0 / noise_.sigma_px(); }
+    /// Variance of observations as measured at the last linearization of the whole window, in units of the one they are
+    /// weighted with, outliers included, within [0.05, 20]: for tests that ask whether things agree.
+    double observation_variance() const {
+        return std::clamp(std::pow(noise_.measured_px() / noise_.sigma_px(), 2), 0.05, 20.0);
+    }
+
+private:
+    /// Body pose at a keyframe's image: its state, moved by what the time offset has changed since.
+    Se3 T_W_B_at_image(const Keyframe& keyframe, const NavState& state) const;
+    void whiten();
+
+    const WindowState* state_ = nullptr;
+    const WindowConfig* config_ = nullptr;
+    Se3 T_B_C0_;  ///< as calibrated
+    Se3 T_B_C1_;
+    double focal_left_px_ = 1.0;
+    double focal_right_px_ = 1.0;
+    bool is_settled_ = false;
+    VisionNoise noise_;
+    RobustLoss loss_;
+    StereoGeometry geometry_;
+    std::array<CameraPair, kMaxKeyframes> poses_;
+    StereoViews views_;
+    StereoViews views_lin_;
+    std::array<Eigen::Matrix3d, kMaxKeyframes> R_B_W_lin_;
+};
+
+}  // namespace facet
