@@ -20,7 +20,7 @@ def skip(why):
 
 
 def main(facet, inject, work):
-    found = subprocess.run([ROOT / "scripts/hil_kernel", "--cached"], capture_output=True, text=True, check=False)
+    found = subprocess.run([ROOT / "scripts/target/hil_kernel", "--cached"], capture_output=True, text=True, check=False)
     if found.returncode != 0:
         return skip(found.stderr.strip())
     if subprocess.run(["sh", "-c", "command -v ip"], capture_output=True, check=False).returncode != 0:

@@ -1,21 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Tests of scripts/check_layers.py on small trees made for the purpose."""
+"""Tests of scripts/checks/layers.py on small trees made for the purpose."""
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
+ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "scripts/checks"))
 sys.dont_write_bytecode = True
-import check_layers  # noqa: E402
+import layers  # noqa: E402
 
-HEADER = check_layers.SPDX + "\n// Purpose.\n#pragma once\n"
-SOURCE = check_layers.SPDX + "\n"
+HEADER = layers.SPDX + "\n// Purpose.\n#pragma once\n"
+SOURCE = layers.SPDX + "\n"
 
 
-class CheckLayers(unittest.TestCase):
+class Layers(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.root = Path(self.folder.name)
@@ -48,7 +48,7 @@ class CheckLayers(unittest.TestCase):
         file.write_text(text if text is not None else start + "".join(f"#include {i}\n" for i in includes))
 
     def violations(self):
-        return check_layers.check_tree(self.root)[0]
+        return layers.check_tree(self.root)[0]
 
     def expect_good(self, path, *includes):
         self.write(path, *includes)
@@ -158,9 +158,9 @@ class CheckLayers(unittest.TestCase):
     def test_rules_on_single_files(self):
         self.write("app/commands/a.h", text="#pragma once\n")
         self.assertEqual(len(self.violations()), 2)  # SPDX, purpose
-        self.write("app/commands/a.h", text=check_layers.SPDX + "\n// Purpose.\n")
+        self.write("app/commands/a.h", text=layers.SPDX + "\n// Purpose.\n")
         self.assertIn("#pragma once", self.violations()[0])
-        self.write("app/commands/a.h", text=HEADER + "\n" * check_layers.MAX_LINES)
+        self.write("app/commands/a.h", text=HEADER + "\n" * layers.MAX_LINES)
         self.assertIn("split the file", self.violations()[0])
 
     def test_a_new_folder_needs_a_rule(self):

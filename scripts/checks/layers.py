@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """Checks who includes whom, and a few rules on single files. ARCHITECTURE.md ("Who may include whom") has the reasons.
 
-Usage: check_layers.py [ROOT]      prints a line `file:line: rule` for every violation; exit code 1 if there is any
+Usage: layers.py [ROOT]      prints a line `file:line: rule` for every violation; exit code 1 if there is any
 """
 import argparse
 import re
@@ -162,7 +162,7 @@ def check_tree(root):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("root", nargs="?", type=Path, default=Path(__file__).resolve().parent.parent)
+    parser.add_argument("root", nargs="?", type=Path, default=Path(__file__).resolve().parents[2])
     root = parser.parse_args().root
     violations, files = check_tree(root)
     for violation in violations:

@@ -4,7 +4,7 @@
 
 Sources that the build itself writes, into BUILD_FOLDER, are not checked: they may not be there yet.
 
-Usage: check_tidy.py [--jobs N] [--tests] BUILD_FOLDER      (BUILD_FOLDER holds compile_commands.json)
+Usage: tidy.py [--jobs N] [--tests] BUILD_FOLDER      (BUILD_FOLDER holds compile_commands.json)
 """
 import argparse
 import json
@@ -13,7 +13,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from check_cache import ROOT, Cache
+from cache import ROOT, Cache
 
 
 def check(entry, build_folder, cache):
