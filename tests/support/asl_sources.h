@@ -7,7 +7,7 @@
 
 #include "drivers/replay_asl/asl_dataset.h"
 #include "platform/port/imu_source.h"
-#include "platform/port/stereo_source.h"
+#include "tests/support/stereo_source.h"
 
 namespace facet {
 

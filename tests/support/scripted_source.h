@@ -9,8 +9,8 @@
 
 #include "platform/port/clock.h"
 #include "platform/port/imu_source.h"
-#include "platform/port/stereo_source.h"
 #include "platform/port/trigger_source.h"
+#include "tests/support/stereo_source.h"
 
 namespace facet {
 
