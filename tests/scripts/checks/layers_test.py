@@ -160,8 +160,17 @@ class Layers(unittest.TestCase):
         self.assertEqual(len(self.violations()), 2)  # SPDX, purpose
         self.write("app/commands/a.h", text=layers.SPDX + "\n// Purpose.\n")
         self.assertIn("#pragma once", self.violations()[0])
-        self.write("app/commands/a.h", text=HEADER + "\n" * layers.MAX_LINES)
-        self.assertIn("split the file", self.violations()[0])
+
+    def test_files_that_fly_have_400_lines_and_others_500(self):
+        for path, limit in (("app/commands/a.cpp", 400), ("platform/port/a.cpp", 400), ("app/lab/sim/a.cpp", 500),
+                            ("tests/mesh/a.cpp", 500)):
+            with self.subTest(path):
+                self.write(path, text=SOURCE + "\n" * (limit - 1))
+                self.assertEqual(self.violations(), [])
+                self.write(path, text=SOURCE + "\n" * limit)
+                self.assertEqual(len(self.violations()), 1)
+                self.assertIn(f"split the file ({limit} at most)", self.violations()[0])
+                (self.root / path).unlink()
 
     def test_a_new_folder_needs_a_rule(self):
         self.write("estimator/novelty/a.cpp")
