@@ -4,8 +4,8 @@
 
 Usage: columns.py [ROOT]      prints a line `file:line: rule` for every violation; exit code 1 if there is any
 
-Checked are C++, CMake, Python, shell and YAML files. Two kinds of lines may be wider, because they cannot be broken: one
-whose URL alone makes it so (without the URL it would fit), and one that begins inside a raw string literal of C++.
+Checked are C++, CMake, Python, shell and YAML files. Two kinds of lines may be wider, because they cannot be broken:
+one whose URL alone makes it so (without the URL it would fit), and one that begins inside a raw string literal of C++.
 """
 import argparse
 import re
@@ -21,7 +21,10 @@ RAW_STRING = re.compile(r'\bR"([^()\\\s]{0,16})\(')
 
 
 def raw_string_left_open(line, delimiter):
-    """The end that an open raw string literal waits for after this line, or None; `delimiter` is that of the line before."""
+    """What will end the raw string literal that is open after this line, or None.
+
+    `delimiter` is the same for the line before.
+    """
     position = 0
     while True:
         if delimiter is None:

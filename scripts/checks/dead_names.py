@@ -4,9 +4,9 @@
 
 Usage: dead_names.py [ROOT]      prints a line `file:line: name ...` for every finding; exit code 1 if there is any
 
-Names are tokens: a name is alive as soon as any source outside tests/ contains it other than to declare or define it, whatever
-scope it belongs to there. So what is found is dead, but not everything that is dead is found. Enumerators are left out:
-configuration files choose them by their place in a list.
+Names are tokens: a name is alive as soon as any source outside tests/ contains it other than to declare or define it,
+whatever scope it belongs to there. So what is found is dead, but not everything that is dead is found. Enumerators are
+left out: configuration files choose them by their place in a list.
 """
 import argparse
 import re
@@ -25,7 +25,8 @@ ALLOWED = {
 
 TOKEN = re.compile(
     r"(?P<skipped>//[^\n]*|/\*.*?\*/|\s+)"
-    r'|(?P<literal>R"(?P<raw>[^(]*)\(.*?\)(?P=raw)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|\.?\d(?:[eEpP][+-]|[\w.\'])*)'
+    r'|(?P<literal>R"(?P<raw>[^(]*)\(.*?\)(?P=raw)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\''
+    r"|\.?\d(?:[eEpP][+-]|[\w.'])*)"
     r"|(?P<token>[A-Za-z_]\w*|::|->|\[\[|\]\]|.)",
     re.DOTALL,
 )
@@ -34,10 +35,13 @@ CONSTANT = re.compile(r"k[A-Z0-9]\w*$")
 TYPE_WORDS = {"class", "struct", "enum", "union"}
 TYPE_GOES_ON = {"{", ":", ";", "final"}
 # After one of these a name with a parenthesis is called, not declared.
-EXPRESSION_WORDS = {"return", "else", "case", "throw", "new", "delete", "not", "and", "or", "do", "if", "while", "sizeof"}
+EXPRESSION_WORDS = {
+    "return", "else", "case", "throw", "new", "delete", "not", "and", "or", "do", "if", "while", "sizeof",
+}
 NO_FUNCTIONS = EXPRESSION_WORDS | {
     "for", "switch", "catch", "alignas", "alignof", "decltype", "static_assert", "noexcept", "explicit", "requires",
-    "operator", "assert", "static_cast", "reinterpret_cast", "const_cast", "dynamic_cast", "defined", "typename", "template",
+    "operator", "assert", "static_cast", "reinterpret_cast", "const_cast", "dynamic_cast", "defined", "typename",
+    "template",
 }
 AFTER_A_DEFINITION = {"{", "const", "noexcept", "->", "override", "final", ":"}
 
@@ -83,13 +87,15 @@ class Source:
         return found
 
     def declared_as(self, i):
-        """What the name at i is declared or defined as there: "type", "constant", "macro", "function"; None if it is used."""
+        """What the name at i is declared or defined as: "type", "constant", "macro", "function"; None if it is used."""
         name, before, after = self.tokens[i], self.tokens[i - 1], self.tokens[i + 1]
         if before == "define" and self.tokens[i - 2] == "#":
             return "macro"
         if (before in TYPE_WORDS and after in TYPE_GOES_ON) or (before in ("using", "concept") and after == "="):
             return "type"
-        if (before == "~" and after == "(") or (before == "::" and self.tokens[i - 2] == name) or self.qualifies_a_definition(i):
+        is_constructor = before == "::" and self.tokens[i - 2] == name
+        is_destructor = before == "~" and after == "("
+        if is_constructor or is_destructor or self.qualifies_a_definition(i):
             return "type"
         if CONSTANT.match(name) and self.is_variable(i):
             return "constant"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Compiles every header of the project alone: a header includes all that it needs. Skipped are headers that passed before
-and have not changed since, and those that clang-tidy compiles alone with their source: x.h where x.cpp begins by
+"""Compiles every header of the project alone: a header includes all that it needs. Skipped are headers that passed
+before and have not changed since, and those that clang-tidy compiles alone with their source: x.h where x.cpp begins by
 including it, but for the tests, which tidy.py leaves out unless asked.
 
 Usage: headers.py [--jobs N] BUILD_FOLDER      (BUILD_FOLDER holds compile_commands.json)

@@ -17,8 +17,8 @@ MAX_LINES = 500
 SPDX = "// SPDX-License-Identifier: BSD-2-Clause"
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^">]+)[">]')
 
-# For every area the prefixes of project headers it may include, itself aside: a prefix names a folder and all below it. The
-# longest area that fits a file counts.
+# For every area the prefixes of project headers it may include, itself aside: a prefix names a folder and all below it.
+# The longest area that fits a file counts.
 BASE = ("platform/base/",)
 VALUES = BASE + ("estimator/geometry/", "estimator/values/")
 APP_BASE = ("platform/", "estimator/", "mesh/", "app/support/")
@@ -55,7 +55,8 @@ ALLOWED = {
 
 # Headers of the standard library and the operating system that make code impure: clocks, threads, files, output.
 IMPURE = re.compile(
-    r"^(thread|mutex|shared_mutex|condition_variable|future|stop_token|semaphore|latch|barrier|atomic|chrono|ctime|time\.h"
+    r"^(thread|mutex|shared_mutex|condition_variable|future|stop_token|semaphore|latch|barrier|atomic"
+    r"|chrono|ctime|time\.h"
     r"|iostream|ostream|istream|fstream|sstream|syncstream|cstdio|stdio\.h|filesystem|csignal|signal\.h"
     r"|unistd\.h|fcntl\.h|poll\.h|pthread\.h|sched\.h|dlfcn\.h|(sys|linux|arpa|netinet)/.*)$"
 )

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Compiles every Python program, with or without an ending, with warnings as errors; then pyflakes looks for unused imports
-and undefined names.
+"""Compiles every Python program, with or without an ending, with warnings as errors; then pyflakes looks for unused
+imports and undefined names.
 
-Usage: python_programs.py [ROOT]      prints a line `file:line: problem` for every violation; exit code 1 if there is any
+Usage: python_programs.py [ROOT]      prints a line `file:line: problem` for every problem; exit code 1 if there is any
 """
 import argparse
 import subprocess

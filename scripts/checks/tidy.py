@@ -22,7 +22,8 @@ def check(entry, build_folder, cache):
     stamp = cache.stamp(Path(entry["file"]), context)
     if stamp.exists():
         return None
-    command = ["clang-tidy", "--quiet", "--extra-arg=-Wno-unknown-warning-option", "-p", str(build_folder), entry["file"]]
+    command = ["clang-tidy", "--quiet", "--extra-arg=-Wno-unknown-warning-option", "-p", str(build_folder)]
+    command.append(entry["file"])
     run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     if run.returncode == 0:
         stamp.touch()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# Writes its own text into the files it is told to, as `facet replay DATASET --mode M --out DIR --quiet` would.
+# Writes its own text into the files named, as `facet replay DATASET --mode M --out DIR --quiet` would.
 FAKE = """#!/bin/sh
 [ "$1" = replay ] || exit 2
 mode="$4"
@@ -51,10 +51,11 @@ class SameOutput(unittest.TestCase):
         one, other = self.program("a"), self.program("b", text="y")
         code, lines, _ = self.run_it(one, other, self.root / "log", "--mode", "sp", "--mode", "s")
         self.assertEqual(code, 1)
-        self.assertEqual(lines, ["log  sp   differ: trajectory.tum, mesh.ply", "log  s    differ: trajectory.tum, mesh.ply"])
+        self.assertEqual(lines, [f"log  {mode:<3}  differ: trajectory.tum, mesh.ply" for mode in ("sp", "s")])
 
     def test_a_file_of_one_program_alone_and_the_exit_code_differ(self):
-        one, other = self.program("a", files="trajectory.tum planes.csv"), self.program("b", files="trajectory.tum", code=1)
+        one = self.program("a", files="trajectory.tum planes.csv")
+        other = self.program("b", files="trajectory.tum", code=1)
         code, lines, _ = self.run_it(one, other, self.root / "log", "--mode", "s")
         self.assertEqual((code, lines), (1, ["log  s    differ: exit code (0, 1), planes.csv (only in A)"]))
 
@@ -86,7 +87,8 @@ class SameOutput(unittest.TestCase):
     def test_wrong_usage(self):
         one = self.program("a")
         for arguments in ((one, self.root / "none", self.root / "log"), (one, one, self.root / "none"),
-                          (one, one, self.root / "log", self.root / "log"), (one, one, self.root / "log", "--mode", "x")):
+                          (one, one, self.root / "log", self.root / "log"),
+                          (one, one, self.root / "log", "--mode", "x")):
             code, _, complaint = self.run_it(*arguments)
             self.assertEqual(code, 2)
             self.assertIn("same_output: error: ", complaint.splitlines()[-1])

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The inertial history: checks on entry, exact interpolation, integration between arbitrary stamps, gaps, clipping, full buffer.
+// The inertial history: checks on entry, exact interpolation, integration between any stamps, gaps, clipping, and what
+// happens when it is full.
 #include "estimator/imu/imu_buffer.h"
 
 #include <algorithm>

@@ -44,7 +44,8 @@ class DeadNames(unittest.TestCase):
 
     def test_a_call_in_the_own_source_keeps_alive(self):
         self.assertEqual(self.dead("void f();\nvoid g();\n", "void f() {}\nvoid g() { f(); }\n"), ["function g"])
-        self.assertEqual(self.dead("int f();\nint g();\n", "int f() { return 1; }\nint g() { return f(); }\n", "g();"), [])
+        source = "int f() { return 1; }\nint g() { return f(); }\n"
+        self.assertEqual(self.dead("int f();\nint g();\n", source, "g();"), [])
         self.assertEqual(self.dead("int f();\n", "int f() { return 1; }\n", "const int x = 2 * f();"), [])
 
     def test_a_function_defined_in_its_header(self):
@@ -52,13 +53,14 @@ class DeadNames(unittest.TestCase):
         self.assertEqual(self.dead("template <int N = 3>\nvoid f() {}\n"), ["function f"])
 
     def test_a_definition_by_its_whole_name_is_no_use(self):
-        self.assertEqual(self.dead("struct A {\n    static int f(int x);\n};\n", "int A::f(int x) { return x; }\n", "A a;"),
-                         ["function f"])
-        self.assertEqual(self.dead("struct A {\n    static int f(int x);\n};\n", "int A::f(int x) { return x; }\n",
-                                   "const int x = A::f(1);"), [])
+        header = "struct A {\n    static int f(int x);\n};\n"
+        source = "int A::f(int x) { return x; }\n"
+        self.assertEqual(self.dead(header, source, "A a;"), ["function f"])
+        self.assertEqual(self.dead(header, source, "const int x = A::f(1);"), [])
 
     def test_types(self):
-        header = "class A {\npublic:\n    explicit A(int x);\n    ~A();\n};\nusing B = int;\nenum class C : int { kOne };\n"
+        header = ("class A {\npublic:\n    explicit A(int x);\n    ~A();\n};\n"
+                  "using B = int;\nenum class C : int { kOne };\n")
         source = "A::A(int x) {}\nA::~A() {}\n"
         self.assertEqual(self.dead(header, source), ["type A", "type B", "type C"])
         self.assertEqual(self.dead(header, source, "A a; B b; C c;"), [])
@@ -75,8 +77,8 @@ class DeadNames(unittest.TestCase):
         self.assertEqual(self.dead("enum class A { kOne, kTwo = 4 };\n", "", "A a;"), [])
 
     def test_comments_and_literals_keep_nothing_alive(self):
-        self.assertEqual(self.dead("void f();\n", "// f();\n/* f(); */\n", 'const char* x = "f()"; const char* y = R"(f())";'),
-                         ["function f"])
+        literals = 'const char* x = "f()"; const char* y = R"(f())";'
+        self.assertEqual(self.dead("void f();\n", "// f();\n/* f(); */\n", literals), ["function f"])
 
 
 if __name__ == "__main__":

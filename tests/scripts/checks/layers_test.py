@@ -68,13 +68,16 @@ class Layers(unittest.TestCase):
 
     def test_the_layers_in_order_are_good(self):
         self.expect_good("estimator/imu/a.cpp", '"estimator/imu/preintegration.h"', '"estimator/geometry/se3.h"')
-        self.expect_good("estimator/frontend/a.h", '"estimator/values/capacity.h"', '"platform/base/status.h"', "<vector>")
+        self.expect_good("estimator/frontend/a.h", '"estimator/values/capacity.h"', '"platform/base/status.h"',
+                         "<vector>")
         self.expect_good("estimator/window/a.h", '"estimator/imu/preintegration.h"', '"estimator/values/observation.h"')
         self.expect_good("mesh/a.cpp", '"estimator/values/capacity.h"', '"estimator/geometry/se3.h"')
-        self.expect_good("app/run/a.cpp", '"mesh/mesher.h"', '"drivers/imu_spi/imu_spi.h"', "<thread>", "<yaml-cpp/yaml.h>")
+        self.expect_good("app/run/a.cpp", '"mesh/mesher.h"', '"drivers/imu_spi/imu_spi.h"', "<thread>",
+                         "<yaml-cpp/yaml.h>")
         self.expect_good("app/lab/sim/a.cpp", '"app/pipeline/frame_pipeline.h"', '"app/lab/eval/alignment.h"')
         self.expect_good("drivers/imu_spi/a.cpp", '"platform/port/clock.h"', "<sys/ioctl.h>", "<fmt/core.h>")
-        self.expect_good("tests/a.cpp", '"tests/support/guard.h"', '"app/pipeline/frame_pipeline.h"', "<opencv2/core.hpp>", "<thread>")
+        self.expect_good("tests/a.cpp", '"tests/support/guard.h"', '"app/pipeline/frame_pipeline.h"',
+                         "<opencv2/core.hpp>", "<thread>")
 
     def test_layers_upside_down(self):
         self.expect_bad("platform/base/a.h", '"platform/port/clock.h"', "platform/base must not include")

@@ -25,12 +25,13 @@ class Tree(unittest.TestCase):
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
 
-    def test_endings_tell_the_language(self):
+    def test_the_ending_gives_the_language(self):
         for path in ("mesh/a.h", "mesh/a.cpp", "app/a.h.in", "tests/hil/a.c"):
             self.write(path)
         for path in ("CMakeLists.txt", "mesh/CMakeLists.txt", "toolchains/a.cmake", "tests/a_test.py", "docs/a.md"):
             self.write(path)
-        self.assertEqual(tree.project_files(self.root, {"c++"}), ["app/a.h.in", "mesh/a.cpp", "mesh/a.h", "tests/hil/a.c"])
+        self.assertEqual(tree.project_files(self.root, {"c++"}),
+                         ["app/a.h.in", "mesh/a.cpp", "mesh/a.h", "tests/hil/a.c"])
         self.assertEqual(tree.project_files(self.root, {"cmake"}),
                          ["CMakeLists.txt", "mesh/CMakeLists.txt", "toolchains/a.cmake"])
 
