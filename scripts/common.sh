@@ -1,7 +1,8 @@
 # shellcheck shell=bash
-# Shared by the scripts of this folder; sourced, not run.
+# Shared by the scripts of this folder and of target/; sourced, not run.
 set -euo pipefail
 
+SCRIPT="$(realpath -- "$0")" # before the working folder changes
 ROOT="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 cd "$ROOT"
 
@@ -17,7 +18,7 @@ help_if_asked() {
     for argument in "$@"; do
         case "$argument" in
             -h | --help)
-                sed -n '2,/^[^#]/{/^#/s/^# \{0,1\}//p}' "$ROOT/scripts/$(basename "$0")"
+                sed -n '2,/^[^#]/{/^#/s/^# \{0,1\}//p}' "$SCRIPT"
                 exit 0
                 ;;
         esac

@@ -1,7 +1,7 @@
 # Single OpenCV 4 modules as imported targets OpenCVModules::<component>.
 #
-# Debian ships OpenCV's CMake package only in libopencv-dev, which pulls in several hundred packages; the single modules'
-# -dev packages have headers and libraries but no CMake package. This finds those.
+# Debian ships OpenCV's CMake package only in libopencv-dev, which pulls in several hundred packages; the -dev
+# packages of single modules have headers and libraries but no CMake package. This finds those.
 find_path(OpenCVModules_INCLUDE_DIR opencv2/core/version.hpp PATH_SUFFIXES opencv4)
 
 if(OpenCVModules_INCLUDE_DIR)

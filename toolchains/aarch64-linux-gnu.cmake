@@ -1,5 +1,5 @@
-# Cross-compilation for 64-bit ARM (Raspberry Pi 3 to 5, i.MX 8, Jetson and alike) with Debian's compiler and the sysroot of
-# scripts/sysroot. The preset `aarch64` uses it.
+# Cross-compilation for 64-bit ARM (Raspberry Pi 3 to 5, i.MX 8, Jetson and alike) with Debian's compiler and the
+# sysroot of scripts/target/sysroot. The preset `aarch64` uses it.
 #   FACET_SYSROOT    the sysroot; default: the environment's FACET_SYSROOT, then ~/.cache/facet/sysroot-arm64
 #   FACET_ARM_TUNE   cortex-a53 (default), cortex-a72 or cortex-a76: the core for which instructions are put in order
 # The instruction set is ARMv8.0 with NEON, whatever the tuning: every binary runs on every 64-bit ARM core.
@@ -20,10 +20,11 @@ if(NOT FACET_SYSROOT)
   if(DEFINED ENV{FACET_SYSROOT})
     set(_sysroot "$ENV{FACET_SYSROOT}")
   endif()
-  set(FACET_SYSROOT "${_sysroot}" CACHE PATH "Debian packages of the target; made by scripts/sysroot")
+  set(FACET_SYSROOT "${_sysroot}" CACHE PATH "Debian packages of the target; made by scripts/target/sysroot")
 endif()
 if(NOT EXISTS "${FACET_SYSROOT}/.facet-sysroot")
-  message(FATAL_ERROR "no sysroot in ${FACET_SYSROOT}: run scripts/sysroot, or set FACET_SYSROOT to where it made one")
+  message(FATAL_ERROR
+    "no sysroot in ${FACET_SYSROOT}: run scripts/target/sysroot, or set FACET_SYSROOT to where it made one")
 endif()
 set(CMAKE_SYSROOT "${FACET_SYSROOT}")
 

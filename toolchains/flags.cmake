@@ -17,8 +17,8 @@ if(CCACHE_PROGRAM)
 endif()
 
 # Instruction set. Never -march=native: a binary must run, and give the same numbers, on another machine than the one
-# that built it. It is set for the whole build, not by target, because Eigen's alignment depends on it. These flags go to
-# CMAKE_CXX_FLAGS so that `facet info` shows them.
+# that built it. It is set for the whole build, not by target, because Eigen's alignment depends on it. These flags go
+# to CMAKE_CXX_FLAGS so that `facet info` shows them.
 #   x86-64-v3  AVX2 + FMA (Intel Haswell 2013, AMD Excavator 2015 and later)
 #   generic    the compiler's default: any x86-64
 # Other processors use their toolchain's default.
@@ -36,19 +36,21 @@ endif()
 # the build type. Eigen's own kernels and estimator/frontend/simd.h use FMA explicitly and are not affected.
 string(APPEND CMAKE_CXX_FLAGS " -ffp-contract=off")
 
-# As packages are built. The same commit gives the same bytes wherever it is built: names of source files, which FACET_ASSERT
-# prints, start at the project's root. While developing they do not: an editor finds a file by its whole path. The second
-# form is the relative path that ccache gives the compiler if it has a base_dir. The compiler also notes the stack frame of
-# every function beside its object, for scripts/stack_report; that changes no code.
+# As packages are built. The same commit gives the same bytes wherever it is built: names of source files, which
+# FACET_ASSERT prints, start at the project's root. While developing they do not: an editor finds a file by its whole
+# path. The second form is the relative path that ccache gives the compiler if it has a base_dir. The compiler also
+# notes the stack frame of every function beside its object, for scripts/stack_report; that changes no code.
 option(FACET_FOR_PACKAGE "Build as packages are built" ${CMAKE_CROSSCOMPILING})
 if(FACET_FOR_PACKAGE)
   file(RELATIVE_PATH _root_from_build "${CMAKE_BINARY_DIR}" "${CMAKE_SOURCE_DIR}")
-  add_compile_options("-fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=" "-fmacro-prefix-map=${_root_from_build}/=" -fstack-usage)
+  add_compile_options(
+    "-fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=" "-fmacro-prefix-map=${_root_from_build}/=" -fstack-usage)
 endif()
 
 add_library(facet_flags INTERFACE)
 target_compile_options(facet_flags INTERFACE -Wall -Wextra -Werror)
-# False alarms of GCC 12: Eigen's AVX loads of the first lanes of a Vector3d, and std::string concatenation (bug 105329).
+# False alarms of GCC 12: Eigen's AVX loads of the first lanes of a Vector3d, and concatenation of std::string
+# (bug 105329).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(facet_flags INTERFACE -Wno-array-bounds -Wno-restrict)
 endif()

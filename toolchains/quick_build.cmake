@@ -6,15 +6,15 @@ else()
   set(_default ON)
 endif()
 
-# Up to eight sources of a target compiled as one: templates of Eigen, fmt and json that they share are instantiated once,
-# which takes almost half off. So names of a target's anonymous namespaces must differ. Sources with flags of their own stay
-# alone. Tests and packages see the same program to the last bit of its results: nothing depends on what is inlined.
+# Up to eight sources of a target compiled as one: templates of Eigen, fmt and json that they share are instantiated
+# once, which takes almost half off. So names of a target's anonymous namespaces must differ. Sources with flags of
+# their own stay alone. The results are the same to the last bit with and without: none depends on what is inlined.
 option(FACET_UNITY_BUILD "Compile the sources of a target together" ${_default})
 set(CMAKE_UNITY_BUILD ${FACET_UNITY_BUILD})
 
 # Precompiled headers: what most sources include of Eigen and the standard library is parsed once, which takes a quarter
-# off. Only headers that most sources use: with CLI11 and nlohmann's json among them, sources that use neither took twice
-# as long.
+# off. Only headers that most sources use: with CLI11 and nlohmann's json among them, sources that use neither took
+# twice as long.
 option(FACET_PRECOMPILED_HEADERS "Precompile the headers most sources include" ${_default})
 
 set(_facet_common_headers

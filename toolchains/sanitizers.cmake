@@ -2,8 +2,8 @@
 set(FACET_SANITIZE "" CACHE STRING "Sanitizers of the whole build, e.g. address,undefined or thread")
 if(FACET_SANITIZE)
   # vptr: this check of the undefined-behaviour sanitizer needs type information, which the pure libraries do without.
-  # maybe-uninitialized, stringop: with instrumented code GCC reports objects that are initialised (std::function) and copies
-  # beyond a string's own buffer that never happen (GCC 12).
+  # maybe-uninitialized, stringop: with instrumented code GCC reports objects that are initialised (std::function) and
+  # copies beyond a string's own buffer that never happen (GCC 12).
   string(APPEND CMAKE_CXX_FLAGS " -fsanitize=${FACET_SANITIZE} -fno-sanitize=vptr -fno-sanitize-recover=all"
     " -fno-omit-frame-pointer -Wno-maybe-uninitialized -Wno-stringop-overflow -Wno-stringop-overread")
   # -O1: instrumented code at -O2 takes several times as long to compile, for little speed.

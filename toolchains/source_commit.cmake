@@ -1,6 +1,6 @@
-# Run at build time (cmake -DSOURCE=... -DOUTPUT=... -P): writes a source file that holds the commit of the tree SOURCE, and
-# touches it only if that has changed. "+changes": tracked files differ from the commit. "unknown": not a git checkout.
-# FACET_COMMIT in the environment takes precedence, for builds from an archive.
+# Run at build time (cmake -DSOURCE=... -DOUTPUT=... -P): writes a source file that holds the commit of the tree SOURCE,
+# and touches it only if that has changed. "+changes": tracked files differ from the commit. "unknown": not a git
+# checkout. FACET_COMMIT in the environment takes precedence, for builds from an archive.
 set(_commit "$ENV{FACET_COMMIT}")
 if(NOT _commit)
   set(_commit "unknown")

@@ -31,7 +31,8 @@ private:
     TextFile file_;
 };
 
-/// health.csv: stamp_ns and every field of Health, the reasons as a number and as names joined by '|'. Throws InputError.
+/// health.csv: stamp_ns and every field of Health, the reasons both as a number and as names joined by '|'.
+/// Throws InputError.
 class HealthWriter {
 public:
     explicit HealthWriter(const std::string& folder);

@@ -28,8 +28,8 @@ public:
     void flush() { file_.flush(); }
     void close() { file_.close(); }
 
-    /// Writes folder/planes.json: an array of {id, normal, distance, inliers, kind, centroid, extent, area, first_stamp_ns,
-    /// last_stamp_ns}.
+    /// Writes folder/planes.json: an array of {id, normal, distance, inliers, kind, centroid, extent, area,
+    /// first_stamp_ns, last_stamp_ns}.
     void write_planes(const std::string& folder) const;
 
 private:

@@ -16,8 +16,8 @@ struct NamedResiduals {
 };
 std::array<NamedResiduals, 4> named_residuals(const VisionResiduals& residuals);
 
-/// folder/residuals.csv: a row for each bin with its middle (px) and the observations in it, a column each for left_u, left_v,
-/// right_u, right_v. Throws InputError if it cannot be written.
+/// folder/residuals.csv: a row for each bin with its middle (px) and the observations in it, a column each for left_u,
+/// left_v, right_u, right_v. Throws InputError if it cannot be written.
 void write_residuals(const VisionResiduals& residuals, const std::string& folder);
 
 }  // namespace facet

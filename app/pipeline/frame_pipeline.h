@@ -33,8 +33,8 @@ struct FrameResult {
     FixedVector<TrackedPlane, kMaxPlanes> told;  ///< planes, as the finder has them
 };
 
-/// Takes samples in order of time to the estimator, and keyframes to the mesher and the plane finder, whose planes go back.
-/// Thread-bound. Heap in the constructor and in configure() only.
+/// Takes samples in order of time to the estimator, and keyframes to the mesher and the plane finder, whose planes go
+/// back. Thread-bound. Heap in the constructor and in configure() only.
 class FramePipeline {
 public:
     FramePipeline();

@@ -24,9 +24,9 @@ struct RecorderLimits {
     std::size_t mesh_faces = std::numeric_limits<std::size_t>::max();    ///< see RunMesh
 };
 
-/// Writes trajectory.tum, trajectory.csv, covariance.csv, timing.csv, health.csv, mesh.csv and planes.csv row by row, and
-/// mesh.ply, mesh_live.ply, planes.json, residuals.csv and summary.json at the end. Thread-bound; heap. Throws InputError if a file cannot be
-/// written.
+/// Writes trajectory.tum, trajectory.csv, covariance.csv, timing.csv, health.csv, mesh.csv and planes.csv row by row,
+/// and mesh.ply, mesh_live.ply, planes.json, residuals.csv and summary.json at the end. Thread-bound; heap. Throws
+/// InputError if a file cannot be written.
 class FrameRecorder {
 public:
     /// @param folder  that exists; empty: keep the account only

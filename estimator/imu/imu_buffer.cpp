@@ -282,10 +282,4 @@ Status ImuBuffer::rotation_between(Timestamp t0, Timestamp t1, const Eigen::Vect
     return Status::kOk;
 }
 
-void ImuBuffer::drop_before(Timestamp t) {
-    const int dropped = std::max(0, first_after(t) - 1);
-    begin_ = (begin_ + dropped) % kMaxImuSamples;
-    size_ -= dropped;
-}
-
 }  // namespace facet

@@ -59,9 +59,6 @@ struct ImuSpan {
     /// Largest rms of shaking above the band of motion on any axis, right within a factor of two.
     double gyro_vibration_rad_per_s = 0.0;
     double accel_vibration_m_per_s2 = 0.0;
-
-    bool is_gyro_clipped() const { return (clipped & kGyroAxes) != 0; }
-    bool is_accel_clipped() const { return (clipped & kAccelAxes) != 0; }
 };
 
 /// Ring of the newest kMaxImuSamples samples in strictly increasing order of time; full: the oldest is dropped and
@@ -70,7 +67,6 @@ struct ImuSpan {
 ///   buffer.push(sample);                                        // every sample
 ///   ImuSpan span;
 ///   buffer.integrate_between(t0, t1, noise, preintegration, &span);
-///   buffer.drop_before(t1);
 ///
 /// Clipping. An axis at 90 % of its range or more tells only "at least this much". Its run of such readings is bridged
 /// by the line between the good readings before and after it; while the run lasts, by the last good one; the other
@@ -151,9 +147,6 @@ public:
     /// @return as for_each_step
     Status rotation_between(Timestamp t0, Timestamp t1, const Eigen::Vector3d& gyro_bias,
                             Eigen::Quaterniond& q_Bt0_Bt1) const;
-
-    /// Drops samples that are not needed from t on: the last one at or before t stays, so that t can be interpolated.
-    void drop_before(Timestamp t);
 
 private:
     static constexpr int kAxes = 6;

@@ -20,7 +20,6 @@ class FixedVector {
 public:
     using value_type = T;
     using iterator = T*;
-    using const_iterator = const T*;
 
     static constexpr std::size_t capacity() { return N; }
     std::size_t size() const { return items_.size(); }
@@ -76,14 +75,6 @@ public:
     void erase_at(std::size_t i) {
         FACET_ASSERT(i < size());
         items_.erase(items_.begin() + static_cast<std::ptrdiff_t>(i));
-    }
-    /// Removes element i by moving the last one into its place; O(1). Contract: i < size().
-    void swap_erase_at(std::size_t i) {
-        FACET_ASSERT(i < size());
-        if (i + 1 != size()) {
-            items_[i] = std::move(items_.back());
-        }
-        items_.pop_back();
     }
     void clear() { items_.clear(); }
 

@@ -19,7 +19,6 @@ struct TypedId {
     constexpr auto operator<=>(const TypedId&) const = default;
 };
 
-using FrameId = TypedId<struct FrameTag>;        ///< one stereo frame
 using LandmarkId = TypedId<struct LandmarkTag>;  ///< one tracked point, from its first to its last observation
 using PlaneId = TypedId<struct PlaneTag>;        ///< one plane of the mesh
 

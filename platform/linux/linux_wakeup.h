@@ -8,7 +8,7 @@
 
 namespace facet {
 
-/// A semaphore of Linux. notify() takes no lock, so that no thread waits for one of lower priority. Thread-safe. No heap.
+/// A Linux semaphore. notify() takes no lock, so that no thread waits for one of lower priority. Thread-safe. No heap.
 class LinuxWakeup {
 public:
     LinuxWakeup();

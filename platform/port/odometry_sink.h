@@ -32,8 +32,8 @@ class OdometrySink {
 public:
     virtual ~OdometrySink() = default;
 
-    /// @return kInvalidArgument if a number is not finite or a variance not positive: nothing sent; kFull if the channel
-    ///         is full: dropped; kIo if the channel fails.
+    /// @return kInvalidArgument if a number is not finite or a variance not positive: nothing sent; kFull if the
+    ///         channel is full: dropped; kIo if the channel fails.
     virtual Status send(const Odometry& odometry) = 0;
 };
 

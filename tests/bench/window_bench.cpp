@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Times of the smoother's parts. Budget on one core: a keyframe with ten planes and 300 landmarks on them takes at most one
-// and a half times what it takes without planes.
+// Times of the smoother's parts. Budget on one core: a keyframe with ten planes and 300 landmarks on them takes at most
+// one and a half times what it takes without planes.
 #include <benchmark/benchmark.h>
 
 #include <memory>
@@ -106,7 +106,8 @@ private:
     std::size_t next_ = 0;
 };
 
-/// One keyframe: made room for, added, optimized. Arguments: keyframes in the window, planes a side of the room; 0 is mode S.
+/// One keyframe: make room for it, add it, optimize. Arguments: keyframes in the window, planes per side of the room
+/// (0: mode s).
 void window_keyframe(benchmark::State& state) {
     RoomFlight flight(static_cast<int>(state.range(0)));
     const int pieces = static_cast<int>(state.range(1));

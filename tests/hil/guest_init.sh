@@ -1,6 +1,6 @@
 #!/bin/sh
-# The guest's first process: mounts, makes the devices of hil_run.py and runs its job. HIL_SHARE and HIL_INJECT come from the
-# kernel's command line. The host's files are there, read-only; only HIL_SHARE can be written.
+# The guest's first process: mounts, makes the devices of hil_run.py and runs its job. HIL_SHARE and HIL_INJECT come
+# from the kernel's command line. The host's files are there, read-only; only HIL_SHARE can be written.
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin
 mount -t proc proc /proc
 mount -t sysfs sysfs /sys

@@ -27,7 +27,8 @@ sinks:
   log: {{folder: out}}
 {realtime}"""
 SENSOR_CONFIG = {
-    "icm42688": "spi: {chip: icm42688, device: /dev/spidev0.0, rate_hz: 200, data_ready: {chip: /run/gpiochip, line: imu-ready}}",
+    "icm42688": "spi: {chip: icm42688, device: /dev/spidev0.0, rate_hz: 200, "
+                "data_ready: {chip: /run/gpiochip, line: imu-ready}}",
     "adis16475": "spi: {chip: adis16475-2, device: /dev/spidev0.0, decimation: 9,"
     " data_ready: {chip: /run/gpiochip, line: imu-ready}}",
     "dronecan": "can: {interface: vcan0, decoder: dronecan, use_integrals: true}",
@@ -109,12 +110,13 @@ def memory_mb(job):
 
 
 def fly(programs, job):
-    """Boots, flies, powers off. Returns what the injector reports; raises GuestError if the guest did not come to its end."""
+    """Boots, flies, powers off. Returns the injector's report; raises GuestError if the guest did not finish."""
     shutil.rmtree(job.folder, ignore_errors=True)
     job.folder.mkdir(parents=True)
     write_job(programs, job)
     command = [
-        str(programs.kernel), f"mem={memory_mb(job)}M", "root=none", "rootfstype=hostfs", "ro", f"init={FOLDER / 'guest_init.sh'}",
+        str(programs.kernel), f"mem={memory_mb(job)}M", "root=none", "rootfstype=hostfs", "ro",
+        f"init={FOLDER / 'guest_init.sh'}",
         "con=null", "con0=fd:0,fd:1", "ssl=null", "quiet", f"HIL_SHARE={job.folder}", f"HIL_INJECT={programs.inject}",
         "v4l2loopback.devices=2", "v4l2loopback.video_nr=40,41", "v4l2loopback.exclusive_caps=1,1",
         "v4l2loopback.max_buffers=4", f"spi_imu.chip={job.sensor}",
@@ -126,14 +128,16 @@ def fly(programs, job):
         environment["TMPDIR"] = "/dev/shm"  # the guest's memory is a file there
     with open(job.folder / "console.log", "wb") as console:
         guest = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT, env=environment, start_new_session=True
+            command, stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT, env=environment,
+            start_new_session=True
         )
         try:
             guest.wait(timeout=job.timeout_s)
         except subprocess.TimeoutExpired as error:
             os.killpg(guest.pid, 9)
             guest.wait()
-            raise GuestError(f"{job.folder}: the guest did not end in {job.timeout_s:.0f} s; see console.log") from error
+            problem = f"{job.folder}: the guest did not end in {job.timeout_s:.0f} s; see console.log"
+            raise GuestError(problem) from error
     return read_report(job)
 
 

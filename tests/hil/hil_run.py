@@ -58,7 +58,8 @@ class Hil:
     def call(self, *command):
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
         if done.returncode != 0:
-            raise hil_guest.GuestError(f"{Path(str(command[0])).name} {command[1]}: {done.stderr.strip() or done.stdout.strip()}")
+            said = done.stderr.strip() or done.stdout.strip()
+            raise hil_guest.GuestError(f"{Path(str(command[0])).name} {command[1]}: {said}")
 
     def replay(self, sensor=None):
         """Poses of a replay; of the samples as a sensor rounds them if one is named."""
@@ -73,8 +74,10 @@ class Hil:
                         self.programs.inject, "encode", "--log", self.log, *self.part, "--imu", sensor, "--out", csv
                     ),
                 )
-            part = ["--start", self.args.start] + (["--duration", self.args.duration] if self.args.duration > 0.0 else [])
-            self.call(self.programs.facet, "replay", log, *part, "--mode", self.args.mode, "--out", self.out / name, "--quiet")
+            options = ["--start", self.args.start, "--mode", self.args.mode, "--out", self.out / name, "--quiet"]
+            if self.args.duration > 0.0:
+                options += ["--duration", self.args.duration]
+            self.call(self.programs.facet, "replay", log, *options)
             poses = hil_compare.read_poses(self.out / name)
             self.replays[sensor] = (poses, self.ate(poses, name))
         return self.replays[sensor]
@@ -125,7 +128,8 @@ class Hil:
         if row["time"] == "virtual":
             return row["frames"] == row["of"] and row["encoded"]["max_mm"] <= MAX_DIFFERENCE_MM
         worse_mm = abs(row["ate_mm"] - row["ate_replay_mm"])
-        return row["frames"] >= LEAST_FRAMES * row["of"] and worse_mm <= max(MAX_ATE_SHARE * row["ate_replay_mm"], LEAST_ATE_MM)
+        most_mm = max(MAX_ATE_SHARE * row["ate_replay_mm"], LEAST_ATE_MM)
+        return row["frames"] >= LEAST_FRAMES * row["of"] and worse_mm <= most_mm
 
 
 def print_row(row):
@@ -142,8 +146,10 @@ def print_row(row):
 
 
 def agreement_table(hil, sensors, times):
-    print("                                  against replay            as encoded          ATE            latency    late")
-    print("  sensor      time       frames     rms mm   max mm     deg     max mm      us    replay     hil     med    p99    max ms")
+    print("                                  against replay            as encoded          ATE            latency "
+          "   late")
+    print("  sensor      time       frames     rms mm   max mm     deg     max mm      us    replay     hil     med "
+          "   p99    max ms")
     rows = []
     for sensor in sensors:
         for virtual_time in times:
@@ -156,7 +162,8 @@ def count_findings(summary):
     live = summary["live"]
     found = {name: count for name, count in live["synchroniser"].items() if count > 0}
     for source, counters in live["sources"].items():
-        found.update({f"{source} {name}": count for name, count in counters.items() if name != "delivered" and count > 0})
+        found.update({f"{source} {name}": count for name, count in counters.items()
+                      if name != "delivered" and count > 0})
     return found
 
 
@@ -178,7 +185,8 @@ def fault_table(hil, faults):
         begin_ns = flight["report"]["first_frame_ns"] + round(FAULT_BEGIN_S * hil_compare.NANO)
         end_ns = begin_ns + round(length_s * hil_compare.NANO)
         own = hil_compare.read_health(flight["folder"], flight["report"]["shift_ns"])
-        row = {"sensor": sensor, "fault": kind, "length_s": length_s, **hil_compare.recovery(own, health, begin_ns, end_ns)}
+        recovery = hil_compare.recovery(own, health, begin_ns, end_ns)
+        row = {"sensor": sensor, "fault": kind, "length_s": length_s, **recovery}
         row["ate_mm"], row["ate_plain_mm"] = hil.ate(flight["poses"], name), ate
         found = count_findings(flight["summary"])
         row["found"] = {key: count for key, count in found.items() if count != usual.get(key)}
@@ -197,11 +205,20 @@ def fault_table(hil, faults):
 
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    for name, what in (("kernel", "the guest's"), ("facet", "the program under test"), ("inject", "hil_inject"), ("log", "EuRoC/ASL folder"), ("out", "folder for results")):
+    paths = {
+        "kernel": "the guest's",
+        "facet": "the program under test",
+        "inject": "hil_inject",
+        "log": "EuRoC/ASL folder",
+        "out": "folder for results",
+    }
+    for name, what in paths.items():
         parser.add_argument(f"--{name}", required=True, help=what)
-    parser.add_argument("--sensors", default="icm42688,dronecan", help=f"comma-separated, of {', '.join(hil_guest.SENSORS)}")
+    parser.add_argument("--sensors", default="icm42688,dronecan",
+                        help=f"comma-separated, of {', '.join(hil_guest.SENSORS)}")
     parser.add_argument("--time", choices=("virtual", "real", "both", "none"), default="virtual")
-    parser.add_argument("--faults", nargs="?", const="all", help="also the fault table; or only these kinds, comma-separated")
+    parser.add_argument("--faults", nargs="?", const="all",
+                        help="also the fault table; or only these kinds, comma-separated")
     parser.add_argument("--mode", default="spr")
     parser.add_argument("--start", type=float, default=0.0)
     parser.add_argument("--duration", type=float, default=0.0)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""The short hardware-in-the-loop test: a simulated flight through the kernel's drivers in virtual time, by SPI and by CAN,
-and one fault of each of camera, line and sensor. Skipped (77) where the guest kernel has not been built.
+"""The short hardware-in-the-loop test: a simulated flight through the kernel's drivers in virtual time, by SPI and by
+CAN, and one fault of each of camera, line and sensor. Skipped (77) where the guest kernel has not been built.
 
 Usage: hil_test.py FACET HIL_INJECT WORK_FOLDER
 """
@@ -20,7 +20,8 @@ def skip(why):
 
 
 def main(facet, inject, work):
-    found = subprocess.run([ROOT / "scripts/hil_kernel", "--cached"], capture_output=True, text=True, check=False)
+    find_kernel = [ROOT / "scripts/target/hil_kernel", "--cached"]
+    found = subprocess.run(find_kernel, capture_output=True, text=True, check=False)
     if found.returncode != 0:
         return skip(found.stderr.strip())
     if subprocess.run(["sh", "-c", "command -v ip"], capture_output=True, check=False).returncode != 0:
@@ -32,7 +33,8 @@ def main(facet, inject, work):
         subprocess.run([facet, "sim", *FLIGHT, "--out", fresh], check=True, stdout=subprocess.DEVNULL)
         fresh.rename(log)
     command = [
-        sys.executable, ROOT / "tests/hil/hil_run.py", "--kernel", found.stdout.strip(), "--facet", facet, "--inject", inject,
+        sys.executable, ROOT / "tests/hil/hil_run.py", "--kernel", found.stdout.strip(), "--facet", facet,
+        "--inject", inject,
         "--log", log, "--out", Path(work) / "out", "--sensors", "icm42688,dronecan", "--time", "virtual",
         "--faults", "unplugged,edges_lost,imu_silent", "--timeout", "240",
     ]  # fmt: skip

@@ -10,8 +10,8 @@
 
 #include "platform/port/camera_source.h"
 #include "platform/port/imu_source.h"
-#include "platform/port/stereo_source.h"
 #include "platform/port/trigger_source.h"
+#include "tests/support/stereo_source.h"
 
 namespace facet::test {
 

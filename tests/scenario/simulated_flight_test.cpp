@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The main job from end to end: a simulated flight is written as a log, replayed and evaluated; then with a damaged log.
+// The main job from end to end: a simulated flight is written as a log, replayed and evaluated; then the same with a
+// damaged log.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -105,7 +106,7 @@ TEST_CASE("a simulated flight is estimated to centimetres, the same each time, a
     INFO("ATE RMSE " << clean.se3.translation_m.rmse << " m over " << clean.path_m << " m");
     CHECK(clean.path_m > 1.0);
     CHECK(clean.se3.translation_m.rmse < 0.02);
-    // While standing, tilt cannot be told from the accelerometer's bias (0.1 m/s^2 is 0.6 deg): the median is in flight.
+    // At rest, tilt is indistinguishable from the accelerometer's bias (0.1 m/s^2 is 0.6 deg): the median is in flight.
     CHECK(clean.yaw4.rotation_deg.median < 0.7);
 
     replay(log, dir.file("second"));
@@ -149,7 +150,7 @@ TEST_CASE("a simulated flight is estimated to centimetres, the same each time, a
     fs::remove(image(log, "cam0", 70));
     fs::remove(image(log, "cam1", 80));
     drop_lines(log + "/mav0/imu0/data.csv", [](int line) { return line >= 700 && line < 712; });
-    // WHEN it is replayed THEN two frames are skipped, all else is estimated, and each damage is told
+    // WHEN it is replayed THEN two frames are skipped, all else is estimated, and each damage is reported
     const RunSummary damaged = replay(log, dir.file("damaged"));
     CHECK(damaged.estimates == 99);
     CHECK(damaged.warnings.size() >= 3);

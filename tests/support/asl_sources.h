@@ -7,7 +7,7 @@
 
 #include "drivers/replay_asl/asl_dataset.h"
 #include "platform/port/imu_source.h"
-#include "platform/port/stereo_source.h"
+#include "tests/support/stereo_source.h"
 
 namespace facet {
 
@@ -25,9 +25,9 @@ struct AslSourceOptions {
     AslPace pace;
 };
 
-/// What both sources share: a log of its own that is read forward, and the waiting. The position outlives stop(). Bad rows
-/// and images are kCorrupt, once for each; warnings go to the sink of the constructor. Never fails once started, but ends.
-/// Thread-bound. Heap.
+/// What both sources share: a log of its own that is read forward, and the waiting. The position outlives stop(). Bad
+/// rows and images are kCorrupt, once for each; warnings go to the sink of the constructor. Never fails once started,
+/// but ends. Thread-bound. Heap.
 class AslPlayback {
 public:
     /// Borrowed: clock, which must outlive this.
@@ -53,7 +53,7 @@ private:
     bool opened_ = false;
     bool started_ = false;
     bool ended_ = false;
-    std::uint64_t bad_ = 0;         ///< samples found bad while looking for the next one, not told yet
+    std::uint64_t bad_ = 0;         ///< samples found bad while looking for the next one, not reported yet
     std::optional<Timestamp> due_;  ///< of the sample that waits below
     ImuSample sample_;
     StereoFrame frame_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Sources that play a list from memory, and a clock that only moves when told: for tests and for replay without a disk.
+// Sources that play a list from memory, and a clock that only moves on request, for tests.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 #include "platform/port/clock.h"
 #include "platform/port/imu_source.h"
-#include "platform/port/stereo_source.h"
 #include "platform/port/trigger_source.h"
+#include "tests/support/stereo_source.h"
 
 namespace facet {
 
@@ -31,8 +31,8 @@ private:
     Duration offset_;
 };
 
-/// Plays outcomes in order: samples, and failures at the places where they were put. Base is ImuSource, TriggerSource or
-/// StereoSource, Sample what it delivers. A sample whose stamp does not increase is discarded, as every source must.
+/// Plays outcomes in order: samples, and failures at the places where they were put. Base is ImuSource, TriggerSource
+/// or StereoSource, Sample what it delivers. A sample whose stamp does not increase is discarded, as every source must.
 /// An empty list means kNotReady until finish() was called. Heap in the functions that fill the list.
 template <class Base, class Sample>
 class ScriptedSource final : public Base {

@@ -9,7 +9,7 @@
 
 #include "platform/base/assert.h"
 #include "platform/port/camera_source.h"
-#include "platform/port/stereo_source.h"
+#include "tests/support/stereo_source.h"
 
 namespace facet {
 

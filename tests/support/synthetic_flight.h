@@ -20,7 +20,8 @@ StereoRig make_rig();
 /// White noise of an EuRoC-like IMU; bias walks as by default.
 ImuNoise euroc_like_noise();
 
-/// What a start at rest leaves open, 1 sigma in the order of the state's tangent: tilt, a little yaw and place, velocity, biases.
+/// What a start at rest leaves uncertain, 1 sigma in the order of the state's tangent: tilt, a little yaw and position,
+/// velocity, biases.
 Eigen::Matrix<double, kStateDim, 1> start_sigmas();
 
 /// Smooth periodic flight inside a box of landmarks. All derivatives are analytic.
@@ -52,7 +53,8 @@ public:
     /// Preintegration of samples from t0 to t1 at the given bias.
     Preintegration preintegrate(double t0, double t1, const ImuBias& bias, const ImuNoise& noise);
 
-    /// The room's planes with all their landmarks, as the mesh would propose them: floor, ceiling, four walls; normals inwards.
+    /// The room's planes with all their landmarks, as the mesh would propose them: floor, ceiling and four walls, their
+    /// normals pointing inwards.
     PlaneProposals planes() const;
 
     const std::vector<Eigen::Vector3d>& landmarks() const { return landmarks_; }

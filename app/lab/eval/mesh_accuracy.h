@@ -99,8 +99,9 @@ inline constexpr double kFlatTiltDeg = 3.0;
 /// Whether a plane of this normal is a floor or a wall.
 bool is_level_or_upright(const Eigen::Vector3d& n, double max_tilt_deg = kFlatTiltDeg);
 
-/// Evenly spread points of a surface: every triangle gets its area's share, the places within it are pseudo-random with a
-/// fixed seed. @param triangle_of  of each sample; nullptr to skip
+/// Points spread evenly over a surface: every triangle gets a share in proportion to its area; the places within it are
+/// pseudo-random with a fixed seed.
+/// @param triangle_of  the triangle of each sample; nullptr to skip
 std::vector<Eigen::Vector3d> sample_surface(const TriangleSoup& soup, double per_m2,
                                             std::vector<int>* triangle_of = nullptr);
 

@@ -32,15 +32,17 @@ struct ReplayOptions {
 };
 
 /// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,
-/// then the frame; at keyframes also the mesher and the plane finder. Writes trajectory.tum, trajectory.csv, timing.csv,
-/// health.csv, mesh.csv, planes.csv, mesh.ply, mesh_live.ply, planes.json, residuals.csv, summary.json and warnings.txt into `out`. Equal inputs give equal bytes except timing. Reading and decoding are not part of the times.
+/// then the frame; at keyframes also the mesher and the plane finder. Writes trajectory.tum, trajectory.csv,
+/// timing.csv, health.csv, mesh.csv, planes.csv, mesh.ply, mesh_live.ply, planes.json, residuals.csv, summary.json and
+/// warnings.txt into `out`. Equal inputs give equal bytes, except for times, which do not include reading and decoding.
 /// @param stop  set from elsewhere (a signal) to end after the current frame; the files are complete up to there
-/// Timing and health are filed under the frame's stamp, the trajectory under the estimate's, in which the estimator may have
-/// taken out an offset. An injected offset is in the former: an estimator that does not find it pays for it in the comparison
-/// with ground truth. Injected jumps of the clock are taken out of all files.
-/// Between two passes stamps go on and kSeam is missing: the estimator is lost and starts anew, as after any long gap. With
-/// several passes timing.csv has all frames, but the summary and mesh.ply keep only the newest, so that memory does not grow.
-/// Throws InputError if dataset or rig cannot be used or a file cannot be written.
+/// Timing and health carry the frame's stamp, the trajectory that of the estimate, from which the estimator may have
+/// removed an offset. An injected offset is in the former: an estimator that does not find it pays for it in the
+/// comparison with ground truth. Injected jumps of the clock are removed from all files.
+/// Between two passes the stamps go on, but samples are missing for kSeam: the estimator is lost and starts anew, as
+/// after any long gap. With several passes timing.csv has all frames, but the summary and mesh.ply keep only the
+/// newest, so that memory does not grow.
+/// Throws InputError if the dataset or the rig cannot be used, or a file cannot be written.
 RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop);
 
 }  // namespace facet

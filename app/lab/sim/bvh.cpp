@@ -26,8 +26,8 @@ V4 inverse_of(const V4& d) {
     return {inverse(d.x), inverse(d.y), inverse(d.z)};
 }
 
-/// Intervals of the origins and inverse directions of a bundle of rays, for ruling out boxes that all of them miss. An axis
-/// on which the directions differ in sign rules out nothing.
+/// Intervals of the origins and inverse directions of a bundle of rays, for ruling out boxes that all of them miss. An
+/// axis on which the directions differ in sign rules out nothing.
 struct BundleBounds {
     F4 origin_low[3] = {splat(1e30F), splat(1e30F), splat(1e30F)};
     F4 origin_high[3] = {splat(-1e30F), splat(-1e30F), splat(-1e30F)};
@@ -106,8 +106,8 @@ int Bvh::Bins::of(const Item& item, int axis) const {
     return std::clamp(static_cast<int>(place * kBins), 0, kBins - 1);
 }
 
-/// Binned surface-area heuristic: the split with least sum of area times count. Wald, "On fast construction of SAH-based
-/// bounding volume hierarchies", 2007.
+/// Binned surface-area heuristic: the split with least sum of area times count. Wald, "On fast construction of
+/// SAH-based bounding volume hierarchies", 2007.
 Bvh::Split Bvh::find_split(std::span<const Item> items, const Bins& bins, float node_area) {
     const auto count = static_cast<int>(items.size());
     const bool must = count > kMaxLeaf;

@@ -10,7 +10,7 @@
 
 namespace facet::sim {
 
-/// Binary tree of boxes, split by the surface-area heuristic. build() uses the heap; queries do not. Queries are reentrant.
+/// Binary tree of boxes, split by the surface-area heuristic. build() uses the heap; queries do not and are reentrant.
 class Bvh {
 public:
     void build(std::span<const SurfaceShape> surfaces);
@@ -20,9 +20,9 @@ public:
 
     static constexpr int kMaxBundle = 64;  ///< packets
 
-    /// The same for neighbouring rays, at most kMaxBundle packets at once: boxes that the whole bundle misses are ruled out
-    /// by interval arithmetic, and boxes are entered with the first packet that hits. Wald, Boulos, Shirley, "Ray tracing
-    /// deformable scenes using dynamic bounding volume hierarchies", TOG 2007.
+    /// The same for neighbouring rays, at most kMaxBundle packets at once: boxes that the whole bundle misses are ruled
+    /// out by interval arithmetic, and boxes are entered with the first packet that hits. Wald, Boulos, Shirley, "Ray
+    /// tracing deformable scenes using dynamic bounding volume hierarchies", TOG 2007.
     void intersect_bundle(std::span<RayPacket> packets) const;
 
     /// Distance from a point to the nearest surface, at most `limit` (m).

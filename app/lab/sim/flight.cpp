@@ -24,8 +24,8 @@ constexpr double kHoverWander_m = 0.012;  // of each of three tones an axis: 1.5
 constexpr double kHoverYaw_rad = 0.01;    // likewise
 constexpr double kHoverNod = 0.15;        // of a tour's slow nods
 
-/// One random flight, leg by leg: straight legs between random free points at random speeds, camera turned to where there
-/// is something to see; the spline rounds the corners.
+/// One random flight, leg by leg: straight legs between random free points at random speeds, camera turned to where
+/// there is something to see; the spline rounds the corners.
 class Pilot {
 public:
     Pilot(const Scene& scene, const FlightPlan& plan, std::uint64_t seed)
@@ -187,7 +187,7 @@ private:
         return false;
     }
 
-    /// Chooses the yaw among random ones from which most of the view is at 1.5 to 5 m, as seen from here and from the target.
+    /// Chooses, among random yaws, the one for which most of the view is 1.5 to 5 m away, both here and at the target.
     void look_around(const Vector3d& target) {
         double best = -1.0;
         double choice = yaw_target_;

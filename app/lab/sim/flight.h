@@ -23,8 +23,9 @@ struct FlightState {
     Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< angular rate in B (rad/s)
 };
 
-/// Position and roll-pitch-yaw as one quintic spline: R_W_B = Rz(yaw) Ry(pitch) Rx(roll) R_F_B, F = forward-left-up, and
-/// R_F_B turns the sensor (x up, y right, z forward, as EuRoC's IMU is mounted) into F. Reentrant. No heap in evaluate.
+/// Position and roll-pitch-yaw as one quintic spline: R_W_B = Rz(yaw) Ry(pitch) Rx(roll) R_F_B, F = forward-left-up.
+/// R_F_B turns the sensor (x up, y right, z forward, as EuRoC's IMU is mounted) into F. Reentrant. evaluate() uses no
+/// heap.
 class Flight {
 public:
     /// Control points [x y z roll pitch yaw].

@@ -36,8 +36,9 @@ Scene make_box(const SceneDetail& detail) {
     return b.build(detail);
 }
 
-/// How well a crossing works: the least spare room in metres, of the box before the scene's surfaces while it is in view, of
-/// the vehicle before the box, and of the box before it is too far away half-way. Not above kKeepAway_m.
+/// How well a crossing works: the least of three clearances in metres, but at most kKeepAway_m: between the box and the
+/// scene's surfaces while it is in view, between the vehicle and the box, and by how much the box is nearer than too
+/// far half-way.
 double spare_room(const Scene& scene, const Flight& flight, const Se3& T_B_C, const Crossing& c) {
     const double middle_s = 0.5 * (c.begin_s + c.end_s);
     const Se3 T_W_B = flight.evaluate(middle_s).T_W_B;

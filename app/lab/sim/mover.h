@@ -32,8 +32,8 @@ struct MoverPose {
     float yaw_rate = 0.0F;  ///< w (rad/s)
 };
 
-/// The box as a scene of its own in its frame M, lit evenly, casting no shadow into the other one. Immutable; queries are
-/// reentrant, without heap.
+/// The box as a scene of its own in its frame M, lit evenly and casting no shadow on the rest. Immutable; queries are
+/// reentrant and use no heap.
 class Mover {
 public:
     static constexpr double kSide_m = 0.75;
@@ -54,9 +54,10 @@ private:
     std::vector<Crossing> crossings_;
 };
 
-/// Crossings of 3 s, one in every 6 s from `from_s` on, each when there is most room before the camera: the box glides from
-/// beside the view at its beginning, 1.7 m ahead, to the other side at its end, and fills about a fifth of the view on the
-/// way. Where the scene leaves no room there is none, but at least one if one fits into the time. Deterministic.
+/// Crossings of 3 s, one in every 6 s from `from_s` on, each when there is most room before the camera: the box glides
+/// from beside the view at its beginning, 1.7 m ahead, to the other side at its end, and fills about a fifth of the
+/// view on the way. Where the scene leaves no room there is none, but at least one fits if the time allows.
+/// Deterministic.
 /// @param T_B_C  of the left camera; z forward
 std::vector<Crossing> plan_crossings(const Scene& scene, const Flight& flight, const Se3& T_B_C, double from_s,
                                      double end_s, std::uint64_t seed);

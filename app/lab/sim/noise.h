@@ -16,7 +16,8 @@ float gradient_noise(float x, float y, int px, int py, std::uint32_t seed);
 /// Sum of octaves of gradient_noise: cells double and amplitude halves (times `gain` / 0.5) with each; about [-1, 1].
 float fractal_noise(float x, float y, int px, int py, int octaves, std::uint32_t seed, float gain = 0.5F);
 
-/// Worley cells, period 1: distances to the nearest and second nearest seed, in cells, and the nearest one's uniform tone.
+/// Worley cells of period 1: distances to the nearest and second nearest seed (in cells), and the uniform tone of the
+/// nearest.
 struct Cell {
     float nearest = 0.0F;
     float second = 0.0F;

@@ -57,9 +57,9 @@ struct Box {
 /// Box around a surface, padded by 0.1 mm so that flat boxes survive rounding.
 Box surface_box(const SurfaceShape& s);
 
-/// A surface as the ray caster stores it, one cache line. Planar: g = normal 0..2, offset 3 (n . p = offset), and the affine
-/// maps u = g[4..6] . p + g[7], v = g[8..10] . p + g[11]. Sphere: centre 0..2, radius 3. Cylinder: base 0..2, radius 3,
-/// axis 4..6, length 7, angle-0 vector 8..10.
+/// A surface as the ray caster stores it, one cache line. Planar: g = normal 0..2, offset 3 (n . p = offset), and the
+/// affine maps u = g[4..6] . p + g[7], v = g[8..10] . p + g[11]. Sphere: centre 0..2, radius 3. Cylinder: base 0..2,
+/// radius 3, axis 4..6, length 7, angle-0 vector 8..10.
 struct alignas(64) Primitive {
     Shape shape = Shape::kRectangle;
     std::uint32_t surface = 0;  ///< index of the surface it was made from
@@ -68,8 +68,8 @@ struct alignas(64) Primitive {
 
 Primitive make_primitive(const SurfaceShape& s, std::uint32_t surface);
 
-/// Four rays, unit directions, and the nearest hit found so far: t starts at the farthest distance of interest (m), at most
-/// kFar; primitive -1 means none.
+/// Four rays, unit directions, and the nearest hit found so far: t starts at the farthest distance of interest (m), at
+/// most kFar; primitive -1 means none.
 struct RayPacket {
     static constexpr float kFar = 1e4F;
     V4 origin;
@@ -78,8 +78,8 @@ struct RayPacket {
     I4 primitive;
 };
 
-/// Lowers the packet's t and sets its primitive to `index` where the ray hits `primitive` nearer than before and farther
-/// than 0.1 mm. Reentrant. No heap.
+/// Lowers the packet's t and sets its primitive to `index` where the ray hits `primitive` nearer than before and
+/// farther than 0.1 mm. Reentrant. No heap.
 void intersect(const Primitive& primitive, int index, RayPacket& packet);
 
 /// Parameters (u, v) of a point on a primitive and |cos| of the angle between ray and normal.

@@ -45,8 +45,8 @@ std::vector<Eigen::Vector2d> sample_offsets(int count) {
     return offsets;
 }
 
-/// Times of a pixel's samples (exposures from its middle): the middles of equal slots, dealt out so that neighbours in time
-/// are not neighbours in place.
+/// Times of a pixel's samples (exposures from its middle): the middles of equal slots, dealt out so that neighbours in
+/// time are not neighbours in place.
 std::vector<float> sample_times(int count) {
     std::vector<std::pair<double, int>> order;
     for (int i = 0; i < count; ++i) {

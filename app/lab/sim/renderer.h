@@ -33,8 +33,8 @@ struct World {
 class Renderer {
 public:
     /// Caches rays: `samples` per pixel, spread with a tent of +-1 px around its centre (a lens's point spread), each
-    /// through the inverse of the distorted model, at its own time. Place and time of the samples are the same for every
-    /// pixel, so that edges stay clean while moving. Heap: 12 bytes a sample.
+    /// through the inverse of the distorted model, at its own time. Place and time of the samples are the same for
+    /// every pixel, so that edges stay clean while moving. Heap: 12 bytes a sample.
     Renderer(const CameraModel& camera, const Se3& T_B_C, int samples, const Photometry& photometry);
 
     int width() const { return width_; }
@@ -79,8 +79,8 @@ private:
     std::vector<float> vignette_;
 };
 
-/// Grey values per radiance for each frame, as an auto-exposure would choose them: aims at a mean grey of 95 and follows
-/// slowly. From coarse pictures of every frame, also returning which surfaces were seen where.
+/// Grey values per radiance for each frame, as an auto-exposure would choose them: aims at a mean grey of 95 and
+/// follows slowly. From coarse pictures of every frame, also returning which surfaces were seen where.
 struct CoarseHit {
     int surface = 0;
     float u = 0.0F;

@@ -99,7 +99,8 @@ public:
 private:
     friend class SceneBuilder;
 
-    /// What shading needs of a surface, in tree order. Texture coordinates and, for triangles, light are affine in (u, v).
+    /// What shading needs of a surface, in tree order. Texture coordinates, and the light of triangles, are affine in
+    /// (u, v).
     struct Look {
         float s[3], t[3];        ///< s = s[0] + u s[1] + v s[2]
         float light[3];          ///< triangles

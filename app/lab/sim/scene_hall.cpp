@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Scene "hall": a machine hall of 20 x 12 x 7 m with uneven ground, rough walls, pipes, tanks, heaps and trusses; hardly a
-// plane in it.
+// Scene "hall": a machine hall of 20 x 12 x 7 m with uneven ground, rough walls, pipes, tanks, heaps and trusses;
+// hardly a plane in it.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

@@ -173,8 +173,8 @@ std::vector<ImuRecord> make_imu(const SimOptions& o, const Flight& flight, doubl
     return imu;
 }
 
-/// The extrinsics that calibration files claim: both cameras turned as one, about an axis drawn from the seed through the
-/// left camera's centre.
+/// The extrinsics that calibration files claim: both cameras turned as one, about an axis drawn from the seed through
+/// the left camera's centre.
 std::array<Eigen::Matrix4d, 2> claimed_extrinsics(const SimOptions& o) {
     std::array<Eigen::Matrix4d, 2> T_B_C{euroc_T_B_C(0), euroc_T_B_C(1)};
     if (o.extrinsic_error_deg == 0.0) {

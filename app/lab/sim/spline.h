@@ -10,9 +10,9 @@
 
 namespace facet::sim {
 
-/// Curve c(t) = sum_k N_k(u) * control[i + k], k = 0..5, in segment i = floor(t / step), u = t / step - i. It stays in the
-/// convex hull of each segment's six control points. Times outside are clamped to the ends. de Boor, "A Practical Guide to
-/// Splines", 1978. Evaluation: reentrant, no heap.
+/// Curve c(t) = sum_k N_k(u) * control[i + k], k = 0..5, in segment i = floor(t / step), u = t / step - i. It stays in
+/// the convex hull of each segment's six control points. Times outside are clamped to the ends. de Boor, "A Practical
+/// Guide to Splines", 1978. Evaluation: reentrant, no heap.
 template <int kDim>
 class QuinticSpline {
 public:

@@ -7,7 +7,8 @@
 
 namespace facet::sim {
 
-/// Square texture of 2^n texels, 8 bits, filtered trilinearly; period 1 in both directions. Sampling is reentrant, no heap.
+/// Square texture of 2^n texels, 8 bits, filtered trilinearly; period 1 in both directions. Sampling is reentrant and
+/// uses no heap.
 class Texture {
 public:
     Texture() = default;

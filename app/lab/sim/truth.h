@@ -11,7 +11,8 @@
 
 namespace facet::sim {
 
-/// Triangles of a surface; curved shapes are divided so that the sagitta stays below `sagitta_m`, vertices on the surface.
+/// Triangles of a surface, their vertices on it; curved shapes are divided so finely that the sagitta stays below
+/// `sagitta_m`.
 struct TriangleMesh {
     std::vector<Eigen::Vector3f> vertices;
     std::vector<Eigen::Vector3i> triangles;

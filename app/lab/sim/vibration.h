@@ -17,8 +17,9 @@ struct Vibration {
     double high_hz = 120.0;
 };
 
-/// Adds the vibration to the samples, rising over half a second from `from_s` on; the true states stay: such a motion is
-/// 2 um and 0.05 mrad wide, which no image shows. Above half the sampling rate it aliases, as with an IMU without filter.
+/// Adds the vibration to the samples, rising over half a second from `from_s` on. The true states stay as they are:
+/// such a motion is 2 um and 0.05 mrad wide, which no image shows. Above half the sampling rate it aliases, as in an
+/// IMU without a filter.
 void add_vibration(const Vibration& vibration, double from_s, std::uint64_t seed, std::span<ImuRecord> records);
 
 }  // namespace facet::sim

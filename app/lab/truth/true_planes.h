@@ -12,9 +12,9 @@
 
 namespace facet {
 
-/// A landmark is on the plane that its first sighting's ray meets; where the plane is in the world of the estimate follows from
-/// the newest keyframe's true and estimated pose. What the estimator makes of that is the most that planes can give on a
-/// log. Thread-bound. Heap.
+/// A landmark is on the plane that its first sighting's ray meets; where the plane is in the world of the estimate
+/// follows from the newest keyframe's true and estimated pose. What the estimator makes of that is the most that planes
+/// can contribute on a log. Thread-bound. Heap.
 class TruePlanes {
 public:
     /// Ids of true planes begin here, out of the way of those that are found.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The whole of `facet run` with threads, on a simulated flight in the place of sensors, against a replay of the same log.
+// The whole of `facet run` with its threads, fed with a simulated flight instead of sensors, against a replay of the
+// same log.
 #include "app/run/live_run.h"
 
 #include <algorithm>
@@ -269,7 +270,7 @@ TEST_CASE("two cameras and a trigger line are put together, and estimate the sam
     CHECK((summary.last.state.p_W_B - flight().run().last.state.p_W_B).norm() < 0.05);
 }
 
-TEST_CASE("sensors that fail and come back are told, counted and survived") {
+TEST_CASE("sensors that fail and come back are reported, counted and survived") {
     const test::TempDir dir;
     Rig rig;
     // 0.2 s without inertial samples, and 0.3 s without images, in flight.

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Compares our reading of a CAN database with that of cantools, signal by signal. Skipped (77) where cantools is missing.
+"""Compares our reading of a CAN database with that of cantools, signal by signal. Skipped (77) without cantools.
 
 Usage: dbc_against_cantools_test.py DBC_VALUES_PROGRAM DBC_FILE
 """

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::uint32_t kId = (16U << 24) | (1003U << 8) | 42U;
 
-/// One transfer, number 5, made with Python's struct ('e' for binary16) and binascii.crc_hqx over signature and payload:
-/// rate (0.5, -0.25, 0.125), force (0, -1.5, 9.8125), no integrals.
+/// One transfer, number 5, made with Python's struct ('e' for binary16) and binascii.crc_hqx over signature and
+/// payload: rate (0.5, -0.25, 0.125), force (0, -1.5, 9.8125), no integrals.
 std::vector<CanFrame> golden(int transfer = 5, std::uint32_t id = kId) {
     std::vector<CanFrame> frames{
         test::make_frame(id, true, {0x78, 0x78, 0x15, 0xCD, 0x5B, 0x07, 0x00, 0x80}, 1000),

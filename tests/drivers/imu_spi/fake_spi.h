@@ -61,8 +61,8 @@ protected:
     virtual void frame(const std::vector<std::uint8_t>& out, std::vector<std::uint8_t>& in) = 0;
 };
 
-/// Edges that a test offers; each makes the chips sample at the moment it is taken. `one_by_one` answers "none" after each
-/// edge, so that a driver that wants the newest edge only gets every one.
+/// Edges that a test offers; each makes the chips sample at the moment it is taken. `one_by_one` answers "none" after
+/// each edge, so that even a driver that wants only the newest edge gets every one.
 class LazyEdges final : public TriggerSource {
 public:
     explicit LazyEdges(ManualClock& clock) : clock_(clock) {}

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kImuStep_s = 0.005;
 
-/// A still vehicle in front of a wall with a random texture, 3.1 m away: the right picture is the left one moved by 16 px.
+/// A still vehicle 3.1 m in front of a wall with a random texture: the right picture is the left one moved by 16 px.
 class StillVehicle {
 public:
     StillVehicle() : picture_(752U * 480U), right_(752U * 480U), dark_(752U * 480U, 0) {

@@ -60,8 +60,8 @@ TEST_CASE("a scan finds the place that the patch has come to, turned and scaled"
         CAPTURE(angle, scale, along.transpose());
         CHECK(std::max_element(scores.begin(), scores.begin() + 30) - scores.begin() == 13);
         CHECK(scores[13] > 0.98F);
-        // Beside the best place too, the scores are about those of the patch interpolated there: its disc is scaled by A,
-        // the strip's is not.
+        // Beside the best place too, the scores are about those of the patch interpolated there: its disc is scaled by
+        // A, the strip's is not.
         for (int i = 0; i < 30; ++i) {
             const float t = static_cast<float>(i - 13) / 30.0F;
             const Eigen::Vector2f place = truth.cast<float>() + static_cast<float>(i - 13) * along +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Images with exactly known motion: a smooth random texture that can be evaluated anywhere, and a plane that carries it.
+// Images with exactly known motion: a smooth random texture that can be evaluated anywhere, and a plane to carry it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -60,8 +60,8 @@ private:
     double amplitude_ = 0.0;
 };
 
-/// Image of the texture under x_texture = A^-1 (u - c - shift) + c, c the image centre: a template point at u is seen at
-/// A (u - c) + c + shift.
+/// Image of the texture under x_texture = A^-1 (u - c - shift) + c, c the image centre: a template point at u is seen
+/// at A (u - c) + c + shift.
 inline Image warp(const Texture& texture, int width, int height, const Eigen::Vector2d& shift,
                   const Eigen::Matrix2d& A = Eigen::Matrix2d::Identity(), double gain = 1.0, double offset = 0.0) {
     Image image(width, height);

@@ -123,8 +123,8 @@ private:
     std::normal_distribution<double> normal_;
 };
 
-/// Estimate to truth at the last keyframe, in the estimate's W: the truth is turned about the vertical until the rotation
-/// error has no part about it, and its origin is the body.
+/// Estimate to truth at the last keyframe, in the estimate's W: the truth is turned about the vertical until the
+/// rotation error has no part about it, and its origin is the body.
 Vector15 error_of(const DynamicInit& result, const Flight& flight, const Setup& setup) {
     NavState truth = flight.state(setup.motions * setup.interval_s);
     truth.p_W_B.setZero();

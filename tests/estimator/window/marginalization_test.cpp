@@ -48,7 +48,8 @@ TEST_CASE("the prior has the Schur complement's information and minimum", "[marg
     const Eigen::MatrixXd information = (keep * h.inverse() * keep.transpose()).inverse();
     CHECK((Eigen::MatrixXd(prior->h()) - information).cwiseAbs().maxCoeff() < 1e-8 * information.cwiseAbs().maxCoeff());
 
-    // The full problem's optimum, counted from the current states, is the prior's, counted from the linearization points.
+    // The optimum of the full problem, relative to the current states, is that of the prior, relative to the
+    // linearization points.
     const Eigen::VectorXd optimum = keep * h.ldlt().solve(-g);
     const Eigen::VectorXd d = displacement + optimum;
     Eigen::VectorXd gradient(rest);

@@ -11,7 +11,8 @@
 
 namespace facet::hil {
 
-/// Starts a program with NOTIFY_SOCKET. Throws std::system_error; a program that still runs is killed at the end of its owner.
+/// Starts a program with NOTIFY_SOCKET. Throws std::system_error; a program that still runs when its owner ends is
+/// killed.
 class Child {
 public:
     explicit Child(const std::vector<std::string>& command);

@@ -25,16 +25,16 @@ struct InjectorOptions {
     std::string trigger_pull;     ///< files of gpio-sim in sysfs
     std::string data_ready_pull;  ///< SPI
     std::string can_interface = "vcan0";
-    /// The trigger edge comes half an exposure before a frame's stamp, the frame a readout after the end of its exposure, as
-    /// its own stamp says.
+    /// The trigger edge comes half an exposure before a frame's stamp, the frame a readout after the end of its
+    /// exposure, as its own stamp says.
     Duration exposure = Duration::from_seconds(0.004);
     Duration readout = Duration::from_seconds(0.008);
     Duration imu_period = Duration::from_seconds(0.005);
-    /// Frames before the log's, with the image of its first one: the synchroniser believes in no assignment before it has
-    /// seen a few.
+    /// Frames before the log's, with the image of its first one: the synchroniser believes in no assignment before it
+    /// has seen a few.
     int lead_frames = 4;
-    /// A sensor sends all the time. The first sample of the log is repeated for this long before the log begins: wall-clock
-    /// stamps can be mapped only after some pairs of clocks have been read.
+    /// A sensor sends all the time. The first sample of the log is repeated for this long before the log begins:
+    /// wall-clock stamps can be mapped only after some pairs of clocks have been read.
     Duration lead;
     FaultPlan faults;
 };
@@ -47,7 +47,8 @@ struct InjectorReport {
     Duration latest;  ///< most that anything came late
 };
 
-/// Devices are opened by the constructor, so that a camera streams before the program under test looks for it. Thread-bound.
+/// Devices are opened by the constructor, so that a camera streams before the program under test looks for it.
+/// Thread-bound.
 class Injector {
 public:
     Injector(const InjectorOptions& options, const Recording& recording, Clock& clock);

@@ -33,8 +33,8 @@ struct RecordingPart {
     bool images = true;
 };
 
-/// Reads the part of an ASL folder that a replay with the same arguments would read, and decodes it at once, so that no time
-/// is spent on it later: 0.7 MB a stereo pair. Throws std::runtime_error if there is nothing to be read.
+/// Reads the part of an ASL folder that a replay with the same arguments would read, and decodes it at once, so that no
+/// time is spent on it later: 0.7 MB a stereo pair. Throws std::runtime_error if there is nothing to be read.
 Recording load_recording(const std::string& folder, const RecordingPart& part);
 
 }  // namespace facet::hil

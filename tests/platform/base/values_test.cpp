@@ -30,7 +30,7 @@ TEST_CASE("seconds round to the nearest nanosecond, both ways", "[timestamp]") {
 }
 
 TEST_CASE("ids of two kinds do not mix, and start invalid", "[typed_id]") {
-    STATIC_REQUIRE_FALSE(std::is_convertible_v<FrameId, LandmarkId>);
+    STATIC_REQUIRE_FALSE(std::is_convertible_v<PlaneId, LandmarkId>);
     STATIC_REQUIRE_FALSE(std::is_convertible_v<int, LandmarkId>);
     CHECK_FALSE(LandmarkId{}.valid());
     CHECK(LandmarkId{0}.valid());

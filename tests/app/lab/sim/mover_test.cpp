@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The moving box: planned where there is room, seen where it is, drawn before what is behind it and not before what is in
-// front.
+// The moving box: planned where there is room, seen where it is, drawn in front of what is behind it and behind what is
+// in front of it.
 #include "app/lab/sim/mover.h"
 
 #include <Eigen/Geometry>

@@ -101,8 +101,8 @@ TEST_CASE("Ray intersections agree with sphere tracing") {
             packet.primitive = I4{-1, -1, -1, -1};
             intersect(primitive, 7, packet);
             const double expected = trace(s, origin, d, 30.0);
-            // Rays that graze an edge or a silhouette may go either way in single precision: they are told apart by moving
-            // the ray a little.
+            // Rays that graze an edge or a silhouette may go either way in single precision: such rays are found
+            // by moving them a little.
             const Vector3d beside = 2e-4 * d.unitOrthogonal();
             const bool clear_cut = std::abs(trace(s, origin + beside, d, 30.0) - expected) < 0.02 &&
                                    std::abs(trace(s, origin - beside, d, 30.0) - expected) < 0.02;

@@ -239,7 +239,7 @@ TEST_CASE("Hovering, vibration and the mover show in their files") {
     CHECK(files["truth/mover.json"].find("\"crossings\"") != std::string::npos);
     CHECK(files["truth/meta.json"].find("\"flight\": \"hover\"") != std::string::npos);
     CHECK(files["truth/meta.json"].find("\"vibration\": true") != std::string::npos);
-    // Second differences of the vertical force: noise alone has 0.07 m/s^2, vibration at a hundred hertz ten times that.
+    // Second differences of the vertical force: 0.07 m/s^2 from noise alone, ten times that from vibration at 100 Hz.
     const auto imu = rows(files["mav0/imu0/data.csv"]);
     double sum = 0.0;
     for (std::size_t i = imu.size() - 200; i < imu.size(); ++i) {

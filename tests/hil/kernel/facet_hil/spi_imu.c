@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0
 /*
- * An SPI controller without wires and one inertial sensor on it, for the hardware-in-the-loop tests. The sensor is bound to
- * the kernel's spidev, so that user space finds a real /dev/spidev0.0; what it measures is written to /dev/facet-imu.
+ * An SPI controller without wires and one inertial sensor on it, for the hardware-in-the-loop tests. The sensor is
+ * bound to the kernel's spidev, so that user space finds a real /dev/spidev0.0; its measurements are written to
+ * /dev/facet-imu.
  *
  * chip=icm42688: TDK ICM-42688-P, byte registers of bank 0, FIFO, self-test response.
  * chip=adis16475: Analog Devices ADIS16475-2, 16-bit registers answered one frame later, burst read.

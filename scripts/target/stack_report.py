@@ -6,8 +6,8 @@ Usage: stack_report.py [--objdump PROGRAM] [--frame-limit BYTES] [--depth-limit 
   FACET_PROGRAM   not stripped, x86-64 or AArch64
   --su FOLDER     build folder with the *.su files of GCC's -fstack-usage: the largest frames by source line
 
-Frames and calls are read from the program's own instructions. Followed are direct calls and jumps to functions inside the
-program; not followed are calls through pointers (in the hot path only the stage observer's) and shared libraries.
+Frames and calls are read from the program's own instructions. Followed are direct calls and jumps to functions inside
+the program; not followed are calls through pointers (in the hot path only the stage observer's) and shared libraries.
 The default limits leave room for three temporaries of Eigen in a thread of 1 MB.
 Exit codes: 0 within the limits; 1 a limit is exceeded or something calls itself; 2 bad input.
 """
@@ -140,7 +140,7 @@ def reachable(functions, roots):
 
 
 def order_and_cycles(functions, addresses):
-    """Addresses, callees before callers, and groups that call each other in a circle (Tarjan's components, no recursion)."""
+    """Addresses, callees before callers, and groups that call each other in a circle (Tarjan, without recursion)."""
     index, low, on_stack, stack = {}, {}, set(), []
     order, cycles = [], []
     for start in sorted(addresses):
@@ -207,7 +207,8 @@ def read_su(folder):
 
 def report(functions, frame_limit, depth_limit):
     """Prints; returns what is wrong."""
-    roots = [a for a, f in functions.items() if any(re.match(root, f.name) for root in ROOTS) and "[clone" not in f.name]
+    roots = [address for address, function in functions.items()
+             if any(re.match(root, function.name) for root in ROOTS) and "[clone" not in function.name]
     names = {short(functions[address].name) for address in roots}
     for root in ROOTS:
         if not any(re.match(root, functions[address].name) for address in roots):
@@ -278,7 +279,8 @@ def main():
     except (BadInput, OSError) as error:
         print(f"stack_report: {error}", file=sys.stderr)
         return 2
-    print(f"\nlimits: frame {arguments.frame_limit}, chain {arguments.depth_limit} bytes: {'EXCEEDED' if wrong else 'kept'}")
+    verdict = "EXCEEDED" if wrong else "kept"
+    print(f"\nlimits: frame {arguments.frame_limit}, chain {arguments.depth_limit} bytes: {verdict}")
     for line in wrong:
         print(f"  {line}")
     return 1 if wrong else 0

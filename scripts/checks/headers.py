@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Compiles every header of the project alone: a header includes all that it needs. Skipped are headers that passed before
-and have not changed since, and those that clang-tidy compiles alone with their source: x.h where x.cpp begins by
-including it, but for the tests, which check_tidy.py leaves out unless asked.
+"""Compiles every header of the project alone: a header includes all that it needs. Skipped are headers that passed
+before and have not changed since, and those that clang-tidy compiles alone with their source: x.h where x.cpp begins by
+including it, but for the tests, which tidy.py leaves out unless asked.
 
-Usage: check_headers.py [--jobs N] BUILD_FOLDER      (BUILD_FOLDER holds compile_commands.json)
+Usage: headers.py [--jobs N] BUILD_FOLDER      (BUILD_FOLDER holds compile_commands.json)
 """
 import argparse
 import json
@@ -15,7 +15,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from check_cache import ROOT, Cache
+from cache import ROOT, Cache
 
 FIRST_INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)', re.MULTILINE)
 FOLDERS = ("platform", "drivers", "estimator", "mesh", "app", "tests")

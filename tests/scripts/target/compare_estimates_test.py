@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Tests of scripts/compare_estimates.py on trajectories whose difference is known."""
+"""Tests of scripts/target/compare_estimates.py on trajectories whose difference is known."""
 import math
 import subprocess
 import sys
@@ -8,8 +8,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
+ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "scripts/target"))
 sys.dont_write_bytecode = True
 import compare_estimates  # noqa: E402
 
@@ -39,7 +39,7 @@ class CompareEstimates(unittest.TestCase):
         return f"{name}={folder}"
 
     def run_script(self, *arguments):
-        command = [sys.executable, str(ROOT / "scripts/compare_estimates.py"), *arguments]
+        command = [sys.executable, str(ROOT / "scripts/target/compare_estimates.py"), *arguments]
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
     def test_known_differences(self):

@@ -1,21 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Tests of scripts/check_layers.py on small trees made for the purpose."""
+"""Tests of scripts/checks/layers.py on small trees made for the purpose."""
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
+ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "scripts/checks"))
 sys.dont_write_bytecode = True
-import check_layers  # noqa: E402
+import layers  # noqa: E402
 
-HEADER = check_layers.SPDX + "\n// Purpose.\n#pragma once\n"
-SOURCE = check_layers.SPDX + "\n"
+HEADER = layers.SPDX + "\n// Purpose.\n#pragma once\n"
+SOURCE = layers.SPDX + "\n"
 
 
-class CheckLayers(unittest.TestCase):
+class Layers(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.root = Path(self.folder.name)
@@ -48,7 +48,7 @@ class CheckLayers(unittest.TestCase):
         file.write_text(text if text is not None else start + "".join(f"#include {i}\n" for i in includes))
 
     def violations(self):
-        return check_layers.check_tree(self.root)[0]
+        return layers.check_tree(self.root)[0]
 
     def expect_good(self, path, *includes):
         self.write(path, *includes)
@@ -68,13 +68,16 @@ class CheckLayers(unittest.TestCase):
 
     def test_the_layers_in_order_are_good(self):
         self.expect_good("estimator/imu/a.cpp", '"estimator/imu/preintegration.h"', '"estimator/geometry/se3.h"')
-        self.expect_good("estimator/frontend/a.h", '"estimator/values/capacity.h"', '"platform/base/status.h"', "<vector>")
+        self.expect_good("estimator/frontend/a.h", '"estimator/values/capacity.h"', '"platform/base/status.h"',
+                         "<vector>")
         self.expect_good("estimator/window/a.h", '"estimator/imu/preintegration.h"', '"estimator/values/observation.h"')
         self.expect_good("mesh/a.cpp", '"estimator/values/capacity.h"', '"estimator/geometry/se3.h"')
-        self.expect_good("app/run/a.cpp", '"mesh/mesher.h"', '"drivers/imu_spi/imu_spi.h"', "<thread>", "<yaml-cpp/yaml.h>")
+        self.expect_good("app/run/a.cpp", '"mesh/mesher.h"', '"drivers/imu_spi/imu_spi.h"', "<thread>",
+                         "<yaml-cpp/yaml.h>")
         self.expect_good("app/lab/sim/a.cpp", '"app/pipeline/frame_pipeline.h"', '"app/lab/eval/alignment.h"')
         self.expect_good("drivers/imu_spi/a.cpp", '"platform/port/clock.h"', "<sys/ioctl.h>", "<fmt/core.h>")
-        self.expect_good("tests/a.cpp", '"tests/support/guard.h"', '"app/pipeline/frame_pipeline.h"', "<opencv2/core.hpp>", "<thread>")
+        self.expect_good("tests/a.cpp", '"tests/support/guard.h"', '"app/pipeline/frame_pipeline.h"',
+                         "<opencv2/core.hpp>", "<thread>")
 
     def test_layers_upside_down(self):
         self.expect_bad("platform/base/a.h", '"platform/port/clock.h"', "platform/base must not include")
@@ -158,10 +161,19 @@ class CheckLayers(unittest.TestCase):
     def test_rules_on_single_files(self):
         self.write("app/commands/a.h", text="#pragma once\n")
         self.assertEqual(len(self.violations()), 2)  # SPDX, purpose
-        self.write("app/commands/a.h", text=check_layers.SPDX + "\n// Purpose.\n")
+        self.write("app/commands/a.h", text=layers.SPDX + "\n// Purpose.\n")
         self.assertIn("#pragma once", self.violations()[0])
-        self.write("app/commands/a.h", text=HEADER + "\n" * check_layers.MAX_LINES)
-        self.assertIn("split the file", self.violations()[0])
+
+    def test_files_that_fly_have_400_lines_and_others_500(self):
+        for path, limit in (("app/commands/a.cpp", 400), ("platform/port/a.cpp", 400), ("app/lab/sim/a.cpp", 500),
+                            ("tests/mesh/a.cpp", 500)):
+            with self.subTest(path):
+                self.write(path, text=SOURCE + "\n" * (limit - 1))
+                self.assertEqual(self.violations(), [])
+                self.write(path, text=SOURCE + "\n" * limit)
+                self.assertEqual(len(self.violations()), 1)
+                self.assertIn(f"split the file ({limit} at most)", self.violations()[0])
+                (self.root / path).unlink()
 
     def test_a_new_folder_needs_a_rule(self):
         self.write("estimator/novelty/a.cpp")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Tests of scripts/benchmark_lib.py and of how the benchmark scripts refuse wrong usage."""
+"""Tests of scripts/bench/benchmark_lib.py and of how the benchmark scripts refuse wrong usage."""
 import math
 import pathlib
 import random
@@ -9,10 +9,10 @@ import sys
 import tempfile
 import unittest
 
-SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "scripts"
+SCRIPTS = pathlib.Path(__file__).resolve().parents[3] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 sys.dont_write_bytecode = True
-import benchmark_lib as lib  # noqa: E402
+from bench import benchmark_lib as lib  # noqa: E402
 
 
 def chi_square_cdf(x, dof):

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def base_parser(description, out):
@@ -117,8 +117,10 @@ def markdown_table(columns, rows):
 
 
 def chi_square_point(dof, sigmas):
-    """Point of the chi-square distribution as far out as `sigmas` of the normal one [Wilson, Hilferty 1931]; within 0.3 %
-    for dof >= 30."""
+    """Point of the chi-square distribution as far out as `sigmas` of the normal one [Wilson, Hilferty 1931].
+
+    Within 0.3 % for dof >= 30.
+    """
     part = 2.0 / (9.0 * dof)
     return dof * (1.0 - part + sigmas * math.sqrt(part)) ** 3
 

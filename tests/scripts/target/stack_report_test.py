@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Tests of scripts/stack_report.py on disassemblies whose frames and calls are known."""
+"""Tests of scripts/target/stack_report.py on disassemblies whose frames and calls are known."""
 import contextlib
 import io
 import sys
@@ -8,8 +8,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
+ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "scripts/target"))
 sys.dont_write_bytecode = True
 import stack_report  # noqa: E402
 

@@ -64,7 +64,7 @@ def rms(values):
 
 
 def pairs(reference, other):
-    """Stamps of the same frame in both: estimates carry the time offset of their run, which differs in its last digits."""
+    """Stamps of the same frame in both: they contain the time offset of their run, which differs in its last digits."""
     found = []
     left, right = sorted(reference, key=float), sorted(other, key=float)
     while left and right:

@@ -4,7 +4,7 @@
 
 Sources that the build itself writes, into BUILD_FOLDER, are not checked: they may not be there yet.
 
-Usage: check_tidy.py [--jobs N] [--tests] BUILD_FOLDER      (BUILD_FOLDER holds compile_commands.json)
+Usage: tidy.py [--jobs N] [--tests] BUILD_FOLDER      (BUILD_FOLDER holds compile_commands.json)
 """
 import argparse
 import json
@@ -13,7 +13,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from check_cache import ROOT, Cache
+from cache import ROOT, Cache
 
 
 def check(entry, build_folder, cache):
@@ -22,7 +22,8 @@ def check(entry, build_folder, cache):
     stamp = cache.stamp(Path(entry["file"]), context)
     if stamp.exists():
         return None
-    command = ["clang-tidy", "--quiet", "--extra-arg=-Wno-unknown-warning-option", "-p", str(build_folder), entry["file"]]
+    command = ["clang-tidy", "--quiet", "--extra-arg=-Wno-unknown-warning-option", "-p", str(build_folder)]
+    command.append(entry["file"])
     run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     if run.returncode == 0:
         stamp.touch()
