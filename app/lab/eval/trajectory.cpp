@@ -132,12 +132,4 @@ std::vector<PosePair> associate(const Trajectory& truth, const Trajectory& estim
     return pairs;
 }
 
-double path_length(const Trajectory& trajectory) {
-    double length = 0.0;
-    for (std::size_t i = 1; i < trajectory.size(); ++i) {
-        length += (trajectory[i].T_W_B.p - trajectory[i - 1].T_W_B.p).norm();
-    }
-    return length;
-}
-
 }  // namespace facet

@@ -35,7 +35,4 @@ struct PosePair {
 /// outside the ground truth, or within a hole of it longer than `max_gap`, are left out.
 std::vector<PosePair> associate(const Trajectory& truth, const Trajectory& estimate, Duration max_gap);
 
-/// Length of the path through the positions (m).
-double path_length(const Trajectory& trajectory);
-
 }  // namespace facet
