@@ -22,11 +22,12 @@ endif()
 #   x86-64-v3  AVX2 + FMA (Intel Haswell 2013, AMD Excavator 2015 and later)
 #   generic    the compiler's default: any x86-64
 # Other processors use their toolchain's default.
+set(FACET_CODE_FLAGS "")
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
   set(FACET_X86_BASELINE "x86-64-v3" CACHE STRING "x86-64 instruction set: x86-64-v3 or generic")
   set_property(CACHE FACET_X86_BASELINE PROPERTY STRINGS x86-64-v3 generic)
   if(FACET_X86_BASELINE STREQUAL "x86-64-v3")
-    string(APPEND CMAKE_CXX_FLAGS " -march=x86-64-v3")
+    list(APPEND FACET_CODE_FLAGS -march=x86-64-v3)
   elseif(NOT FACET_X86_BASELINE STREQUAL "generic")
     message(FATAL_ERROR "FACET_X86_BASELINE must be x86-64-v3 or generic, not '${FACET_X86_BASELINE}'")
   endif()
@@ -34,7 +35,9 @@ endif()
 
 # No fusing of a*b+c behind our back: whether the compiler fuses depends on inlining, so the last bit would change with
 # the build type. Eigen's own kernels and estimator/frontend/simd.h use FMA explicitly and are not affected.
-string(APPEND CMAKE_CXX_FLAGS " -ffp-contract=off")
+list(APPEND FACET_CODE_FLAGS -ffp-contract=off)
+list(JOIN FACET_CODE_FLAGS " " _code_flags)
+string(APPEND CMAKE_CXX_FLAGS " ${_code_flags}")
 
 # As packages are built. The same commit gives the same bytes wherever it is built: names of source files, which
 # FACET_ASSERT prints, start at the project's root. While developing they do not: an editor finds a file by its whole
@@ -47,17 +50,24 @@ if(FACET_FOR_PACKAGE)
     "-fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=" "-fmacro-prefix-map=${_root_from_build}/=" -fstack-usage)
 endif()
 
-add_library(facet_flags INTERFACE)
-target_compile_options(facet_flags INTERFACE -Wall -Wextra -Werror)
+set(FACET_WARNINGS -Wall -Wextra -Werror)
 # False alarms of GCC 12: Eigen's AVX loads of the first lanes of a Vector3d, and concatenation of std::string
 # (bug 105329).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  target_compile_options(facet_flags INTERFACE -Wno-array-bounds -Wno-restrict)
+  list(APPEND FACET_WARNINGS -Wno-array-bounds -Wno-restrict)
 endif()
-target_include_directories(facet_flags INTERFACE "${CMAKE_SOURCE_DIR}")
+
+# Programs that use the installed library (install_library.cmake) choose their own warnings. They get the flags above that
+# code of headers must share with the library: Eigen's alignment, and the last bit of functions compiled on both sides.
+add_library(facet_flags INTERFACE)
+target_compile_features(facet_flags INTERFACE cxx_std_20)
+target_compile_options(facet_flags INTERFACE
+  "$<BUILD_INTERFACE:${FACET_WARNINGS}>" "$<INSTALL_INTERFACE:${FACET_CODE_FLAGS}>")
+target_include_directories(facet_flags INTERFACE
+  "$<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>" "$<INSTALL_INTERFACE:include/facet>")
 
 # For code that neither throws nor asks for types at run time: everything in platform/, estimator/ and mesh/, and the
 # drivers of sensors. Link it PRIVATE.
 add_library(facet_flags_pure INTERFACE)
 target_link_libraries(facet_flags_pure INTERFACE facet_flags)
-target_compile_options(facet_flags_pure INTERFACE -fno-exceptions -fno-rtti)
+target_compile_options(facet_flags_pure INTERFACE "$<BUILD_INTERFACE:-fno-exceptions;-fno-rtti>")

@@ -175,6 +175,10 @@ class Layers(unittest.TestCase):
                 self.assertIn(f"split the file ({limit} at most)", self.violations()[0])
                 (self.root / path).unlink()
 
+    def test_the_example_of_the_library_sees_what_is_installed(self):
+        self.expect_good("docs/example/main.cpp", '"estimator/api/config.h"', '"mesh/mesher.h"')
+        self.expect_bad("docs/example/main.cpp", '"app/pipeline/frame_pipeline.h"', "docs/example must not include")
+
     def test_a_new_folder_needs_a_rule(self):
         self.write("estimator/novelty/a.cpp")
         self.assertIn("no include rule", self.violations()[0])

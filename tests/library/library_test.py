@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-2-Clause
+"""Installs the library, moves it elsewhere, and builds and runs docs/example with it.
+
+Usage: library_test.py --build FOLDER --work FOLDER --compiler PATH [--launcher PATH] --build-type TYPE --flags FLAGS
+"""
+import argparse
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def run(*command):
+    """What the command prints; ends the test, with that, if it fails."""
+    words = [str(word) for word in command]
+    done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(words)}\n{done.stdout}\nended with exit code {done.returncode}")
+    return done.stdout
+
+
+def check_installed(prefix):
+    """Headers, libraries and the CMake package; nothing else, and nothing that names the source or the build folder."""
+    assert sorted(path.name for path in prefix.iterdir()) == ["include", "lib"]
+    headers = {path.relative_to(prefix / "include/facet") for path in (prefix / "include").rglob("*") if path.is_file()}
+    parts = [ROOT / part for part in ("platform/base", "estimator", "mesh")]
+    wanted = {path.relative_to(ROOT) for part in parts for path in part.rglob("*.h")}
+    assert headers == wanted, headers ^ wanted
+    for path in (prefix / "lib/cmake/facet").iterdir():
+        assert str(ROOT) not in path.read_text(encoding="utf-8"), path
+
+
+def check_flags(build, wanted):
+    """Users get the flags that their code must share with the library's, and none of its warnings."""
+    (entry,) = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    words = entry["command"].split()
+    assert set(wanted.split()) <= set(words) and not any(word.startswith("-W") for word in words), words
+
+
+def check_output(text):
+    match = re.fullmatch(r"TRACKING at \((\S+), (\S+), (\S+)\) m; faces: (\d+), planes: (\d+)\n", text)
+    assert match, text
+    assert all(abs(float(match[i])) < 0.02 for i in (1, 2, 3)), text  # it stood still
+    assert int(match[4]) > 100 and int(match[5]) == 1, text  # before one wall
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=Path, required=True)
+    parser.add_argument("--work", type=Path, required=True)
+    parser.add_argument("--compiler", required=True)
+    parser.add_argument("--launcher", default="")
+    parser.add_argument("--build-type", required=True)
+    parser.add_argument("--flags", required=True, help="of the library's code, that its users must have too")
+    arguments = parser.parse_args()
+    shutil.rmtree(arguments.work, ignore_errors=True)
+
+    installed, prefix = arguments.work / "installed", arguments.work / "moved"
+    run("cmake", "--install", arguments.build, "--component", "development", "--prefix", installed)
+    installed.rename(prefix)
+    check_installed(prefix)
+
+    build = arguments.work / "build"
+    run("cmake", "-S", ROOT / "docs/example", "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}",
+        f"-DCMAKE_CXX_COMPILER={arguments.compiler}", f"-DCMAKE_CXX_COMPILER_LAUNCHER={arguments.launcher}",
+        f"-DCMAKE_BUILD_TYPE={arguments.build_type}", "-DCMAKE_CXX_FLAGS=", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON")
+    check_flags(build, arguments.flags)
+    run("cmake", "--build", build)
+    check_output(run(build / "facet_example"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
