@@ -82,7 +82,7 @@ void Mesher::move_vertices(const KeyframeView& view) {
         const auto slot = mesh_.find_vertex(s.id);
         if (slot.ok() && is_usable(s, kHysteresis)) {
             MeshVertex& vertex = mesh_.vertex(slot.value());
-            vertex.p_W = s.p_W + vertex.to_plane_W;
+            vertex.measured_W = s.p_W;
             vertex.covariance_W = s.covariance_W;
             vertex.last_updated = update_;
             vertex.first_stamp = s.first_stamp;
@@ -96,7 +96,7 @@ void Mesher::move_vertices(const KeyframeView& view) {
         const auto keyframe = std::lower_bound(view.keyframes.begin(), view.keyframes.end(), vertex.first_stamp,
                                                [](const KeyframePose& k, Timestamp stamp) { return k.stamp < stamp; });
         if (keyframe != view.keyframes.end() && keyframe->stamp == vertex.first_stamp) {
-            vertex.p_W = keyframe->T_W_C0 * vertex.p_C0 + vertex.to_plane_W;
+            vertex.measured_W = keyframe->T_W_C0 * vertex.p_C0;
             vertex.last_updated = update_;
         }
     }
@@ -135,7 +135,7 @@ DepartedFace Mesher::describe(const MeshFace& face) const {
     DepartedFace d;
     for (std::size_t k = 0; k < 3; ++k) {
         d.landmark[k] = mesh_.landmark(face.vertex[k]);
-        d.p_W[k] = mesh_.vertex(face.vertex[k]).p_W.cast<float>();
+        d.p_W[k] = mesh_.vertex(face.vertex[k]).shown_W().cast<float>();
     }
     d.plane = face.plane;
     d.observations = face.observations;
@@ -258,7 +258,7 @@ bool Mesher::add_corners(const Triangle& t) {
             return false;
         }
         MeshVertex& vertex = mesh_.vertex(slot.value());
-        vertex.p_W = point.landmark->p_W;
+        vertex.measured_W = point.landmark->p_W;
         vertex.covariance_W = point.landmark->covariance_W;
         vertex.last_updated = update_;
         vertex.first_stamp = point.landmark->first_stamp;

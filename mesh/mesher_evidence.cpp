@@ -105,7 +105,7 @@ void Mesher::weigh_evidence() {
     for (int i = 0; i < mesh_.vertex_end(); ++i) {
         if (mesh_.is_vertex(i)) {
             const auto v = static_cast<VertexSlot>(i);
-            vertex_C_[v] = R_C_W_ * (mesh_.vertex(v).p_W - p_W_C_);
+            vertex_C_[v] = R_C_W_ * (mesh_.vertex(v).shown_W() - p_W_C_);
         }
     }
     for (int i = 0; i < mesh_.face_end(); ++i) {

@@ -54,8 +54,7 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
         state.is_good = true;
         point_of_vertex_[slot] = static_cast<std::uint16_t>(points_.size());
         const MeshVertex& vertex = mesh.vertex(slot);
-        add_point({vertex.p_W - vertex.to_plane_W, static_cast<float>(view.observation_variance) * vertex.covariance_W},
-                  state);
+        add_point({vertex.measured_W, static_cast<float>(view.observation_variance) * vertex.covariance_W}, state);
     }
     take_faces(mesh);
 }

@@ -238,11 +238,8 @@ void PlaneFinder::flatten(HorizonMesh& mesh) const {
         const TrackedPlane* const plane = find(serial);
         return plane != nullptr && plane->is_held ? &plane->fit : nullptr;
     };
-    evidence_.for_vertices(fit_of, [&](VertexSlot slot, const Eigen::Vector3d& shift_W) {
-        MeshVertex& vertex = mesh.vertex(slot);
-        vertex.p_W += shift_W - vertex.to_plane_W;
-        vertex.to_plane_W = shift_W;
-    });
+    evidence_.for_vertices(
+        fit_of, [&](VertexSlot slot, const Eigen::Vector3d& shift_W) { mesh.vertex(slot).to_plane_W = shift_W; });
 }
 
 void PlaneFinder::label(HorizonMesh& mesh) const {

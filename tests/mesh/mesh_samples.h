@@ -12,7 +12,7 @@ namespace facet::test {
 /// Adds a landmark's vertex.
 inline VertexSlot add_vertex(HorizonMesh& mesh, std::uint32_t id, const Eigen::Vector3d& p_W) {
     const VertexSlot slot = mesh.add_vertex({id}).value();
-    mesh.vertex(slot).p_W = p_W;
+    mesh.vertex(slot).measured_W = p_W;
     mesh.vertex(slot).covariance_W = 1e-4F * Eigen::Matrix3f::Identity();
     return slot;
 }
