@@ -10,7 +10,7 @@
 
 namespace facet {
 
-/// Order statistics of a set of errors.
+/// A set of errors in figures; the median as OrderStatistics::median().
 struct ErrorStatistics {
     std::size_t count = 0;
     double median = 0.0;
@@ -29,8 +29,8 @@ struct AbsoluteError {
 };
 AbsoluteError absolute_error(std::span<const PosePair> pairs, AlignmentMode mode);
 
-/// Relative error over one length of the true path, in the style of KITTI: every pose starts a stretch, which ends at the
-/// first pose at least `length_m` farther along. Error motion: (truth_i^-1 truth_j)^-1 (estimate_i^-1 estimate_j).
+/// Relative error over one length of the true path, in the style of KITTI: every pose starts a stretch, which ends at
+/// the first pose at least `length_m` farther along. Error motion: (truth_i^-1 truth_j)^-1 (estimate_i^-1 estimate_j).
 struct RelativeError {
     double length_m = 0.0;
     ErrorStatistics translation_m;
