@@ -123,7 +123,7 @@ int plane_at(const std::vector<EvalPlane>& planes, const Eigen::Vector3d& p, con
     int best = -1;
     double nearest = kPlaneMargin;
     for (std::size_t k = 0; k < planes.size(); ++k) {
-        const double off = std::abs(planes[k].normal.dot(p) - planes[k].offset);
+        const double off = std::abs(planes[k].normal.dot(p) - planes[k].distance);
         if (off < nearest && n.dot(planes[k].normal) > least_cosine) {
             nearest = off;
             best = static_cast<int>(k);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/lab/eval/plane_file.h"
 #include "app/lab/eval/trajectory.h"
 #include "app/lab/eval/triangle_tree.h"
 #include "estimator/geometry/camera_model.h"
@@ -50,14 +51,6 @@ struct MeshRow {
         const double c = completeness.within[tolerance];
         return a + c > 0.0 ? 2.0 * a * c / (a + c) : 0.0;
     }
-};
-
-/// A true plane with normal . x = offset.
-struct EvalPlane {
-    std::string name;
-    Eigen::Vector3d normal;
-    double offset = 0.0;
-    double seen_m2 = 0.0;  ///< of its surface, in the whole run; 0 if the file does not say
 };
 
 /// Holes of the mesh on the true planes: cells that it does not cover and that a square of wall_gap_m cannot reach from

@@ -53,7 +53,7 @@ TruePlaneResult look_at(const EvalPlane& plane, const std::vector<Eigen::Vector3
     result.name = plane.name;
     SceneTruth one{{}, {}, truth.camera, {}};
     for (const Se3& T_W_C0 : truth.T_W_C0) {
-        if (plane.normal.dot(T_W_C0.p) < plane.offset) {
+        if (plane.normal.dot(T_W_C0.p) < plane.distance) {
             continue;  // seen from behind
         }
         one.T_W_C0 = {T_W_C0};
@@ -77,7 +77,7 @@ PlaneMatch match(const PlaneRow& row, const Se3& T_true_est, const SceneTruth& t
     for (std::size_t k = 0; k < truth.planes.size(); ++k) {
         const EvalPlane& plane = truth.planes[k];
         const double angle = std::acos(std::clamp(n.dot(plane.normal), -1.0, 1.0)) / kRadPerDeg;
-        const double offset = std::abs(plane.normal.dot(c) - plane.offset);
+        const double offset = std::abs(plane.normal.dot(c) - plane.distance);
         const auto is_near = [&](const Eigen::Vector3d& p) {
             return (p - c).squaredNorm() < options.match_place_m * options.match_place_m;
         };
