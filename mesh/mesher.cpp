@@ -189,8 +189,8 @@ void Mesher::add_point(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C, co
     grid_.add(pixel);
 }
 
-/// All tracked landmarks take part in the triangulation, also those no face may use: a far point between near ones shows
-/// that there is no surface between them.
+/// All tracked landmarks take part in the triangulation, even those that no face may use: a far point between near ones
+/// shows that there is no surface between them.
 void Mesher::collect_tracked(const KeyframeView& view) {
     landmarks_.clear();
     image_points_.clear();
@@ -229,12 +229,12 @@ void Mesher::collect_recent(const KeyframeView& view) {
     }
 }
 
-/// Whether the tracked landmarks around a point show a surface in front of it, or one behind it, which would be seen
-/// through the point: it is taken only if its depth is within the range of theirs.
+/// Whether the tracked landmarks around a point show a surface in front of it, or behind it (seen through the point). A
+/// point is used only if its depth is within the range of theirs.
 bool Mesher::is_hidden(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C) const {
     const int at = locator_.locate(p_C.head<2>() / p_C.z());
     if (at < 0) {
-        return true;  // no tracked landmark vouches for what is outside their hull
+        return true;  // outside the hull of the tracked landmarks nothing confirms the point
     }
     double low = 1e300;
     double high = 0.0;

@@ -31,8 +31,8 @@ Status write_ply(const std::string& path, const std::string& comment, const PlyM
 /// @param vertices  (m)
 /// @param triangles indices into vertices
 /// @param colours   red, green, blue of each vertex, or empty
-/// @return kInvalidArgument if an index is out of range, colours do not match the vertices or the comment has a line break
-///         (nothing written); kIo if the file cannot be written.
+/// @return kInvalidArgument if an index is out of range, colours do not match the vertices or the comment has a line
+///         break (nothing written); kIo if the file cannot be written.
 Status write_ply(const std::string& path, const std::string& comment, std::span<const Eigen::Vector3f> vertices,
                  std::span<const Eigen::Vector3i> triangles,
                  std::span<const Eigen::Matrix<std::uint8_t, 3, 1>> colours = {});

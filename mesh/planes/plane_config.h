@@ -29,9 +29,9 @@ struct PlaneConfig {
     double min_coherence = 0.55;       ///< share of the faces with two corners on it whose third is so too [0, 1]
     double same_angle_deg = 5.0;       ///< planes turned farther are never the same [0.1, 30]
     double same_distance_m = 0.06;     ///< nor those farther apart at their landmarks [0.005, 1]
-    int confirm_keyframes = 2;         ///< a plane is told when found at this many keyframes [1, 20]
-    int leave_keyframes = 4;           ///< and no more when lost for longer [1, 100]
-    int forget_keyframes = 100;        ///< found again within this many it is the old one [1, 10000]
+    int confirm_keyframes = 2;         ///< a plane is proposed once found at this many keyframes [1, 20]
+    int leave_keyframes = 4;           ///< a plane lost for longer is no longer proposed [1, 100]
+    int forget_keyframes = 100;        ///< a plane found again within this many keeps its id [1, 10000]
 
     /// kInvalidArgument if a field is outside its range, or a landmark would leave before it joins.
     Status validate() const;

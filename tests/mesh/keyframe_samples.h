@@ -18,8 +18,8 @@ inline const CameraModel& mesh_camera() {
     return camera;
 }
 
-/// An endless wall, 3 m away, with boxes on it, along which the camera flies in y; a window of ten keyframes, one a second.
-/// Landmarks are tracked while they are in sight, most of them with gaps, as real tracks have them.
+/// An endless wall, 3 m away, with boxes on it, along which the camera flies in y; a window of ten keyframes, one a
+/// second. Landmarks are tracked while they are in sight, most of them with gaps, as real tracks have them.
 class WallFlight {
 public:
     static constexpr int kWindow = 10;

@@ -27,7 +27,8 @@ inline std::unique_ptr<HorizonMesh> random_mesh(int faces, unsigned seed, double
         const double v = uniform(random);
         return Eigen::Vector3d(x * u, y * v, z * uniform(random));
     };
-    // Clusters of k vertices give k (k-1) (k-2) / 6 triangles each: a full mesh needs large ones to have vertices enough.
+    // Clusters of k vertices give k (k-1) (k-2) / 6 triangles each: a full mesh needs large ones to have
+    // enough vertices.
     constexpr int kMaxCluster = 8;
     const int cluster = faces > 2000 ? kMaxCluster : 4;
     std::uint32_t id = 0;

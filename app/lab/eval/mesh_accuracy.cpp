@@ -65,7 +65,8 @@ MeshRow measure(const std::string& name, const TriangleSoup& aligned, const Matc
     return row;
 }
 
-/// Gauss-Newton on the distances to the planes of the nearest true triangles, samples beyond the gate left out. [Chen91]
+/// Gauss-Newton on the distances to the planes of the nearest true triangles; samples beyond the gate are left out
+/// [Chen91].
 Se3 register_to_surface(const TriangleSoup& mesh, const TriangleSoup& surface, const TriangleTree& truth_tree, Se3 T) {
     std::vector<Eigen::Vector3d> samples = sample_surface(mesh, 200.0);
     const std::size_t step = samples.size() / kIcpSamples + 1;

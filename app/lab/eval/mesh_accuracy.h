@@ -29,7 +29,7 @@ struct MeshEvalOptions {
     double flat_seen_m2 = 1.0;  ///< a floor or wall of which less was seen does not count as one
 };
 
-/// Distances of a set of samples.
+/// Distances of a set of samples in figures; median and p90 as OrderStatistics::upper_median() and quantile().
 struct DistanceStatistics {
     std::size_t count = 0;
     double median = 0.0;
@@ -92,8 +92,9 @@ inline constexpr double kFlatTiltDeg = 3.0;
 /// Whether a plane of this normal is a floor or a wall.
 bool is_level_or_upright(const Eigen::Vector3d& n, double max_tilt_deg = kFlatTiltDeg);
 
-/// Evenly spread points of a surface: every triangle gets its area's share, the places within it are pseudo-random with a
-/// fixed seed. @param triangle_of  of each sample; nullptr to skip
+/// Evenly spread points of a surface: every triangle gets its area's share; the places within a triangle are
+/// pseudo-random with a fixed seed.
+/// @param triangle_of  triangle of each sample, appended; nullptr to skip
 std::vector<Eigen::Vector3d> sample_surface(const TriangleSoup& soup, double per_m2,
                                             std::vector<int>* triangle_of = nullptr);
 

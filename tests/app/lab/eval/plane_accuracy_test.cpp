@@ -24,8 +24,8 @@ void add_quad(TriangleSoup& soup, const Vector3d& corner, const Vector3d& a, con
     soup.triangles.push_back({n, n + 2, n + 3});
 }
 
-/// A wall at x = 3 m, a small panel 1 m in front of its middle, a far wall hidden behind, and a slanted board; seen from the
-/// origin for `seconds`.
+/// A wall at x = 3 m, a small panel 1 m in front of its middle, a far wall hidden behind, and a slanted board; seen
+/// from the origin for `seconds`.
 SceneTruth scene(double seconds) {
     SceneTruth truth;
     add_quad(truth.surface, {3.0, -2.0, -2.0}, {0.0, 0.0, 4.0}, {0.0, 4.0, 0.0});
