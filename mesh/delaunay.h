@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Delaunay triangulation of up to 512 points in the plane, with exact predicates.
+// Delaunay triangulation of points in the plane, with exact predicates.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,21 +21,21 @@ struct Triangle {
     std::array<std::int16_t, 3> neighbour{-1, -1, -1};
 };
 
-/// Divide and conquer [Guibas85] with exact predicates [Shewchuk97]: no triangle's circumcircle holds a point, the
+/// Divide and conquer [Guibas85] with exact predicates [Shewchuk97]. No triangle's circumcircle holds a point, the
 /// triangles cover the convex hull, and no input makes it fail: equal points count once (the first one is used), points
 /// on one line give no triangle, and where more than three points lie on a circle the choice depends on the coordinates
-/// only, not on the order of the points. Cuts alternate between x and y [Dwyer87]: halves of slabs would be joined by
+/// only, not on the order of the points. Cuts alternate between x and y [Dwyer87]: joining narrow slabs would create
 /// long edges that the next join deletes. O(n log n). Thread-bound (it has a workspace). No heap.
 class Delaunay : private EdgeRings {
 public:
     /// @param points  at most kMaxMeshPoints, |coordinate| <= 1e9
-    /// @return kFull if there are more points, kInvalidArgument if a coordinate is not finite or too large: then there are
-    ///         no triangles.
+    /// @return kFull if there are more points, kInvalidArgument if a coordinate is not finite or too large; then there
+    ///         are no triangles
     Status triangulate(std::span<const Eigen::Vector2d> points);
 
-    /// Adds points to the last triangulation, one after the other [Guibas85, sec. 10]. Points outside its hull, or on the
-    /// border, are left out. Where more than three points lie on a circle the choice depends on their order.
-    /// @param points  those of the last call, and behind them the new ones
+    /// Adds points to the last triangulation, one after the other [Guibas85, sec. 10]. Points outside its hull, or on
+    /// its border, are left out. Where more than three points lie on a circle the choice depends on their order.
+    /// @param points  those of the last call, followed by the new ones
     /// @return as above; kInvalidArgument also if there are fewer points than before
     Status insert(std::span<const Eigen::Vector2d> points);
 
@@ -52,7 +52,7 @@ private:
         double y;
         std::uint16_t index;
     };
-    /// Along which points are ordered: by x, then y; or, seen with the head turned by a right angle, by y, then -x.
+    /// Order of the points: kX by x, then y; kY by y, then -x, which is the same after a turn by a right angle.
     enum class Axis : std::uint8_t { kX, kY };
     struct Hull {
         Edge left;   ///< counterclockwise out of the first point along the axis

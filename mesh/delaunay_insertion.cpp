@@ -5,8 +5,8 @@
 
 namespace facet {
 
-/// A side of the triangle that holds a point, its left one, from an edge on; or of the outside, if it is not in the hull. In a
-/// Delaunay triangulation such a walk never comes back to a triangle.
+/// Walks from an edge to the triangle that holds the point and returns a side that has the triangle on its left; a side
+/// of the outside if the point is not in the hull. In a Delaunay triangulation the walk visits no triangle twice.
 Delaunay::Edge Delaunay::locate(const Eigen::Vector2d& p, Edge from) const {
     const auto is_right_of = [&](Edge e) { return orientation(p, at(destination(e)), at(origin(e))) > 0.0; };
     Edge e = is_right_of(from) ? reverse(from) : from;

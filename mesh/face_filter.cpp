@@ -48,7 +48,8 @@ Corners corners_of(const Triangle& t, std::span<const MeshPoint> points) {
 
 double squared(double x) { return x * x; }
 
-/// Along the ray and across it are told from products with the centroid c, lengths times |c|: no root is needed.
+/// Extents along and across the ray are compared as products with the centroid c, all multiplied by |c|: this needs no
+/// square root.
 /// @param least_cosine  between normal and ray
 FaceVerdict judge_shape(const MeshConfig& config, double least_cosine, const Corners& c) {
     const Eigen::Vector3d centroid = (c.at(0) + c.at(1) + c.at(2)) / 3.0;

@@ -86,9 +86,9 @@ bool HoleFiller::flatten(const MeshConfig& config, const HorizonMesh& mesh, cons
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < n; ++i) {
-        const Eigen::Vector3d& a = mesh.vertex(hole.ring[i]).p_W;
+        const Eigen::Vector3d a = mesh.vertex(hole.ring[i]).shown_W();
         centre += a / static_cast<double>(n);
-        normal += (a - mesh.vertex(hole.ring[0]).p_W).cross(mesh.vertex(hole.ring[(i + 1) % n]).p_W - a);
+        normal += (a - mesh.vertex(hole.ring[0]).shown_W()).cross(mesh.vertex(hole.ring[(i + 1) % n]).shown_W() - a);
     }
     if (!(normal.norm() > 1e-8)) {
         return false;
@@ -98,7 +98,7 @@ bool HoleFiller::flatten(const MeshConfig& config, const HorizonMesh& mesh, cons
     const Eigen::Vector3d v = normal.cross(u);
     const double tolerance = config.hole_planarity_m * (hole.plane.valid() ? 2.0 : 1.0);
     for (std::size_t i = 0; i < n; ++i) {
-        const Eigen::Vector3d d = mesh.vertex(hole.ring[i]).p_W - centre;
+        const Eigen::Vector3d d = mesh.vertex(hole.ring[i]).shown_W() - centre;
         if (std::abs(normal.dot(d)) > tolerance) {
             return false;
         }
@@ -142,8 +142,8 @@ int HoleFiller::triangulate(const MeshConfig& config, std::uint32_t update, cons
                                                hole.ring[left[(best + 2) % n]]};
         bool short_enough = true;
         for (std::size_t k = 0; k < 3; ++k) {
-            short_enough = short_enough && (mesh.vertex(vertex[k]).p_W - mesh.vertex(vertex[(k + 1) % 3]).p_W).norm() <=
-                                               config.max_side_m;
+            const Eigen::Vector3d side = mesh.vertex(vertex[k]).shown_W() - mesh.vertex(vertex[(k + 1) % 3]).shown_W();
+            short_enough = short_enough && side.norm() <= config.max_side_m;
         }
         if (short_enough) {
             if (const auto face = mesh.add_face(vertex); face.ok()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Closes the holes that leaving landmarks tear into surfaces.
+// Closes the holes that leaving landmarks leave in surfaces.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,23 +11,23 @@
 
 namespace facet {
 
-/// Remembers the rings of neighbours around vertices that are about to leave, then triangulates those that still bound a
-/// hole: a ring is filled if all its vertices are still there, none of its sides has got a second face, and the ring lies
-/// in a plane (its own least-squares-like plane by Newell's normal) within hole_planarity_m, or twice that if all faces
-/// that left were of one plane. Ears are cut in order of their smallest angle, largest first. At most kMaxHoles rings an
-/// update; the rest is left open. Thread-bound. No heap.
+/// Remembers the rings of neighbours around vertices that are about to leave, then triangulates those that still bound
+/// a hole. A ring is filled if all its vertices are still there, none of its sides has gained a second face, and it
+/// lies within hole_planarity_m of a plane (through its centroid, with Newell's normal), or within twice that if all
+/// faces that left were of one plane. Ears are cut in order of their smallest angle, largest first. At most kMaxHoles
+/// rings are filled in an update; the rest stays open. Thread-bound. No heap.
 class HoleFiller {
 public:
     void clear() { holes_.clear(); }
 
-    /// Remembers the ring of a vertex whose faces are about to go; nothing if they do not form one closed fan.
+    /// Remembers the ring of a vertex whose faces are about to leave; does nothing if they form no single closed fan.
     void remember(const HorizonMesh& mesh, VertexSlot leaving);
 
     struct Filled {
         int holes = 0;
         int faces = 0;
     };
-    /// Fills what still is a hole, then forgets all rings.
+    /// Fills the rings that still bound a hole, then forgets all rings.
     /// @param update  number of the current update, for the new faces
     Filled fill(const MeshConfig& config, std::uint32_t update, HorizonMesh& mesh);
 
@@ -37,7 +37,7 @@ private:
     struct Hole {
         FixedVector<VertexSlot, kMaxRing> ring;     ///< counterclockwise around the normal
         std::array<LandmarkId, kMaxRing> landmark;  ///< of the ring: slots may be used again
-        std::uint16_t observations = 0;             ///< least of the faces that left
+        std::uint16_t observations = 0;             ///< fewest of any face that left
         PlaneId plane;                              ///< of all of them, or invalid
     };
     static bool is_open(const HorizonMesh& mesh, const Hole& hole);

@@ -146,7 +146,7 @@ void HorizonMesh::remove_face(FaceIndex index) {
 
 Status HorizonMesh::refresh(FaceIndex index) {
     MeshFace& face = faces_[index];
-    const Eigen::Vector3d& a = corner(face, 0);
+    const Eigen::Vector3d a = corner(face, 0);
     const Eigen::Vector3d cross = (corner(face, 1) - a).cross(corner(face, 2) - a);
     const double norm = cross.norm();
     if (!(norm > 2.0 * kMinArea)) {

@@ -17,15 +17,20 @@ namespace facet {
 using VertexSlot = std::uint16_t;
 using FaceIndex = std::uint16_t;
 
-/// A vertex is a landmark: it moves with it and leaves with it. Or it is a surface point: then it does so with its keyframe.
+/// A vertex stands for a landmark, with which it moves and leaves the mesh, or for a surface point, which does both
+/// with the keyframe that measured it. Faces, queries and files use the shown position; planes are judged by measured
+/// ones, so that no plane confirms itself.
 struct MeshVertex {
-    Eigen::Vector3d p_W = Eigen::Vector3d::Zero();           ///< where it is taken to be (m): the landmark's place and
-    Eigen::Vector3d to_plane_W = Eigen::Vector3d::Zero();    ///< how far the plane it is on has drawn it from there (m)
-    Eigen::Matrix3f covariance_W = Eigen::Matrix3f::Zero();  ///< of p_W given the poses (m^2)
+    Eigen::Vector3d measured_W = Eigen::Vector3d::Zero();    ///< position as measured (m)
+    Eigen::Vector3d to_plane_W = Eigen::Vector3d::Zero();    ///< correction towards its plane (m); set by PlaneFinder
+    Eigen::Matrix3f covariance_W = Eigen::Matrix3f::Zero();  ///< of measured_W given the poses (m^2)
     Timestamp first_stamp;                                   ///< oldest keyframe of the window that saw the landmark
     std::uint32_t last_updated = 0;                          ///< number of the update that last found the landmark
-    bool is_surface_point = false;                           ///< then:
-    Eigen::Vector3d p_C0 = Eigen::Vector3d::Zero();          ///< in the left camera of the keyframe of first_stamp (m)
+    bool is_surface_point = false;
+    Eigen::Vector3d p_C0 = Eigen::Vector3d::Zero();  ///< of a surface point: in the left camera at first_stamp (m)
+
+    /// Position as the mesh shows it: drawn to its plane if the estimator holds one there, else as measured (m).
+    Eigen::Vector3d shown_W() const { return measured_W + to_plane_W; }
 };
 
 /// A triangle between three vertices; counterclockwise as seen from the side it was observed from, where its normal
@@ -43,9 +48,9 @@ struct MeshFace {
     PlaneId plane;                     ///< plane it belongs to; invalid if none is known
 };
 
-/// Up to kMaxMeshVertices vertices and kMaxMeshFaces faces; no two faces have the same three vertices. Faces and vertices
-/// keep their index while they live; walking indices 0..face_end()-1 where is_face() holds visits all faces. Every face
-/// of a vertex is found by walking its list. When full: adding is refused (kFull); the mesher makes room by its policy.
+/// Up to kMaxMeshVertices vertices and kMaxMeshFaces faces; no two faces have the same three vertices. Faces and
+/// vertices keep their index while they live; walking indices 0..face_end()-1 where is_face() holds visits all faces.
+/// The faces at a vertex form a list. When full: adding is refused (kFull); the mesher makes room by its policy.
 /// Thread-bound. No heap. About 1.2 MB.
 class HorizonMesh {
 public:
@@ -82,13 +87,15 @@ public:
     int face_count() const { return face_count_; }
     int face_end() const { return face_end_; }
     bool full() const { return face_count_ == kMaxMeshFaces; }
-    const Eigen::Vector3d& corner(const MeshFace& face, int k) const {
-        return vertices_[face.vertex[static_cast<std::size_t>(k)]].p_W;
+    /// Shown position of a corner (m).
+    Eigen::Vector3d corner(const MeshFace& face, int k) const {
+        return vertices_[face.vertex[static_cast<std::size_t>(k)]].shown_W();
     }
     Eigen::Vector3d centroid(const MeshFace& face) const {
         return (corner(face, 0) + corner(face, 1) + corner(face, 2)) / 3.0;
     }
-    /// Normal, area and sigma from where the vertices are now. @return kDegenerate without area (face untouched).
+    /// Recomputes normal, area and sigma from the vertices' shown positions.
+    /// @return kDegenerate if the face has no area (face untouched)
     Status refresh(FaceIndex index);
 
     /// Calls visit(FaceIndex) for every face of a vertex; visit may remove that face, but no other.

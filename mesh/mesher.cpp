@@ -82,7 +82,7 @@ void Mesher::move_vertices(const KeyframeView& view) {
         const auto slot = mesh_.find_vertex(s.id);
         if (slot.ok() && is_usable(s, kHysteresis)) {
             MeshVertex& vertex = mesh_.vertex(slot.value());
-            vertex.p_W = s.p_W + vertex.to_plane_W;
+            vertex.measured_W = s.p_W;
             vertex.covariance_W = s.covariance_W;
             vertex.last_updated = update_;
             vertex.first_stamp = s.first_stamp;
@@ -96,7 +96,7 @@ void Mesher::move_vertices(const KeyframeView& view) {
         const auto keyframe = std::lower_bound(view.keyframes.begin(), view.keyframes.end(), vertex.first_stamp,
                                                [](const KeyframePose& k, Timestamp stamp) { return k.stamp < stamp; });
         if (keyframe != view.keyframes.end() && keyframe->stamp == vertex.first_stamp) {
-            vertex.p_W = keyframe->T_W_C0 * vertex.p_C0 + vertex.to_plane_W;
+            vertex.measured_W = keyframe->T_W_C0 * vertex.p_C0;
             vertex.last_updated = update_;
         }
     }
@@ -135,7 +135,7 @@ DepartedFace Mesher::describe(const MeshFace& face) const {
     DepartedFace d;
     for (std::size_t k = 0; k < 3; ++k) {
         d.landmark[k] = mesh_.landmark(face.vertex[k]);
-        d.p_W[k] = mesh_.vertex(face.vertex[k]).p_W.cast<float>();
+        d.p_W[k] = mesh_.vertex(face.vertex[k]).shown_W().cast<float>();
     }
     d.plane = face.plane;
     d.observations = face.observations;
@@ -189,8 +189,8 @@ void Mesher::add_point(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C, co
     grid_.add(pixel);
 }
 
-/// All tracked landmarks take part in the triangulation, also those no face may use: a far point between near ones shows
-/// that there is no surface between them.
+/// All tracked landmarks take part in the triangulation, even those that no face may use: a far point between near ones
+/// shows that there is no surface between them.
 void Mesher::collect_tracked(const KeyframeView& view) {
     landmarks_.clear();
     image_points_.clear();
@@ -229,12 +229,12 @@ void Mesher::collect_recent(const KeyframeView& view) {
     }
 }
 
-/// Whether the tracked landmarks around a point show a surface in front of it, or one behind it, which would be seen
-/// through the point: it is taken only if its depth is within the range of theirs.
+/// Whether the tracked landmarks around a point show a surface in front of it, or behind it (seen through the point). A
+/// point is used only if its depth is within the range of theirs.
 bool Mesher::is_hidden(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C) const {
     const int at = locator_.locate(p_C.head<2>() / p_C.z());
     if (at < 0) {
-        return true;  // no tracked landmark vouches for what is outside their hull
+        return true;  // outside the hull of the tracked landmarks nothing confirms the point
     }
     double low = 1e300;
     double high = 0.0;
@@ -258,7 +258,7 @@ bool Mesher::add_corners(const Triangle& t) {
             return false;
         }
         MeshVertex& vertex = mesh_.vertex(slot.value());
-        vertex.p_W = point.landmark->p_W;
+        vertex.measured_W = point.landmark->p_W;
         vertex.covariance_W = point.landmark->covariance_W;
         vertex.last_updated = update_;
         vertex.first_stamp = point.landmark->first_stamp;

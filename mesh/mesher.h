@@ -19,28 +19,28 @@
 
 namespace facet {
 
-/// What the mesher has done since reset(). One number a way for a triangle or face to come and go.
+/// What the mesher has done since reset(): a counter for every way in which a triangle or face comes or goes.
 struct MeshCounters {
     std::uint64_t updates = 0;
     std::array<std::uint64_t, static_cast<std::size_t>(FaceVerdict::kCount)>
         verdicts{};                      ///< of triangles, by FaceVerdict
-    std::uint64_t duplicate_points = 0;  ///< tracked points in the very place of another one
+    std::uint64_t duplicate_points = 0;  ///< tracked points at exactly the place of another one
     std::uint64_t added = 0;             ///< faces new in the mesh
     std::uint64_t confirmed = 0;         ///< triangles that were faces already
     std::uint64_t superseded = 0;        ///< faces replaced by newer ones of the same surface
-    std::uint64_t contradicted = 0;      ///< faces removed because things were seen behind them
-    std::uint64_t misshapen = 0;         ///< faces that broke the limit of length or lost their area as landmarks moved
+    std::uint64_t contradicted = 0;      ///< faces removed because something was seen behind them
+    std::uint64_t misshapen = 0;         ///< faces that became too long or lost their area as landmarks moved
     std::uint64_t judged_bad = 0;        ///< faces of landmarks that the smoother rejected or that became too uncertain
     std::uint64_t departed = 0;          ///< faces of landmarks that left the horizon
     std::uint64_t dropped = 0;           ///< faces dropped because the mesh was full
     std::uint64_t holes_filled = 0;
-    std::uint64_t fill_faces = 0;  ///< faces made for that
+    std::uint64_t fill_faces = 0;  ///< faces that fill holes
 };
 
-/// A face as it stood when it left the horizon.
+/// A face as it was when it left the horizon.
 struct DepartedFace {
     std::array<LandmarkId, 3> landmark;
-    std::array<Eigen::Vector3f, 3> p_W;
+    std::array<Eigen::Vector3f, 3> p_W;  ///< shown positions (m)
     PlaneId plane;
     std::uint16_t observations = 0;
     std::uint16_t contradictions = 0;
@@ -48,15 +48,15 @@ struct DepartedFace {
 };
 
 /// Incremental mesher [Rosinol19], called at each keyframe:
-///   1 vertices move with their landmarks; landmarks that left the horizon, or were judged bad, take their faces along; if
-///     the window began anew since the last keyframe, the whole mesh leaves: tracks may go on, but not where they were;
-///   2 the tracked landmarks are triangulated in the image (normalised, undistorted plane) and lifted; beyond the paper, surface
-///     points between them join, which move and leave with their keyframe, and landmarks lost from tracking a few keyframes
-///     ago where the tracked ones show nothing in front of them;
-///   3 triangles that pass the filters are merged into the mesh: a face that exists is confirmed, not doubled;
-///   4 older faces that are seen again as other triangles of the same surface are superseded by them; a face with tracked
-///     points behind it is contradicted, and leaves when contradicted often enough;
-///   5 holes that leaving landmarks tore into surfaces are closed from their rings.
+///   1 Vertices move with their landmarks. Landmarks that left the horizon, or were judged bad, take their faces along.
+///     If the window began anew since the last keyframe, the whole mesh leaves: tracks may continue, but elsewhere.
+///   2 The tracked landmarks are triangulated in the image (normalised, undistorted plane) and lifted. Beyond the paper
+///     two more kinds of points join: surface points between the tracks, which move and leave with their keyframe, and
+///     landmarks lost from tracking a few keyframes ago, where the tracked ones show nothing in front of them.
+///   3 Triangles that pass the filters are merged into the mesh: a face that exists is confirmed, not doubled.
+///   4 Older faces that are seen again as other triangles of the same surface are superseded by these. A face with
+///     tracked points behind it is contradicted, and leaves when contradicted often enough.
+///   5 Holes that leaving landmarks left in surfaces are closed from their rings.
 /// When the mesh is full, the least supported faces are dropped (fewest observations less contradictions, then longest
 /// unseen). Time is bounded by the capacities. About 2 MB: allocate it once. Thread-bound. Deterministic. No heap.
 class Mesher {
@@ -70,7 +70,7 @@ public:
     void update(const KeyframeView& view, const ImageView& left);
 
     const HorizonMesh& mesh() const { return mesh_; }
-    /// For the plane finder, which labels faces.
+    /// For the plane finder, which labels faces and corrects shown positions.
     HorizonMesh& mesh() { return mesh_; }
     /// Faces that left the horizon in the last update (not those judged bad, superseded or made to fill holes).
     std::span<const DepartedFace> departed() const { return {departed_.data(), departed_.size()}; }

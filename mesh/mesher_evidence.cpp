@@ -10,10 +10,10 @@ namespace facet {
 namespace {
 
 constexpr double kSigmas = 3.0;
-constexpr double kRelativeMargin = 0.02;  // of the depth: what is nearer to a face is the face
-constexpr double kInnerShare = 0.05;      // least barycentric coordinate of a point that is seen through a face
+constexpr double kRelativeMargin = 0.02;  // of the depth: points this near to a face belong to it
+constexpr double kInnerShare = 0.05;      // least barycentric coordinate of a point seen through a face
 constexpr double kMaxCoarser = 2.5;       // a face is superseded by one of at most this many times its area
-constexpr double kCornerShare = 0.95;     // so far from its middle to its corners a face must be covered
+constexpr double kCornerShare = 0.95;     // part of the way from the middle to a corner up to which it is covered
 constexpr double kMinDepth = 0.1;         // m
 
 }  // namespace
@@ -84,8 +84,8 @@ bool Mesher::is_covered_at(const MeshFace& face, const Eigen::Vector3d& p_C, int
                           0.5 * kRelativeMargin * p_C.z();
 }
 
-/// Whether newer faces of the same surface cover the face: at its middle and near each corner. Nearer to the middle will not
-/// do: at the border of what is in sight each keyframe would cut off the corners of the last one's faces.
+/// Whether newer faces of the same surface cover the face, at its middle and near each corner. Points nearer to the
+/// middle are not enough: at the border of the view each keyframe would cut off the corners of the last one's faces.
 bool Mesher::is_superseded(const MeshFace& face, int triangle) const {
     const Eigen::Vector3d middle =
         (vertex_C_[face.vertex[0]] + vertex_C_[face.vertex[1]] + vertex_C_[face.vertex[2]]) / 3.0;
@@ -105,7 +105,7 @@ void Mesher::weigh_evidence() {
     for (int i = 0; i < mesh_.vertex_end(); ++i) {
         if (mesh_.is_vertex(i)) {
             const auto v = static_cast<VertexSlot>(i);
-            vertex_C_[v] = R_C_W_ * (mesh_.vertex(v).p_W - p_W_C_);
+            vertex_C_[v] = R_C_W_ * (mesh_.vertex(v).shown_W() - p_W_C_);
         }
     }
     for (int i = 0; i < mesh_.face_end(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Points of an image in cells, to ask whether one is near.
+// Points of an image in cells, to find out whether one is near.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,8 +13,8 @@
 
 namespace facet {
 
-/// Up to kMaxMeshPoints points; one more is a contract violation. Points outside the image belong to the nearest cell at
-/// its border. O(1) for evenly spread points. Thread-bound. No heap.
+/// Up to kMaxMeshPoints points; one more is a contract violation. Points outside the image belong to the nearest cell
+/// at the border. O(1) for evenly spread points. Thread-bound. No heap.
 class PointGrid {
 public:
     PointGrid() { clear(0.0, 1, 1); }

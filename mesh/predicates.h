@@ -7,15 +7,16 @@
 
 namespace facet {
 
-/// Both functions give the sign of a determinant of the coordinates as they are, as if in exact arithmetic: first in plain
-/// floating point with a bound on the rounding error, and only where that cannot decide as an expansion, an exact sum of
-/// doubles [Shewchuk97]. The sign is exact unless a product overflows or underflows: |coordinate| in {0} or [1e-60, 1e60]
-/// is safe. They rely on IEEE arithmetic in which a*b+c is not fused (the build's -ffp-contract=off). Reentrant. No heap.
+/// Both functions give the sign of a determinant of the given coordinates, as if in exact arithmetic. They evaluate it
+/// in plain floating point with a bound on the rounding error, and only if that cannot decide, as an expansion, an
+/// exact sum of doubles [Shewchuk97]. The sign is exact unless a product overflows or underflows: |coordinate| in {0}
+/// or [1e-60, 1e60] is safe. They rely on IEEE arithmetic in which a*b+c is not fused (the build's -ffp-contract=off).
+/// Reentrant. No heap.
 
 namespace predicates {
 
-// Half the distance from 1 to the next double, the largest relative error of one rounding, and from it the bounds of the
-// plain evaluation's error relative to the sum of the magnitudes of its products [Shewchuk97, fig. 21, 22].
+// Half the distance from 1 to the next double, the largest relative error of one rounding. From it follow the bounds of
+// the plain evaluation's error relative to the sum of the magnitudes of its products [Shewchuk97, fig. 21, 22].
 inline constexpr double kEpsilon = 0x1p-53;
 inline constexpr double kOrientationBound = (3.0 + 16.0 * kEpsilon) * kEpsilon;
 inline constexpr double kInCircleBound = (10.0 + 96.0 * kEpsilon) * kEpsilon;

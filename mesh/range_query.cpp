@@ -93,8 +93,8 @@ struct ConeSearch {
         }
     }
 
-    /// The distance is convex over triangle and cone: its least value is at the foot of the perpendicular, on a side, or
-    /// where the ray of the cone nearest to the perpendicular meets the triangle.
+    /// The distance is convex over the intersection of triangle and cone: its least value is at the foot of the
+    /// perpendicular, on a side, or where the ray of the cone nearest to the perpendicular meets the triangle.
     void offer_face(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
         offer(nearest_to_origin(a, b, c));
         offer_side(a, b);

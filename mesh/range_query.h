@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Where the mesh is, asked for obstacle avoidance: rays, distances, and ranges all around.
+// Ranges from the mesh for obstacle avoidance: rays, nearest points, cones, and sectors all around.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,14 +13,14 @@ namespace facet {
 
 /// What a query found.
 struct RangeHit {
-    double distance_m = 0.0;                        ///< from where was asked; the range asked for if nothing was found
+    double distance_m = 0.0;                        ///< from the query's position; max_range_m if nothing was found
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< the point of the mesh (m); only if found
     FaceIndex face = HorizonMesh::kNoFace;          ///< of the mesh at update(); kNoFace: nothing within range
     bool found() const { return face != HorizonMesh::kNoFace; }
 };
 
-/// What a sweep looks at: azimuths about W's z axis, counterclockwise; sector k spans start + k width to start + (k+1)
-/// width, width 2 pi / kSweepSectors.
+/// What a sweep covers. Azimuths are about W's z axis, counterclockwise; sector k spans start_rad + k width to
+/// start_rad + (k + 1) width, width 2 pi / kSweepSectors.
 struct SweepRequest {
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< the vehicle (m)
     double start_rad = 0.0;                         ///< azimuth where sector 0 begins
@@ -29,9 +29,10 @@ struct SweepRequest {
     double max_range_m = 10.0;
 };
 
-/// A copy of the mesh's faces, laid out for queries: bounding spheres as arrays, which a pass of vector instructions
-/// compares with the query; only faces that may hold the answer are computed exactly. Exact to rounding of float
-/// coordinates relative to the mesh's middle. Thread-bound. No heap. About 1 MB.
+/// A copy of the mesh's faces, at the shown positions of their vertices, laid out for queries: a pass of vector
+/// instructions compares arrays of bounding spheres with the query, and only faces that may hold the answer are
+/// computed exactly. Exact to rounding of float coordinates relative to the mesh's middle.
+/// Thread-bound. No heap. About 1 MB.
 class RangeQuery {
 public:
     /// Copies the faces that were observed at least this often; filled holes always count.
@@ -48,8 +49,8 @@ public:
     RangeHit nearest_in_direction(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction, double half_angle_rad,
                                   double max_range_m) const;
 
-    /// Horizontal distance to the nearest point of the mesh in each sector within the band of heights; max_range_m where
-    /// there is none.
+    /// Horizontal distance to the nearest point of the mesh in each sector, within the band of heights; max_range_m
+    /// where there is none.
     void sweep(const SweepRequest& request, std::span<double, kSweepSectors> range_m);
 
 private:

@@ -16,8 +16,8 @@ constexpr float kSlack = 1e-3F;        // m: bounds are floats
 constexpr float kSectorSlack = 0.05F;  // sectors: the arc tangent below is good to 0.003
 constexpr double kMinTurn = 1e-9;      // m^4: rounding does not make a side turn away
 
-/// Arc tangent of y / x in turns of (-0.5, 0.5], to 5e-5: a polynomial on [0, 1] and reflections; no branches, so that the
-/// loop over faces becomes vector instructions. [Abramowitz64, 4.4.49]
+/// Arc tangent of y / x in turns of (-0.5, 0.5], to 5e-5, by a polynomial on [0, 1] [Abramowitz64, 4.4.49] and
+/// reflections; no branches, so that the loop over faces is vectorized.
 inline float turns(float y, float x) {
     const float ax = std::abs(x);
     const float ay = std::abs(y);
@@ -170,8 +170,8 @@ std::size_t RangeQuery::cut_at_height(std::array<Eigen::Vector3d, 5>& polygon, s
     return n;
 }
 
-/// The triangle's part within the band of heights, seen from above: its sides that face the vehicle, in each sector. What
-/// is behind them, seen from there, is farther in the same sector.
+/// The triangle's part within the band of heights, seen from above: its sides that face the vehicle, in each sector.
+/// Everything behind them is farther away in the same sector.
 void RangeQuery::sweep_face(std::size_t face, const Eigen::Vector3d& q, const SweepRequest& request, Sweep& sweep) {
     std::array<Eigen::Vector3d, 5> polygon{corner(face, 0) - q, corner(face, 1) - q, corner(face, 2) - q};
     std::size_t count = 3;

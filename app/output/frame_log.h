@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Writes one row a frame: where the time went, and how the estimator felt.
+// Writes a row for every frame: processing times, and the estimator's health.
 #pragma once
 
 #include <array>
@@ -31,8 +31,8 @@ private:
     TextFile file_;
 };
 
-/// health.csv: stamp_ns and every field of Health, the reasons both as a number and as names joined by '|'.
-/// Throws InputError.
+/// health.csv: stamp_ns and every field of Health, the reasons as a number and as names joined by '|'. Throws
+/// InputError if it cannot be written.
 class HealthWriter {
 public:
     explicit HealthWriter(const std::string& folder);

@@ -14,8 +14,8 @@ namespace facet {
 /// The mesher's counters, for mesh.csv and summary.json.
 std::vector<NamedCounter> named_counters(const MeshCounters& counters);
 
-/// A row a keyframe: stamp_ns, vertices, faces, and how much each of MeshCounters grew. Throws InputError if it cannot
-/// be written. Thread-bound.
+/// A row for every keyframe: stamp_ns, vertices, faces, and the increase of each of MeshCounters. Throws InputError if
+/// it cannot be written. Thread-bound.
 class MeshLog {
 public:
     explicit MeshLog(const std::string& folder);

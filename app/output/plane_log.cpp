@@ -19,15 +19,15 @@ PlaneLog::PlaneLog(const std::string& folder) : file_(folder + "/planes.csv") {
 }
 
 void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes) {
-    std::vector<const TrackedPlane*> told;
+    std::vector<const TrackedPlane*> reported;
     for (const TrackedPlane& plane : planes) {
         if (plane.is_told) {
-            told.push_back(&plane);
+            reported.push_back(&plane);
         }
     }
-    std::sort(told.begin(), told.end(),
+    std::sort(reported.begin(), reported.end(),
               [](const TrackedPlane* a, const TrackedPlane* b) { return a->id.value < b->id.value; });
-    for (const TrackedPlane* plane : told) {
+    for (const TrackedPlane* plane : reported) {
         const PlaneFit& f = plane->fit;
         file_.print("{},{},{},{:.8f},{:.8f},{:.8f},{:.6f},{},{:.4f},{:d},{},{}", stamp.ns, plane->id.value,
                     to_string(plane->kind), f.normal_W.x(), f.normal_W.y(), f.normal_W.z(), f.distance_m,
@@ -43,6 +43,7 @@ void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes) {
     }
 }
 
+/// The format of mesh/README.md.
 void PlaneLog::write_planes(const std::string& folder) const {
     const auto array = [](const Eigen::Vector3d& v) { return nlohmann::ordered_json{v.x(), v.y(), v.z()}; };
     nlohmann::ordered_json planes = nlohmann::ordered_json::array();

@@ -17,19 +17,18 @@ namespace facet {
 /// The plane finder's counters, for summary.json.
 std::vector<NamedCounter> named_counters(const PlaneCounters& counters);
 
-/// planes.csv: a row for every plane told at a keyframe, by id. planes.json: every plane of the run as it was when last
-/// found. World frame of the estimate, metres; n . p = distance, the normal points to the side the plane was seen from.
-/// Heap; thread-bound. Throws InputError if a file cannot be written.
+/// planes.csv: a row for every keyframe and plane reported at it, by id. planes.json: every plane of the run as it was
+/// when last found, in the format of mesh/README.md. World frame of the estimate, metres; n . p = distance; the normal
+/// points to the side the plane was seen from. Heap; thread-bound. Throws InputError if a file cannot be written.
 class PlaneLog {
 public:
     explicit PlaneLog(const std::string& folder);
-    /// @param planes  those not told are passed over
+    /// @param planes  all planes of the finder; those that it does not propose are skipped
     void write(Timestamp stamp, std::span<const TrackedPlane> planes);
     void flush() { file_.flush(); }
     void close() { file_.close(); }
 
-    /// Writes folder/planes.json: an array of {id, normal, distance, inliers, kind, centroid, extent, area,
-    /// first_stamp_ns, last_stamp_ns}.
+    /// Writes folder/planes.json.
     void write_planes(const std::string& folder) const;
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Writes what residuals a run left: residuals.csv.
+// Writes histograms of a run's residuals: residuals.csv.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ struct NamedResiduals {
 };
 std::array<NamedResiduals, 4> named_residuals(const VisionResiduals& residuals);
 
-/// folder/residuals.csv: a row for each bin with its middle (px) and the observations in it, a column each for left_u,
-/// left_v, right_u, right_v. Throws InputError if it cannot be written.
+/// Writes folder/residuals.csv: a row for each bin with its middle (px) and the number of observations in it, in a
+/// column each for left_u, left_v, right_u, right_v. Throws InputError if it cannot be written.
 void write_residuals(const VisionResiduals& residuals, const std::string& folder);
 
 }  // namespace facet

@@ -16,9 +16,9 @@
 namespace facet {
 
 /// Collects faces as they leave the horizon and writes meshes as PLY with vertex normals and plane ids. A face is
-/// identified by its three landmarks: if it comes back, the newer one counts. Faces that have a landmark at the same
-/// place in common share its vertex. When full, new faces are dropped and counted, but known ones are still updated.
-/// Heap; thread-bound.
+/// identified by its three landmarks: if it comes back, the newer one replaces the older one. Faces share a vertex if
+/// they have the same landmark at the same place. When full: new faces are dropped and counted; faces already there can
+/// still be replaced. Heap; thread-bound.
 class RunMesh {
 public:
     explicit RunMesh(std::size_t max_faces = std::numeric_limits<std::size_t>::max()) : max_faces_(max_faces) {}

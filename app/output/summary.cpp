@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/output/summary.h"
 
-#include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "app/output/mesh_log.h"
 #include "app/output/plane_log.h"
 #include "app/output/residual_log.h"
+#include "app/support/statistics.h"
 #include "app/support/text_file.h"
 #include "estimator/geometry/so3.h"
 #include "platform/base/angle.h"
@@ -126,18 +126,14 @@ double RunSummary::coverage() const {
 
 TimingStatistics timing_statistics(std::vector<double> times_ms) {
     TimingStatistics s;
-    s.count = times_ms.size();
-    if (times_ms.empty()) {
-        return s;
+    const OrderStatistics order(std::move(times_ms));
+    s.count = order.count();
+    for (const double t : order.sorted()) {
+        s.mean_ms += t / static_cast<double>(s.count);
     }
-    std::sort(times_ms.begin(), times_ms.end());
-    const std::size_t n = times_ms.size();
-    for (const double t : times_ms) {
-        s.mean_ms += t / static_cast<double>(n);
-    }
-    s.median_ms = n % 2 == 1 ? times_ms[n / 2] : 0.5 * (times_ms[n / 2 - 1] + times_ms[n / 2]);
-    s.p99_ms = times_ms[static_cast<std::size_t>(std::ceil(0.99 * static_cast<double>(n))) - 1];
-    s.max_ms = times_ms.back();
+    s.median_ms = order.median();
+    s.p99_ms = order.nearest_rank(0.99);
+    s.max_ms = order.max();
     return s;
 }
 

@@ -57,12 +57,12 @@ struct RunSummary {
     double coverage() const;  ///< estimates per listed frame
 };
 
-/// Order statistics of a set of times.
+/// A set of times in figures; median and p99 as OrderStatistics::median() and nearest_rank().
 struct TimingStatistics {
     std::size_t count = 0;
     double mean_ms = 0.0;
     double median_ms = 0.0;
-    double p99_ms = 0.0;  ///< nearest rank
+    double p99_ms = 0.0;
     double max_ms = 0.0;
 };
 TimingStatistics timing_statistics(std::vector<double> times_ms);

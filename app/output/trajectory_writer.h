@@ -9,10 +9,11 @@
 
 namespace facet {
 
-/// trajectory.tum: "seconds x y z qx qy qz qw", stamps exact to the nanosecond. trajectory.csv: EuRoC's 17 columns
-/// t[ns], p, q wxyz, v, gyro bias, accelerometer bias. Pose of B in W. covariance.csv: t[ns] and the 45 entries on and
-/// above the diagonal of Estimate::covariance, c00 c01 ... c88, row by row. Throws InputError if a file cannot be
-/// written.
+/// Poses are those of B in W. Throws InputError if a file cannot be written.
+///   trajectory.tum   "seconds x y z qx qy qz qw", stamps exact to the nanosecond
+///   trajectory.csv   EuRoC's 17 columns: t[ns], p, q wxyz, v, gyro bias, accelerometer bias
+///   covariance.csv   t[ns] and the 45 entries c00 c01 ... c88 on and above the diagonal of Estimate::covariance, row
+///                    by row
 class TrajectoryWriter {
 public:
     explicit TrajectoryWriter(const std::string& folder);

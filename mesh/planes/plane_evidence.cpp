@@ -9,7 +9,7 @@
 namespace facet {
 namespace {
 
-constexpr float kMaxLandmarkChi2 = 6.0F;  // of its sightings, as the mesh bears it in a vertex
+constexpr float kMaxLandmarkChi2 = 6.0F;  // of its sightings, as the mesh accepts it in a vertex
 constexpr float kFarAway = 1e6F;          // m
 constexpr double kNear = 0.30;            // m: faces this near to a plane can have two corners on it
 constexpr double kStaySigma = 1.5;        // a landmark on a plane may be this much less certain than a new one
@@ -36,7 +36,7 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
         state.is_held = s.plane.valid();
         if (m < members_.size() && members_[m].id == s.id) {
             state.former = members_[m].plane;
-            state.was_told = members_[m].was_told;
+            state.was_chosen = members_[m].was_chosen;
         }
         if (const auto slot = mesh.find_vertex(s.id); slot.ok()) {
             point_of_vertex_[slot.value()] = static_cast<std::uint16_t>(points_.size());
@@ -54,8 +54,7 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
         state.is_good = true;
         point_of_vertex_[slot] = static_cast<std::uint16_t>(points_.size());
         const MeshVertex& vertex = mesh.vertex(slot);
-        add_point({vertex.p_W - vertex.to_plane_W, static_cast<float>(view.observation_variance) * vertex.covariance_W},
-                  state);
+        add_point({vertex.measured_W, static_cast<float>(view.observation_variance) * vertex.covariance_W}, state);
     }
     take_faces(mesh);
 }
@@ -66,7 +65,8 @@ void PlaneEvidence::add_point(const PlanePoint& point, const PointState& state) 
     state_.push_back(state);
 }
 
-/// Tilt of a face whose corners move by independent amounts s along its normal: s^2 sum 1 / height_i^2, halved for one axis.
+/// Variance of a face's tilt if its corners move independently along its normal with sigma s:
+/// s^2 sum 1 / height_i^2, half of it about each axis.
 void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
     const auto base = static_cast<float>(kRadPerDeg * config_.face_angle_deg);
     const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
@@ -96,7 +96,7 @@ void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
         face.least_cosine = std::cos(std::min(widest, base + 2.0F * face.tilt_sigma));
         face.index = index;
         face.is_fill = from.is_fill;
-        // Faces that close holes are near no plane.
+        // Faces that close holes are placed far from every plane.
         const Eigen::Vector3f place = from.is_fill ? Eigen::Vector3f::Constant(kFarAway) : face.centroid;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             place_[axis][faces_.size() - 1] = place(static_cast<Eigen::Index>(axis));
@@ -147,7 +147,7 @@ void PlaneEvidence::collect(const PlaneFit& fit, PlaneSerial plane, const PlaneG
     support.area_m2 = 0.0;
     const Eigen::Vector3f n = fit.normal_W.cast<float>();
     const auto d = static_cast<float>(fit.distance_m - fit.normal_W.dot(origin_));
-    // Most faces are far from most planes: their heights are taken apart from all else, whole vectors at a time.
+    // Most faces are far from most planes: a loop of its own computes all heights with vector instructions.
     for (std::size_t i = 0; i < faces_.size(); ++i) {
         height_[i] = n.x() * place_[0][i] + n.y() * place_[1][i] + n.z() * place_[2][i] - d;
     }
@@ -251,8 +251,8 @@ void PlaneEvidence::forget_former() {
     }
 }
 
-/// Weight of a vote: area up to a limit, times the likelihood that a plane of this kind gives such a normal, times how well
-/// the normal is known.
+/// Weight of a vote: area up to a limit, times the likelihood that a plane of this kind gives such a normal, times a
+/// factor for how well the normal is known.
 void PlaneEvidence::vote(PlaneVotes& votes) const {
     const auto base = static_cast<float>(kRadPerDeg * config_.face_angle_deg);
     const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
@@ -297,15 +297,15 @@ void PlaneEvidence::choose_spread(const PlaneFit& fit, std::span<const std::uint
         const int u = cell_of(std::clamp(fit.along_W.dot(q), -1e3, 1e3), fit.extent_along_m);
         const int v = cell_of(std::clamp(fit.across_W.dot(q), -1e3, 1e3), fit.extent_across_m);
         ranked_.push_back(
-            {p, static_cast<std::uint16_t>(kCells * v + u), 0, state_[p].was_told, points_[p].sigma_along(n)});
+            {p, static_cast<std::uint16_t>(kCells * v + u), 0, state_[p].was_chosen, points_[p].sigma_along(n)});
     }
     if (ranked_.size() > kMaxPlaneLandmarks) {
         std::sort(ranked_.begin(), ranked_.end(), [](const Ranked& a, const Ranked& b) {
             if (a.cell != b.cell) {
                 return a.cell < b.cell;
             }
-            if (a.was_told != b.was_told) {
-                return a.was_told;
+            if (a.was_chosen != b.was_chosen) {
+                return a.was_chosen;
             }
             return a.sigma != b.sigma ? a.sigma < b.sigma : a.point < b.point;
         });
@@ -322,10 +322,10 @@ void PlaneEvidence::choose_spread(const PlaneFit& fit, std::span<const std::uint
     }
     chosen.clear();
     for (const std::uint16_t p : points) {
-        state_[p].was_told = false;
+        state_[p].was_chosen = false;
     }
     for (const Ranked& r : ranked_) {
-        state_[r.point].was_told = true;
+        state_[r.point].was_chosen = true;
         chosen.push_back(state_[r.point].id);
     }
 }
@@ -335,7 +335,7 @@ void PlaneEvidence::remember() {
     for (std::size_t i = 0; i < landmarks_; ++i) {
         const PointState& s = state_[i];
         if (s.owner != 0) {
-            members_.push_back({s.id, s.owner, s.was_told});
+            members_.push_back({s.id, s.owner, s.was_chosen});
         }
     }
 }

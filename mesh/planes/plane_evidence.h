@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Points and faces of one keyframe as the plane finder sees them, and which plane has which of them.
+// Points and faces of one keyframe for the plane finder, and the plane that each of them belongs to.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@
 
 namespace facet {
 
-/// What a plane is called between its first candidate and its end; 0 for none.
+/// Identifies a plane from its first candidate to its end; 0 for none.
 using PlaneSerial = std::uint32_t;
 
 /// How far a landmark may be from a plane.
@@ -25,35 +25,36 @@ struct PlaneGate {
     double sigmas = 0.0;  ///< of landmark, plane and surface together
 };
 
-/// What speaks for a plane.
+/// The evidence for a plane.
 struct PlaneSupport {
     FixedVector<std::uint16_t, kMaxLandmarks> points;     ///< landmarks, increasing
     FixedVector<std::uint16_t, kMaxPlanePoints> surface;  ///< surface points, increasing
     double area_m2 = 0.0;                                 ///< of the faces with all corners on it
-    double coherence = 0.0;    ///< by number, of the faces with two corners on it: those whose third is so too
-    double roughness_m = 0.0;  ///< root of the covariance of residuals at two ends of a side; noise alone gives about 0
+    double coherence = 0.0;    ///< share of the faces with two corners on it whose third corner is on it, too
+    double roughness_m = 0.0;  ///< root of the covariance of the residuals at both ends of a side; about 0 for noise
 };
 
-/// Points are the landmarks, by increasing id, and behind them the surface points of the mesh. Those bear faces, which vote and
-/// cover area; what a plane is, and whether it is one, only landmarks say: seen from one keyframe, surface points are too
-/// uncertain to contradict. About 1 MB. Thread-bound. No heap.
+/// Points are the landmarks, by increasing id, followed by the surface points of the mesh, all at their measured
+/// positions. Surface points are corners of faces, which vote and cover area. Where a plane is, and whether it is one,
+/// is decided by landmarks alone: measured from one keyframe, surface points are too uncertain to contradict.
+/// Thread-bound. No heap. About 1 MB.
 class PlaneEvidence {
 public:
     void clear() { members_.clear(); }
 
-    /// Landmarks and faces of this keyframe; landmarks keep the plane they had at the last one as their former plane.
+    /// Takes landmarks and faces of a keyframe; a landmark's plane at the last keyframe becomes its former plane.
     void take(const PlaneConfig& config, const HorizonMesh& mesh, const KeyframeView& view);
 
     std::span<const PlanePoint> points() const { return {points_.data(), points_.size()}; }
     LandmarkId landmark(std::uint16_t point) const { return state_[point].id; }
     PlaneSerial owner(std::uint16_t point) const { return state_[point].owner; }
 
-    /// Landmarks on a plane: the corners of faces turned like it that lie on it with all three, and its former landmarks.
-    /// Landmarks of other planes are left out. Coherence and roughness are weigh()'s.
-    /// @param plane  whose former landmarks pass by `stay` and need no face; 0 for a candidate
+    /// Landmarks on a plane: corners of faces that have its direction and all three corners on it, and former landmarks
+    /// of the plane. Landmarks of other planes are left out. Coherence and roughness are computed by weigh().
+    /// @param plane  its former landmarks have to pass only `stay` and need no face; 0 for a candidate
     void collect(const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join, const PlaneGate& stay,
                  PlaneSupport& support);
-    /// Coherence and roughness of what the last collect() found.
+    /// Coherence and roughness of the last collect()'s result.
     void weigh(PlaneSupport& support) const;
     /// Former landmarks of a plane, wherever they are.
     void collect_former(PlaneSerial plane, FixedVector<std::uint16_t, kMaxLandmarks>& points) const;
@@ -63,21 +64,21 @@ public:
     void own(const PlaneSupport& support, PlaneSerial plane);
     void hand_over(PlaneSerial from, PlaneSerial to);
     void release(PlaneSerial plane) { hand_over(plane, 0); }
-    /// Landmarks that no plane took at this keyframe are free for new ones.
+    /// Landmarks that belong to no plane at this keyframe become free for new ones.
     void forget_former();
 
-    /// Faces that no plane explains vote.
+    /// Lets the faces that no plane explains vote.
     void vote(PlaneVotes& votes) const;
 
-    /// At most kMaxPlaneLandmarks of the points, by increasing id: of each cell of a grid over the plane the ones told before
-    /// and then the most certain first.
+    /// Chooses at most kMaxPlaneLandmarks of the points, evenly over the cells of a grid on the plane: in each cell
+    /// those chosen before come first, then the most certain ones. @param chosen  by increasing id
     void choose_spread(const PlaneFit& fit, std::span<const std::uint16_t> points,
                        FixedVector<LandmarkId, kMaxPlaneLandmarks>& chosen);
 
-    /// Keeps who owns what until the next keyframe.
+    /// Keeps the planes of the landmarks until the next keyframe.
     void remember();
 
-    /// Calls visit(face of the mesh, plane) for every face: the plane that its corners are on, 0 if none.
+    /// Calls visit(face of the mesh, plane) for every face, with the plane that its corners are on or 0.
     /// @param fit_of  PlaneSerial -> const PlaneFit*
     template <class FitOf, class Visit>
     void for_faces(FitOf fit_of, Visit visit) const {
@@ -88,8 +89,9 @@ public:
         }
     }
 
-    /// Calls visit(vertex of the mesh, shift) for every vertex that is a point: from where it was measured to where it most
-    /// likely is, given that it is on its plane; zero if it has none or the estimator has put it there.
+    /// Calls visit(vertex of the mesh, shift) for every vertex that is a point. The shift leads from the measured
+    /// position to the most likely one on the vertex's plane; it is zero without a plane, and for landmarks that the
+    /// estimator already holds on it.
     /// @param fit_of  PlaneSerial -> const PlaneFit*
     template <class FitOf, class Visit>
     void for_vertices(FitOf fit_of, Visit visit) const {
@@ -111,12 +113,12 @@ private:
         PlaneSerial owner = 0;
         bool is_good = false;  ///< its sightings agree
         bool is_held = false;  ///< the estimator holds it on a plane
-        bool was_told = false;
+        bool was_chosen = false;
     };
     struct Member {
         LandmarkId id;
         PlaneSerial plane = 0;
-        bool was_told = false;
+        bool was_chosen = false;
     };
     struct Face {
         Eigen::Vector3f normal_W = Eigen::Vector3f::Zero();
@@ -129,11 +131,11 @@ private:
         FaceIndex index = 0;
         bool is_fill = false;
     };
-    /// A landmark against the plane in hand.
+    /// A landmark relative to the plane being examined.
     struct Standing {
         float residual = 0.0F;
         float sigma = 0.0F;
-        std::uint8_t fits = 0;  ///< 0 not yet asked, 1 yes, 2 no
+        std::uint8_t fits = 0;  ///< 0 not yet known, 1 yes, 2 no
         bool is_on = false;
     };
 
@@ -148,21 +150,21 @@ private:
     PlaneConfig config_;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     FixedVector<PlanePoint, kMaxPlanePoints> points_;
-    std::size_t landmarks_ = 0;  ///< so many of the points are landmarks
+    std::size_t landmarks_ = 0;  ///< number of points that are landmarks: the first ones
     FixedVector<PointState, kMaxPlanePoints> state_;
     std::array<Eigen::Vector3f, kMaxPlanePoints> from_origin_;  ///< points, from origin_
     std::array<Standing, kMaxPlanePoints> standing_;
     std::array<std::uint16_t, kMaxMeshVertices> point_of_vertex_{};
     FixedVector<Face, kMaxMeshFaces> faces_;
     std::array<std::array<float, kMaxMeshFaces>, 3> place_;  ///< x, y and z of their centroids
-    std::array<float, kMaxMeshFaces> height_;                ///< of these above the plane in hand
-    FixedVector<std::uint16_t, kMaxMeshFaces> near_;         ///< faces near the plane in hand
+    std::array<float, kMaxMeshFaces> height_;                ///< of the centroids above the plane being examined
+    FixedVector<std::uint16_t, kMaxMeshFaces> near_;         ///< faces near the plane being examined
     FixedVector<Member, kMaxLandmarks> members_;             ///< by increasing id, of the last keyframe
     struct Ranked {
         std::uint16_t point = 0;
         std::uint16_t cell = 0;
         std::uint16_t rank = 0;
-        bool was_told = false;
+        bool was_chosen = false;
         float sigma = 0.0F;
     };
     FixedVector<Ranked, kMaxLandmarks> ranked_;  ///< scratch of choose_spread

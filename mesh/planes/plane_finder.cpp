@@ -10,8 +10,8 @@
 namespace facet {
 namespace {
 
-constexpr std::size_t kMinTold = 3;  // landmarks: fewer are no plane
-constexpr int kMostDoubtsTold = 2;   // one doubtful keyframe may be chance
+constexpr std::size_t kMinProposed = 3;  // landmarks: fewer do not determine a plane
+constexpr int kDoubtsToWithhold = 2;     // a single doubtful keyframe may be chance
 
 bool is_usable(const PlaneEstimate& e) {
     return e.id.valid() && e.normal_W.allFinite() && std::isfinite(e.distance_m) &&
@@ -70,14 +70,14 @@ void PlaneFinder::take_estimates(const PlaneEstimates& estimates) {
     }
 }
 
-/// One known plane at a new keyframe. Its landmarks have moved with the whole map: the plane is first fitted to all of
-/// them, then asked which of them still fit.
+/// Updates a known plane at a new keyframe. Its landmarks have moved with the whole map, so the plane is first fitted
+/// to all of them; then those that no longer fit leave.
 void PlaneFinder::follow(TrackedPlane& plane) {
     const std::span<const PlanePoint> points = evidence_.points();
     evidence_.collect_former(plane.serial, points_);
     const std::span<const std::uint16_t> former{points_.data(), points_.size()};
     if (!plane.is_held && plane.lost == 0) {
-        // Where it was if that fails.
+        // If that fails the plane stays where it was.
         static_cast<void>(fit_plane(points, former, config_.surface_sigma_m, plane.fit, PlaneBend::kLeave));
     }
     plane.lost += 1;
@@ -208,11 +208,11 @@ void PlaneFinder::propose() {
     proposals_.clear();
     for (TrackedPlane& plane : planes_) {
         plane.is_told = false;
-        if (!plane.id.valid() || plane.lost > config_.leave_keyframes || plane.doubts >= kMostDoubtsTold) {
+        if (!plane.id.valid() || plane.lost > config_.leave_keyframes || plane.doubts >= kDoubtsToWithhold) {
             continue;
         }
         evidence_.collect_owned(plane.serial, points_);
-        if (points_.size() < kMinTold) {
+        if (points_.size() < kMinProposed) {
             continue;
         }
         plane.is_told = true;
@@ -238,11 +238,8 @@ void PlaneFinder::flatten(HorizonMesh& mesh) const {
         const TrackedPlane* const plane = find(serial);
         return plane != nullptr && plane->is_held ? &plane->fit : nullptr;
     };
-    evidence_.for_vertices(fit_of, [&](VertexSlot slot, const Eigen::Vector3d& shift_W) {
-        MeshVertex& vertex = mesh.vertex(slot);
-        vertex.p_W += shift_W - vertex.to_plane_W;
-        vertex.to_plane_W = shift_W;
-    });
+    evidence_.for_vertices(
+        fit_of, [&](VertexSlot slot, const Eigen::Vector3d& shift_W) { mesh.vertex(slot).to_plane_W = shift_W; });
 }
 
 void PlaneFinder::label(HorizonMesh& mesh) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Finds the floors and walls of the mesh, keeps their identity, and tells which landmarks lie on them.
+// Finds the floors and walls of the mesh, keeps their identity, and determines the landmarks on them.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,36 +27,36 @@ struct TrackedPlane {
     int landmarks = 0;     ///< on it now
     int found = 0;         ///< keyframes that found it
     int lost = 0;          ///< keyframes in a row that did not
-    int doubts = 0;        ///< keyframes in a row at which its landmarks did not look like a plane
+    int doubts = 0;        ///< keyframes in a row at which its landmarks did not form a plane
     bool is_held = false;  ///< normal and distance are the estimator's
     bool is_told = false;  ///< among the last proposals
 };
 
 /// What the finder has done since configure().
 struct PlaneCounters {
-    std::uint64_t candidates = 0;   ///< peaks looked at
-    std::uint64_t refused = 0;      ///< of these, no plane
+    std::uint64_t candidates = 0;   ///< peaks examined
+    std::uint64_t refused = 0;      ///< candidates that were no plane
     std::uint64_t confirmed = 0;    ///< planes that got an id
     std::uint64_t found_again = 0;  ///< lost planes that came back under their id
-    std::uint64_t merged = 0;       ///< planes that became another
-    std::uint64_t doubted = 0;      ///< planes given up because they did not look like one any more
+    std::uint64_t merged = 0;       ///< planes merged into another one
+    std::uint64_t doubted = 0;      ///< planes given up because their landmarks no longer formed one
     std::uint64_t forgotten = 0;    ///< planes lost for too long
-    std::uint64_t crowded_out = 0;  ///< planes without a place
+    std::uint64_t crowded_out = 0;  ///< new planes for which there was no room
 };
 
 /// Finds planes in the mesh over the horizon without sampling [Rosinol19], at each keyframe after the mesher:
-///   1 known planes take their normal and distance from the estimator, or are fitted anew to their landmarks; landmarks that
-///     no longer fit leave, those of faces that lie in the plane join;
-///   2 planes that have become equal merge, the older id stays;
-///   3 faces that no plane explains vote (PlaneVotes); each peak is refined by weighted least squares;
-///   4 a candidate becomes a plane if its landmarks look like one: number, area, extent, tilt, chi-square, no bend, no
-///     common trend of neighbouring residuals, few neighbours off the plane; if it equals a known plane, lost ones included,
-///     it is that one; else it gets an id when found at `confirm_keyframes`.
-/// Planes are equal if normal and distance, compared at the place of each other's landmarks, differ by no more than their
-/// uncertainty explains, within absolute limits, and one plane fits the landmarks of both. A plane lost for more than
-/// `leave_keyframes` is told no more but known for another `forget_keyframes`. At most kMaxPlanes have an id: when full, the
-/// one lost for longest makes room; if none is lost, the new one waits.
-/// Ids are never used again, not even after reset(). Time is bounded by the capacities. About 900 KB: allocate it once.
+///   1 Known planes take their normal and distance from the estimator, or are fitted anew to their landmarks. Landmarks
+///     that no longer fit leave; those of faces that lie in the plane join.
+///   2 Planes that have become equal merge; the older id stays.
+///   3 Faces that no plane explains vote (PlaneVotes); each peak is refined by weighted least squares.
+///   4 A candidate becomes a plane if its landmarks form one, by number, area, extent, tilt and chi-square, without a
+///     bend, a common trend of neighbouring residuals, or many neighbours off the plane. If it equals a known plane,
+///     lost ones included, it is that plane; else it gets an id when found at `confirm_keyframes`.
+/// Two planes are equal if one plane fits the landmarks of both, and if normal and distance, compared at each other's
+/// landmarks, differ by no more than their uncertainty explains, within absolute limits. A plane lost for more than
+/// `leave_keyframes` is no longer proposed, but remembered for another `forget_keyframes`. At most kMaxPlanes have an
+/// id: when full, the one lost for longest makes room; if none is lost, the new one waits.
+/// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 900 KB: allocate it once.
 /// Thread-bound. Deterministic. No heap.
 class PlaneFinder {
 public:
@@ -73,8 +73,9 @@ public:
     /// Writes into every face the plane it lies on, invalid if none. Contract: the mesh as it was at the last update.
     void label(HorizonMesh& mesh) const;
 
-    /// Draws the vertices on planes that the estimator holds to them, as those of its own landmarks there already are; lets go
-    /// of all others. Contract: the mesh as it was at the last update.
+    /// Sets MeshVertex::to_plane_W: draws vertices to their plane if the estimator holds it, as it has already done
+    /// with its own landmarks, and removes the correction of all others. Measured positions are not touched. Contract:
+    /// the mesh as it was at the last update.
     void flatten(HorizonMesh& mesh) const;
 
     /// All planes, by age; those without id are candidates.
@@ -83,7 +84,7 @@ public:
     const PlaneCounters& counters() const { return counters_; }
 
 private:
-    static constexpr int kMaxCandidates = 8;   // without id; and looked at in one update
+    static constexpr int kMaxCandidates = 8;   // without id; and examined in one update
     static constexpr double kKeepSlack = 1.5;  // a known plane may miss the limits by this factor
     enum class Verdict { kPlane, kSmall, kMisshapen };
 
@@ -105,7 +106,7 @@ private:
     bool make_room();
     void propose();
     int confirmed() const;
-    const TrackedPlane* find(PlaneSerial serial) const;  ///< nullptr if it is no more
+    const TrackedPlane* find(PlaneSerial serial) const;  ///< nullptr if there is none
 
     PlaneConfig config_;
     PlaneCounters counters_;

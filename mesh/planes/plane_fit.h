@@ -23,7 +23,7 @@ struct PlanePoint {
     float sigma_along(const Eigen::Vector3f& n) const { return std::sqrt(variance_along(n)); }
 };
 
-/// A plane n . p = d with its uncertainty at the place of its points. The axes along, across and normal are orthonormal.
+/// A plane n . p = d with its uncertainty at its points. The axes along, across and normal are orthonormal.
 struct PlaneFit {
     Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();
     double distance_m = 0.0;
@@ -45,14 +45,15 @@ struct PlaneFit {
     double sigma_at(const Eigen::Vector3d& p_W) const;
 };
 
-/// Fewest points of a fit: three determine a plane, the others tell whether it is one.
+/// Fewest points of a fit: three determine a plane, the others show whether it is one.
 inline constexpr int kMinFitPoints = 6;
 
 /// Whether a fit asks for the bend, which takes as long as all the rest.
 enum class PlaneBend : std::uint8_t { kAsk, kLeave };
 
-/// Weighted least squares: minimises sum w_i (n . p_i - d)^2 / (n' Sigma_i n + s^2), where s is how flat the surface is and w
-/// Huber's weight, by a bounded number of steps from `fit`, each the eigenvectors of the weighted scatter.
+/// Weighted least squares: minimises sum w_i (n . p_i - d)^2 / (n' Sigma_i n + s^2), where s is the unevenness of the
+/// surface and w_i Huber's weight, in a bounded number of steps from `fit`; each solves for the eigenvectors of the
+/// weighted scatter.
 /// @param which  indices of the points that take part
 /// @param fit    in: normal and distance to start from; out: everything
 /// @param bend   kLeave: fit.bend_m stays as it is

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Which planes are the same one, and which have an id.
+// Decides which planes are the same one, and which get an id.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace facet {
 namespace {
 
 constexpr double kEqualSigmas = 3.0;    // of the difference of two planes
-constexpr double kEqualFloor = 0.015;   // m: planes nearer than this at each other's landmarks are equal anyway
+constexpr double kEqualFloor = 0.015;   // m: difference at each other's landmarks that is allowed in any case
 constexpr double kEqualTurn = 1.0;      // deg, likewise
 constexpr double kDriftPerLoss = 2e-3;  // m a keyframe, of a plane that is not seen
 

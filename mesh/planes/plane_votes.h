@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Where the faces of a mesh say that planes are: histograms of heights and of walls.
+// Histograms of heights and of walls, in which the faces of a mesh vote for planes.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,14 +21,14 @@ struct PlanePeak {
     float support_m2 = 0.0F;  ///< votes, in weighted area, within the smoothing kernel
 };
 
-/// Votes of one keyframe. Heights and distances count from an origin that moves with the vehicle, +-kReach around it, so
-/// that the histograms have a fixed size anywhere. Sides are kept apart: floors from ceilings, and walls by azimuth over
-/// the full turn.
+/// Votes of one keyframe. Heights and distances are relative to an origin that moves with the vehicle and reach
+/// +-kReach around it, so the histograms have a fixed size anywhere. The two sides of a surface are kept apart: floors
+/// from ceilings, and walls by azimuth over the full turn.
 ///   horizontal [Rosinol19]: height of each vertex
-///   vertical: azimuth x distance. Other than in the paper a face votes for every azimuth a within its uncertainty, with
-///   the distance n(a) . (centroid - origin) that a wall of this azimuth through its centroid has: far from the foot of the
-///   perpendicular an error of azimuth would else move the distance by decimetres, and no bin collects the votes.
-/// Smoothing is by a Gaussian along height and distance, as wide as the voters are uncertain. Votes outside the reach are
+///   vertical: azimuth x distance. Unlike in the paper a face votes for every azimuth a within its uncertainty, with
+///   the distance n(a) . (centroid - origin) of a wall of this azimuth through its centroid. With a single azimuth, its
+///   error would move the distance by decimetres far from the foot of the perpendicular and scatter the votes.
+/// Smoothing is by a Gaussian along height and distance, as wide as the votes are uncertain. Votes beyond the reach are
 /// dropped. Thread-bound. No heap. About 200 KB.
 class PlaneVotes {
 public:

@@ -12,7 +12,7 @@ namespace facet::test {
 /// Adds a landmark's vertex.
 inline VertexSlot add_vertex(HorizonMesh& mesh, std::uint32_t id, const Eigen::Vector3d& p_W) {
     const VertexSlot slot = mesh.add_vertex({id}).value();
-    mesh.vertex(slot).p_W = p_W;
+    mesh.vertex(slot).measured_W = p_W;
     mesh.vertex(slot).covariance_W = 1e-4F * Eigen::Matrix3f::Identity();
     return slot;
 }
@@ -27,8 +27,8 @@ inline std::unique_ptr<HorizonMesh> random_mesh(int faces, unsigned seed, double
         const double v = uniform(random);
         return Eigen::Vector3d(x * u, y * v, z * uniform(random));
     };
-    // Clusters of k vertices give k (k-1) (k-2) / 6 triangles each: in a full mesh only large ones leave vertices
-    // enough.
+    // Clusters of k vertices give k (k-1) (k-2) / 6 triangles each: a full mesh needs large ones to have
+    // enough vertices.
     constexpr int kMaxCluster = 8;
     const int cluster = faces > 2000 ? kMaxCluster : 4;
     std::uint32_t id = 0;

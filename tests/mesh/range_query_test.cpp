@@ -214,8 +214,8 @@ TEST_CASE("a sweep of 72 sectors equals clipping every face to every sector") {
         request.max_range_m = 8.0;
         std::array<double, kSweepSectors> range{};
         scene.query->sweep(request, range);
-        // No face ends exactly at the edge of a sector, but rounding may move one across: compare with slightly
-        // narrower and wider wedges.
+        // No face ends exactly at the edge of a sector, but rounding to float moves faces: compare with wedges that are
+        // a little narrower and wider.
         const auto narrow = brute_sweep(scene.triangles, request, -1e-5);
         const auto wide = brute_sweep(scene.triangles, request, 1e-5);
         for (std::size_t k = 0; k < range.size(); ++k) {

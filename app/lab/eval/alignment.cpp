@@ -2,7 +2,8 @@
 #include "app/lab/eval/alignment.h"
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
+
+#include "app/lab/eval/pose_difference.h"
 
 namespace facet {
 namespace {
@@ -65,8 +66,7 @@ Se3 align(std::span<const PosePair> pairs, AlignmentMode mode) {
         double unused = 0.0;
         T_true_est.q = best_rotation(m.covariance, unused);
     } else {
-        const Eigen::Matrix3d& c = m.covariance;  // c(i, j) = mean t_i e_j
-        const double yaw = std::atan2(c(1, 0) - c(0, 1), c(0, 0) + c(1, 1));
+        const double yaw = nearest_yaw(m.covariance);
         T_true_est.q = Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
     }
     T_true_est.p = m.mean_truth - T_true_est.q * m.mean_estimate;

@@ -17,8 +17,8 @@ enum class AlignmentMode : std::uint8_t {
 const char* to_string(AlignmentMode mode);
 
 /// T_true_est that minimises sum |truth.p - T * estimate.p|^2.
-///   SE(3): unit quaternion from the covariance of centred positions, in closed form [Horn87]; equals [Umeyama91] at
-///          scale 1.
+///   SE(3): unit quaternion from the covariance of centred positions, closed form [Horn87]; equals [Umeyama91] without
+///          scale.
 ///   4-DoF: yaw = atan2(sum x_e y_t - y_e x_t, sum x_e x_t + y_e y_t) of centred positions.
 /// Identity if there is no pair. With fewer than 3 pairs, or positions on one line, the rotation is one of many.
 Se3 align(std::span<const PosePair> pairs, AlignmentMode mode);

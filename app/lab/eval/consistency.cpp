@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "app/lab/eval/pose_difference.h"
 #include "app/support/text_file.h"
 #include "platform/base/assert.h"
 
@@ -18,9 +19,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// T_E_W from the true world W to the estimate's world E: a turn about z and a shift, exact at this pair.
 Se3 gauge(const GroundTruthState& truth, const UncertainState& estimate) {
-    const Eigen::Matrix3d R = (estimate.T_W_B.q * truth.q_W_B.conjugate()).toRotationMatrix();
-    // The yaw nearest to R: maximises trace(Rz' R).
-    const double yaw = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
+    const double yaw = nearest_yaw((estimate.T_W_B.q * truth.q_W_B.conjugate()).toRotationMatrix());
     const Eigen::Quaterniond q(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
     return {q, estimate.T_W_B.p - q * truth.p_W_B};
 }
@@ -47,8 +46,9 @@ double nees(const ClaimPart& part, const ClaimedError& sample, const ClaimMatrix
 ClaimedError compare(const GroundTruthState& truth, const UncertainState& estimate, const Se3& T_E_W) {
     ClaimedError sample;
     sample.stamp = estimate.stamp;
-    sample.error.segment<3>(0) = so3_log((estimate.T_W_B.q.conjugate() * T_E_W.q * truth.q_W_B).normalized());
-    sample.error.segment<3>(3) = T_E_W * truth.p_W_B - estimate.T_W_B.p;
+    const PoseDifference pose = pose_difference(estimate.T_W_B, T_E_W * Se3{truth.q_W_B, truth.p_W_B});
+    sample.error.segment<3>(0) = pose.theta;
+    sample.error.segment<3>(3) = pose.p;
     sample.error.segment<3>(6).setConstant(kNan);
     if (truth.has_motion) {
         sample.error.segment<3>(6) = T_E_W.q * truth.v_W_B - estimate.v_W_B;

@@ -47,15 +47,15 @@ struct Consistency {
 
 /// Compares claims with the truth, interpolated at their stamps (not over holes longer than `max_gap`).
 ///
-/// Gauge. Yaw and position of the world are unobservable: the estimator chooses them freely at its first state, and its
-/// covariance describes the uncertainty that has grown since. The true world is therefore turned about z and shifted
-/// until yaw and position agree at the first common stamp, and only there. A best fit over all stamps would also remove
-/// drift that the covariance accounts for, and the NEES would come out far too small. The prior of the first state's
-/// yaw and position remains in the covariance but not in the error; this makes the NEES slightly too small if that
-/// prior is tight. Tilt is observable and is not aligned.
+/// Gauge. Yaw and position of the world are unobservable: the estimator chooses them at its first state, and its
+/// covariance describes the errors that have been added since. So the true world is turned about z and shifted until
+/// yaw and position agree at the first common stamp, and only there. A best fit over all stamps would remove drift that
+/// the covariance accounts for, and NEES would be far too small. The first state's own uncertainty in yaw and position
+/// (its prior) stays in the covariance although the error no longer contains it. This makes NEES a little too small,
+/// the less the tighter that prior is. Tilt is observable and is not aligned.
 ///   e = [Log(R_est' R_true), p_true - p_est, v_true - v_est], after the gauge
 /// Successive samples of one run are strongly correlated: the mean over one run scatters far more than that of
-/// independent samples, so only averages over many runs can be held against a band.
+/// independent samples, so only averages over many runs can be compared with a band.
 Consistency evaluate_consistency(std::span<const GroundTruthState> truth, std::span<const UncertainState> estimate,
                                  Duration max_gap = Duration::from_seconds(0.5));
 

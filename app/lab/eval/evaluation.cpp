@@ -3,14 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <utility>
+
+#include "app/lab/eval/pose_difference.h"
+#include "app/support/statistics.h"
 
 namespace facet {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-
-double angle_deg(const Eigen::Quaterniond& q) { return so3_log(q.normalized()).norm() * kDegPerRad; }
 
 /// True path travelled up to each pair (m).
 std::vector<double> distances(std::span<const PosePair> pairs) {
@@ -31,22 +30,21 @@ double share(double part, double whole) { return whole > 0.0 ? part / whole : 0.
 
 ErrorStatistics error_statistics(std::vector<double> errors) {
     ErrorStatistics s;
-    s.count = errors.size();
-    if (errors.empty()) {
+    const OrderStatistics order(std::move(errors));
+    s.count = order.count();
+    if (s.count == 0) {
         return s;
     }
-    std::sort(errors.begin(), errors.end());
-    const std::size_t n = errors.size();
     double square_sum = 0.0;
     double sum = 0.0;
-    for (const double e : errors) {
+    for (const double e : order.sorted()) {
         sum += e;
         square_sum += e * e;
     }
-    s.mean = sum / static_cast<double>(n);
-    s.rmse = std::sqrt(square_sum / static_cast<double>(n));
-    s.median = n % 2 == 1 ? errors[n / 2] : 0.5 * (errors[n / 2 - 1] + errors[n / 2]);
-    s.max = errors.back();
+    s.mean = sum / static_cast<double>(s.count);
+    s.rmse = std::sqrt(square_sum / static_cast<double>(s.count));
+    s.median = order.median();
+    s.max = order.max();
     return s;
 }
 
@@ -57,9 +55,9 @@ AbsoluteError absolute_error(std::span<const PosePair> pairs, AlignmentMode mode
     std::vector<double> translation;
     std::vector<double> rotation;
     for (const PosePair& pair : pairs) {
-        const Se3 aligned = result.T_true_est * pair.estimate;
-        translation.push_back((pair.truth.p - aligned.p).norm());
-        rotation.push_back(angle_deg(pair.truth.q.conjugate() * aligned.q));
+        const PoseDifference error = pose_difference(pair.truth, result.T_true_est * pair.estimate);
+        translation.push_back(error.distance_m());
+        rotation.push_back(error.angle_deg());
     }
     result.translation_m = error_statistics(std::move(translation));
     result.rotation_deg = error_statistics(std::move(rotation));
@@ -84,12 +82,12 @@ RelativeError relative_error(std::span<const PosePair> pairs, double length_m) {
         }
         const Se3 true_motion = pairs[i].truth.inverse() * pairs[j].truth;
         const Se3 motion = pairs[i].estimate.inverse() * pairs[j].estimate;
-        const Se3 error = true_motion.inverse() * motion;
+        const PoseDifference error = pose_difference({}, true_motion.inverse() * motion);
         const double stretch_m = travelled[j] - travelled[i];
-        translation.push_back(error.p.norm());
-        percent.push_back(100.0 * error.p.norm() / stretch_m);
-        rotation.push_back(angle_deg(error.q));
-        rotation_per_m.push_back(angle_deg(error.q) / stretch_m);
+        translation.push_back(error.distance_m());
+        percent.push_back(100.0 * error.distance_m() / stretch_m);
+        rotation.push_back(error.angle_deg());
+        rotation_per_m.push_back(error.angle_deg() / stretch_m);
         // Turns seen from the world: R_W_Bj R_W_Bi^T; the estimate's world is turned into the true one first.
         const Eigen::Quaterniond true_turn = pairs[j].truth.q * pairs[i].truth.q.conjugate();
         const Eigen::Quaterniond turn =

@@ -10,7 +10,7 @@
 
 namespace facet {
 
-/// Order statistics of a set of errors.
+/// A set of errors in figures; the median as OrderStatistics::median().
 struct ErrorStatistics {
     std::size_t count = 0;
     double median = 0.0;

@@ -83,7 +83,7 @@ public:
             for (int x = 0; x < width_; ++x) {
                 if (cells_[index(x, y)] == mark) {
                     const Eigen::Vector2d c = cell_ * (low_ + Eigen::Vector2d(x + 0.5, y + 0.5));
-                    visit(c.x() * u_ + c.y() * v_ + plane_.offset * plane_.normal);
+                    visit(c.x() * u_ + c.y() * v_ + plane_.distance * plane_.normal);
                 }
             }
         }
@@ -158,7 +158,7 @@ std::vector<Raster::Flat> faces_on(const EvalPlane& plane, const TriangleSoup& m
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         bool is_on = std::abs(mesh.normal(i).dot(plane.normal)) > least_cosine;
         for (int k = 0; k < 3; ++k) {
-            is_on = is_on && std::abs(plane.normal.dot(mesh.corner(i, k)) - plane.offset) < options.wall_distance_m;
+            is_on = is_on && std::abs(plane.normal.dot(mesh.corner(i, k)) - plane.distance) < options.wall_distance_m;
         }
         if (is_on) {
             flat.push_back(
@@ -171,7 +171,7 @@ std::vector<Raster::Flat> faces_on(const EvalPlane& plane, const TriangleSoup& m
 
 bool coincide(const EvalPlane& a, const EvalPlane& b) {
     const double side = a.normal.dot(b.normal) < 0.0 ? -1.0 : 1.0;
-    return a.normal.cross(b.normal).norm() < kSamePlane && std::abs(a.offset - side * b.offset) < kSamePlane;
+    return a.normal.cross(b.normal).norm() < kSamePlane && std::abs(a.distance - side * b.distance) < kSamePlane;
 }
 
 }  // namespace

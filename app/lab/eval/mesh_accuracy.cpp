@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 #include <utility>
 
+#include "app/support/statistics.h"
 #include "platform/base/angle.h"
 
 namespace facet {
@@ -63,8 +65,8 @@ MeshRow measure(const std::string& name, const TriangleSoup& aligned, const Matc
     return row;
 }
 
-/// Gauss-Newton on the distances to the planes of the nearest true triangles [Chen91]; samples beyond the gate are left
-/// out.
+/// Gauss-Newton on the distances to the planes of the nearest true triangles; samples beyond the gate are left out
+/// [Chen91].
 Se3 register_to_surface(const TriangleSoup& mesh, const TriangleSoup& surface, const TriangleTree& truth_tree, Se3 T) {
     std::vector<Eigen::Vector3d> samples = sample_surface(mesh, 200.0);
     const std::size_t step = samples.size() / kIcpSamples + 1;
@@ -122,7 +124,7 @@ int plane_at(const std::vector<EvalPlane>& planes, const Eigen::Vector3d& p, con
     int best = -1;
     double nearest = kPlaneMargin;
     for (std::size_t k = 0; k < planes.size(); ++k) {
-        const double off = std::abs(planes[k].normal.dot(p) - planes[k].offset);
+        const double off = std::abs(planes[k].normal.dot(p) - planes[k].distance);
         if (off < nearest && n.dot(planes[k].normal) > least_cosine) {
             nearest = off;
             best = static_cast<int>(k);
@@ -138,22 +140,23 @@ bool is_level_or_upright(const Eigen::Vector3d& n, double max_tilt_deg) {
 
 DistanceStatistics distance_statistics(std::vector<double> distances) {
     DistanceStatistics s;
-    s.count = distances.size();
-    if (distances.empty()) {
+    const OrderStatistics order(std::move(distances));
+    s.count = order.count();
+    if (s.count == 0) {
         return s;
     }
-    std::sort(distances.begin(), distances.end());
-    const auto n = static_cast<double>(distances.size());
-    for (const double d : distances) {
+    const auto n = static_cast<double>(s.count);
+    const std::span<const double> sorted = order.sorted();
+    for (const double d : sorted) {
         s.mean += d / n;
         s.rmse += d * d / n;
     }
     s.rmse = std::sqrt(s.rmse);
-    s.median = distances[distances.size() / 2];
-    s.p90 = distances[static_cast<std::size_t>(0.9 * (n - 1.0))];
+    s.median = order.upper_median();
+    s.p90 = order.quantile(0.9);
     for (std::size_t i = 0; i < kMeshTolerances.size(); ++i) {
-        const auto end = std::upper_bound(distances.begin(), distances.end(), kMeshTolerances[i]);
-        s.within[i] = static_cast<double>(end - distances.begin()) / n;
+        const auto end = std::upper_bound(sorted.begin(), sorted.end(), kMeshTolerances[i]);
+        s.within[i] = static_cast<double>(end - sorted.begin()) / n;
     }
     return s;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/lab/eval/plane_file.h"
 #include "app/lab/eval/trajectory.h"
 #include "app/lab/eval/triangle_tree.h"
 #include "estimator/geometry/camera_model.h"
@@ -28,7 +29,7 @@ struct MeshEvalOptions {
     double flat_seen_m2 = 1.0;  ///< a floor or wall of which less was seen does not count as one
 };
 
-/// Distances of a set of samples.
+/// Distances of a set of samples in figures; median and p90 as OrderStatistics::upper_median() and quantile().
 struct DistanceStatistics {
     std::size_t count = 0;
     double median = 0.0;
@@ -50,14 +51,6 @@ struct MeshRow {
         const double c = completeness.within[tolerance];
         return a + c > 0.0 ? 2.0 * a * c / (a + c) : 0.0;
     }
-};
-
-/// A true plane with normal . x = offset.
-struct EvalPlane {
-    std::string name;
-    Eigen::Vector3d normal;
-    double offset = 0.0;
-    double seen_m2 = 0.0;  ///< of its surface, in the whole run; 0 if the file does not say
 };
 
 /// Holes of the mesh on the true planes: cells that it does not cover and that a square of wall_gap_m cannot reach from
@@ -99,9 +92,9 @@ inline constexpr double kFlatTiltDeg = 3.0;
 /// Whether a plane of this normal is a floor or a wall.
 bool is_level_or_upright(const Eigen::Vector3d& n, double max_tilt_deg = kFlatTiltDeg);
 
-/// Points spread evenly over a surface: every triangle gets a share in proportion to its area; the places within it are
+/// Evenly spread points of a surface: every triangle gets its area's share; the places within a triangle are
 /// pseudo-random with a fixed seed.
-/// @param triangle_of  the triangle of each sample; nullptr to skip
+/// @param triangle_of  triangle of each sample, appended; nullptr to skip
 std::vector<Eigen::Vector3d> sample_surface(const TriangleSoup& soup, double per_m2,
                                             std::vector<int>* triangle_of = nullptr);
 

@@ -8,8 +8,10 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "app/support/input_error.h"
+#include "app/support/statistics.h"
 #include "drivers/replay_asl/csv_file.h"
 #include "platform/base/angle.h"
 
@@ -51,7 +53,7 @@ TruePlaneResult look_at(const EvalPlane& plane, const std::vector<Eigen::Vector3
     result.name = plane.name;
     SceneTruth one{{}, {}, truth.camera, {}};
     for (const Se3& T_W_C0 : truth.T_W_C0) {
-        if (plane.normal.dot(T_W_C0.p) < plane.offset) {
+        if (plane.normal.dot(T_W_C0.p) < plane.distance) {
             continue;  // seen from behind
         }
         one.T_W_C0 = {T_W_C0};
@@ -75,7 +77,7 @@ PlaneMatch match(const PlaneRow& row, const Se3& T_true_est, const SceneTruth& t
     for (std::size_t k = 0; k < truth.planes.size(); ++k) {
         const EvalPlane& plane = truth.planes[k];
         const double angle = std::acos(std::clamp(n.dot(plane.normal), -1.0, 1.0)) / kRadPerDeg;
-        const double offset = std::abs(plane.normal.dot(c) - plane.offset);
+        const double offset = std::abs(plane.normal.dot(c) - plane.distance);
         const auto is_near = [&](const Eigen::Vector3d& p) {
             return (p - c).squaredNorm() < options.match_place_m * options.match_place_m;
         };
@@ -85,14 +87,6 @@ PlaneMatch match(const PlaneRow& row, const Se3& T_true_est, const SceneTruth& t
         }
     }
     return best;
-}
-
-double quantile(std::vector<double> values, double share) {
-    if (values.empty()) {
-        return 0.0;
-    }
-    std::sort(values.begin(), values.end());
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
 double share_within(const std::vector<double>& values, double limit) {
@@ -178,12 +172,14 @@ PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const SceneTr
     }
     result.told = rows.size();
     result.told_right = angles.size();
-    result.median_angle_deg = quantile(angles, 0.5);
-    result.p90_angle_deg = quantile(angles, 0.9);
-    result.median_offset_m = quantile(offsets, 0.5);
-    result.p90_offset_m = quantile(offsets, 0.9);
     result.good_angle = share_within(angles, options.good_angle_deg);
     result.good_offset = share_within(offsets, options.good_offset_m);
+    const OrderStatistics by_angle(std::move(angles));
+    const OrderStatistics by_offset(std::move(offsets));
+    result.median_angle_deg = by_angle.quantile(0.5);
+    result.p90_angle_deg = by_angle.quantile(0.9);
+    result.median_offset_m = by_offset.quantile(0.5);
+    result.p90_offset_m = by_offset.quantile(0.9);
     return result;
 }
 

@@ -10,7 +10,7 @@
 
 namespace facet {
 
-/// A row of planes.csv: a plane as it was told at one keyframe, in the world of the estimate.
+/// A row of planes.csv: a plane as reported at one keyframe, in the world of the estimate.
 struct PlaneRow {
     Timestamp stamp;
     std::uint32_t id = 0;
@@ -24,24 +24,27 @@ struct PlaneRow {
 std::vector<PlaneRow> read_planes(const std::string& path);
 
 struct PlaneEvalOptions {
-    double max_tilt_deg = kFlatTiltDeg;  ///< true planes farther from level and upright are not asked for
-    double seen_depth_m = 5.0;           ///< seen from nearer than this
-    double seen_area_m2 = 1.0;           ///< so much of it in one view
-    double seen_s = 2.0;                 ///< for so long in all
+    // A true plane has to be found (is "wanted") if it is level or upright, and was seen well for long enough.
+    double max_tilt_deg = kFlatTiltDeg;  ///< largest tilt from level or upright
+    double seen_depth_m = 5.0;           ///< a view counts surface nearer than this
+    double seen_area_m2 = 1.0;           ///< least area in one view
+    double seen_s = 2.0;                 ///< least total time with that much in view
     double pose_interval_s = 0.2;        ///< between the views of the scene
     double samples_per_m2 = 60.0;        ///< on the true surface
-    double match_angle_deg = 5.0;        ///< an estimate is of a true plane if turned no farther,
-    double match_offset_m = 0.08;        ///< no farther off at the middle of its landmarks,
-    double match_place_m = 1.0;          ///< and no farther from its surface
-    double good_angle_deg = 1.0;         ///< what is asked of a match
+    // An estimate matches a true plane if it is within all three limits.
+    double match_angle_deg = 5.0;  ///< between the normals
+    double match_offset_m = 0.08;  ///< of the centroid of its landmarks from the true plane
+    double match_place_m = 1.0;    ///< of the centroid from the plane's true surface
+    // A match is good in angle or offset within these.
+    double good_angle_deg = 1.0;
     double good_offset_m = 0.03;
 };
 
-/// How an estimate lies to the true plane it is of.
+/// The true plane that an estimate matches, and how far it is off.
 struct PlaneMatch {
-    int truth = -1;  ///< index; -1: of none
+    int truth = -1;  ///< index; -1: it matches none
     double angle_deg = 0.0;
-    double offset_m = 0.0;  ///< at the middle of its landmarks
+    double offset_m = 0.0;  ///< at the centroid of its landmarks
 };
 
 struct TruePlaneResult {
@@ -49,32 +52,32 @@ struct TruePlaneResult {
     double area_m2 = 0.0;  ///< most seen in one view
     double seen_s = 0.0;   ///< with at least PlaneEvalOptions::seen_area_m2 in view
     bool is_wanted = false;
-    int keyframes = 0;  ///< at which an estimate of it was told
-    int ids = 0;        ///< of how many ids
+    int keyframes = 0;  ///< at which an estimate that matches it was reported
+    int ids = 0;        ///< different ids among these estimates
 };
 
 struct FoundPlaneResult {
     std::uint32_t id = 0;
     int keyframes = 0;
-    int right = 0;    ///< of these, of some true plane
-    PlaneMatch last;  ///< when told last with the most landmarks it ever had, or more than half of them
+    int right = 0;    ///< of these, with a match
+    PlaneMatch last;  ///< when last reported with more than half of the most landmarks it had had until then
 };
 
-/// Recall counts true planes, precision planes found and also every telling of one.
+/// Recall counts true planes, precision the planes found; `told` counts reports, one for every keyframe and plane.
 struct PlaneEvaluation {
     std::vector<TruePlaneResult> truths;  ///< as in the scene: indices of PlaneMatch
     std::vector<FoundPlaneResult> found;
     int wanted = 0;
     int wanted_found = 0;
-    int right = 0;  ///< found planes that are of a true one
+    int right = 0;  ///< found planes with a match at more than half of their keyframes
     std::size_t told = 0;
     std::size_t told_right = 0;
-    double median_angle_deg = 0.0;  ///< of all right tellings
+    double median_angle_deg = 0.0;  ///< of all reports with a match; quantiles as OrderStatistics::quantile()
     double p90_angle_deg = 0.0;
     double median_offset_m = 0.0;
     double p90_offset_m = 0.0;
-    double good_angle = 0.0;   ///< share of right tellings within good_angle_deg
-    double good_offset = 0.0;  ///< and within good_offset_m
+    double good_angle = 0.0;   ///< share of the reports with a match that are within good_angle_deg
+    double good_offset = 0.0;  ///< likewise within good_offset_m
     double precision() const { return found.empty() ? 0.0 : right / static_cast<double>(found.size()); }
     double recall() const { return wanted > 0 ? static_cast<double>(wanted_found) / wanted : 0.0; }
 };

@@ -1,41 +1,13 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/lab/eval/scene_truth.h"
 
-#include <array>
-#include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "app/support/input_error.h"
 #include "app/support/ply_reader.h"
 
 namespace facet {
-std::vector<EvalPlane> load_planes(const std::string& path) {
-    std::vector<EvalPlane> planes;
-    std::ifstream file(path);
-    if (!file) {
-        return planes;
-    }
-    try {
-        const auto json = nlohmann::json::parse(file);  // outlives the loop, which a temporary here would not
-        for (const auto& item : json.at("planes")) {
-            EvalPlane plane;
-            plane.name = item.value("name", "");
-            const auto normal = item.at("normal").get<std::array<double, 3>>();
-            plane.normal = Eigen::Vector3d(normal[0], normal[1], normal[2]);
-            plane.offset = item.at("offset").get<double>();
-            plane.seen_m2 = item.value("seen_area", 0.0);
-            if (!(std::abs(plane.normal.norm() - 1.0) < 1e-3)) {
-                throw InputError(path + ": a plane's normal is not a unit vector");
-            }
-            planes.push_back(plane);
-        }
-    } catch (const nlohmann::json::exception& e) {
-        throw InputError(path + ": " + e.what());
-    }
-    return planes;
-}
 
 TriangleSoup load_mesh(const std::string& path) {
     PlyTriangles read;

@@ -31,8 +31,8 @@ struct PosePair {
     Se3 estimate;
 };
 
-/// Pairs each estimate with the ground truth interpolated at its stamp (position linearly, rotation by slerp).
-/// Estimates outside the ground truth, or within a hole of it longer than `max_gap`, are left out.
+/// Pairs each estimate with the ground truth interpolated at its stamp: position linearly, rotation by slerp. Estimates
+/// outside the ground truth, or within a hole of it longer than `max_gap`, are left out.
 std::vector<PosePair> associate(const Trajectory& truth, const Trajectory& estimate, Duration max_gap);
 
 }  // namespace facet

@@ -15,8 +15,8 @@ inline constexpr int kClaimDim = 9;  ///< [theta p v], 3 each
 using ClaimVector = Eigen::Matrix<double, kClaimDim, 1>;
 using ClaimMatrix = Eigen::Matrix<double, kClaimDim, kClaimDim>;
 
-/// One estimate. The covariance is that of the tangent [theta p v]: theta perturbs q_W_B from the right (rad), p and v
-/// are added in the estimate's world (m, m/s).
+/// One estimate. The covariance is that of the tangent [theta p v]: theta turns on the right of q_W_B (rad), p and v
+/// add in the estimate's world (m, m/s).
 struct UncertainState {
     Timestamp stamp;
     Se3 T_W_B;

@@ -12,6 +12,8 @@
 #include <utility>
 
 #include "app/support/ply_writer.h"
+#include "estimator/values/planes.h"
+#include "platform/base/angle.h"
 
 namespace facet::sim {
 namespace {
@@ -19,9 +21,10 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kCell_m = 0.1;
-constexpr double kSameOffset_m = 0.025;
+constexpr double kSameDistance_m = 0.025;
 constexpr double kTouch_m = 0.05;
-const double kSameCosine = std::cos(0.5 * std::numbers::pi / 180.0);
+const double kSameCosine = std::cos(0.5 * kRadPerDeg);
+const double kLevelSine = std::sin(3.0 * kRadPerDeg);  // of the tilt that floors and walls may have
 
 /// Segments around a circle of radius r with the wanted sagitta, r (1 - cos(pi / n)).
 int segments(double radius, double sagitta) {
@@ -101,10 +104,10 @@ TruePlane plane_of(const Surface& surface, double seen_area) {
     TruePlane plane;
     plane.name = surface.name;
     plane.normal = surface_normal(s, 0.5, 0.5);
-    plane.offset = plane.normal.dot(s.origin);
+    plane.distance = plane.normal.dot(s.origin);
     plane.area = surface_area(s);
     plane.seen_area = seen_area;
-    plane.centre = surface_point(s, 0.5, 0.5);
+    plane.centroid = surface_point(s, 0.5, 0.5);
     plane.low = plane.high = s.origin;
     for (const auto& [u, v] : {std::pair{1.0, 0.0}, std::pair{0.0, 1.0}, std::pair{1.0, 1.0}}) {
         plane.low = plane.low.cwiseMin(surface_point(s, u, v));
@@ -115,7 +118,7 @@ TruePlane plane_of(const Surface& surface, double seen_area) {
 
 bool same_plane(const TruePlane& a, const TruePlane& b) {
     const Vector3d gap = (a.low - b.high).cwiseMax(b.low - a.high);
-    return a.normal.dot(b.normal) > kSameCosine && std::abs(a.normal.dot(b.centre) - a.offset) < kSameOffset_m &&
+    return a.normal.dot(b.normal) > kSameCosine && std::abs(a.normal.dot(b.centroid) - a.distance) < kSameDistance_m &&
            gap.maxCoeff() < kTouch_m;
 }
 
@@ -132,26 +135,31 @@ Status save(const std::string& path, const std::string& text, std::string& faile
     return Status::kOk;
 }
 
+const char* kind_of(const Vector3d& normal) {
+    if (normal.head<2>().norm() < kLevelSine) {
+        return to_string(PlaneKind::kHorizontal);
+    }
+    return std::abs(normal.z()) < kLevelSine ? to_string(PlaneKind::kVertical) : "slanted";
+}
+
+/// The format of mesh/README.md.
 std::string planes_json(std::span<const TruePlane> planes) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const TruePlane& p : planes) {
         nlohmann::ordered_json entry;
         entry["id"] = list.size();
-        entry["name"] = p.name;
         entry["normal"] = to_json(p.normal);
-        entry["offset"] = p.offset;
-        entry["area"] = p.area;
-        entry["seen_area"] = p.seen_area;
-        entry["centre"] = to_json(p.centre);
+        entry["distance"] = p.distance;
+        entry["kind"] = kind_of(p.normal);
+        entry["name"] = p.name;
+        entry["centroid"] = to_json(p.centroid);
         entry["min"] = to_json(p.low);
         entry["max"] = to_json(p.high);
+        entry["area"] = p.area;
+        entry["seen_area"] = p.seen_area;
         list.push_back(entry);
     }
-    nlohmann::ordered_json root;
-    root["frame"] = "world";
-    root["convention"] = "normal . x = offset; the normal points into free space";
-    root["planes"] = list;
-    return root.dump(1) + "\n";
+    return list.dump(1) + "\n";
 }
 
 }  // namespace
@@ -190,7 +198,7 @@ std::vector<TruePlane> true_planes(const Scene& scene, std::span<const CoarseHit
             planes.push_back(part);
             continue;
         }
-        host->centre = (host->area * host->centre + part.area * part.centre) / (host->area + part.area);
+        host->centroid = (host->area * host->centroid + part.area * part.centroid) / (host->area + part.area);
         host->area += part.area;
         host->seen_area += part.seen_area;
         host->low = host->low.cwiseMin(part.low);

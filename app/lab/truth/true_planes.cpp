@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/lab/eval/scene_truth.h"
+#include "app/lab/eval/plane_file.h"
 #include "app/support/input_error.h"
 
 namespace facet {
@@ -46,7 +46,7 @@ const PlaneProposals& TruePlanes::propose(const KeyframeView& view, const Se3& T
         proposal.id.value = kFirstId + static_cast<std::uint32_t>(k);
         proposal.kind = std::abs(planes_[k].normal.z()) > 0.5 ? PlaneKind::kHorizontal : PlaneKind::kVertical;
         proposal.normal_W = T_est_true.q * planes_[k].normal;
-        proposal.distance_m = planes_[k].offset + proposal.normal_W.dot(T_est_true.p);
+        proposal.distance_m = planes_[k].distance + proposal.normal_W.dot(T_est_true.p);
         const std::size_t count = std::min<std::size_t>(on[k].size(), kMaxPlaneLandmarks);
         for (std::size_t i = 0; i < count; ++i) {
             proposal.landmarks.push_back(on[k][i * on[k].size() / count]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The true floors and walls of a scene, and which landmarks truly lie on them, as the plane finder would tell them.
+// The true floors and walls of a scene and the landmarks that truly lie on them, as proposals of a plane finder.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@
 
 namespace facet {
 
-/// A landmark is on the plane that its first sighting's ray meets; where the plane is in the world of the estimate
-/// follows from the newest keyframe's true and estimated pose. What the estimator makes of that is the most that planes
-/// can contribute on a log. Thread-bound. Heap.
+/// A landmark is on the plane that its first sighting's ray meets. Where the plane is in the world of the estimate
+/// follows from the newest keyframe's true and estimated pose. The estimator's gain from these proposals is the most
+/// that planes can give on a log. Thread-bound. Heap.
 class TruePlanes {
 public:
     /// Ids of true planes begin here, out of the way of those that are found.

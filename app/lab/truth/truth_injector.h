@@ -33,7 +33,7 @@ TruthSelection parse_truth(const std::string& text);
 
 /// With true tracks the right pixel moves with the left one, so that the error of the stereo match stays; with true
 /// stereo every point that both cameras see has a right pixel at keyframes, where the front-end looks for them. Points
-/// that leave the surface's sight, and those that never were on it, stay as measured. Thread-bound. Heap.
+/// that are hidden or were never on the surface stay as measured. Thread-bound. Heap.
 class TruthInjector : public ObservationHook {
 public:
     /// @param dataset  EuRoC/ASL folder with ground truth, with truth/scene.ply if tracks, stereo or planes are
@@ -43,8 +43,8 @@ public:
 
     void edit(Timestamp stamp, std::span<FeatureObservation> observations) override;
     void correct(ImuSample& sample) const;
-    /// What the estimator gets in place of `found` at the keyframe of the last edit(): `found` itself, unless the true
-    /// planes were selected.
+    /// The proposals for the estimator at the keyframe of the last edit(): the true planes if they were selected, else
+    /// `found`.
     const PlaneProposals& propose(const KeyframeView& view, const PlaneProposals& found);
 
 private:

@@ -40,8 +40,8 @@ struct PlaneWorld {
     double noise_px = 0.20;  ///< of disparity, after several keyframes; 0.3 of that across the ray
     std::mt19937 random{7};
 
-    /// Landmarks in a jittered grid on corner + u a + v b + h(u, v) n, u in [0, |a|), v in [0, |b|) along the sides,
-    /// n = a x b.
+    /// Landmarks on corner + u a + v b + h(u, v) n, u in [0, |a|), v in [0, |b|) along the sides, n = a x b; a jittered
+    /// grid.
     /// @return number of the surface
     int add(
         const Eigen::Vector3d& corner, const Eigen::Vector3d& a, const Eigen::Vector3d& b, double step,

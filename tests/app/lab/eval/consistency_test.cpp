@@ -55,7 +55,7 @@ ClaimMatrix claim() {
     return scale.asDiagonal() * (a * a.transpose()) * scale.asDiagonal();
 }
 
-/// Estimates in a world that is turned by yaw and shifted; all but the first have errors drawn from `covariance` times
+/// Estimates in a world that is turned by yaw and shifted. All but the first have errors drawn from `covariance` times
 /// factor^2.
 std::vector<UncertainState> estimates(const std::vector<GroundTruthState>& truth, const ClaimMatrix& covariance,
                                       double factor) {
@@ -72,8 +72,8 @@ std::vector<UncertainState> estimates(const std::vector<GroundTruthState>& truth
         UncertainState state;
         state.stamp = s.stamp;
         state.T_W_B = T_E_W * Se3{s.q_W_B, s.p_W_B};
-        // Tilt at the gauge stamp leaves its yaw alone. Errors are those of the estimate: [theta p v] leads back to the
-        // truth.
+        // Tilt at the gauge stamp leaves its yaw alone; errors are of the estimate, [theta p v] leads back to
+        // the truth.
         state.T_W_B.q = (state.T_W_B.q * so3_exp(Vector3d(-e.head<3>()))).normalized();
         state.T_W_B.p -= e.segment<3>(3);
         state.v_W_B = T_E_W.q * s.v_W_B - e.tail<3>();

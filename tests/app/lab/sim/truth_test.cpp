@@ -5,7 +5,9 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
+#include "app/lab/eval/plane_file.h"
 #include "tests/app/lab/sim/draft_scene.h"
+#include "tests/support/temp_dir.h"
 
 namespace facet::sim {
 namespace {
@@ -55,10 +57,10 @@ TEST_CASE("Planes of the room: the shell faces inwards, pictures belong to their
     int shell = 0;
     for (const TruePlane& p : planes) {
         CHECK(p.normal.norm() == Approx(1.0));
-        CHECK(std::abs(p.normal.dot(p.centre) - p.offset) < 0.025);
+        CHECK(std::abs(p.normal.dot(p.centroid) - p.distance) < 0.025);
         if (p.name == "floor" || p.name == "ceiling" || p.name.rfind("wall.", 0) == 0) {
             ++shell;
-            CHECK(p.normal.dot(middle) > p.offset + 1.0);
+            CHECK(p.normal.dot(middle) > p.distance + 1.0);
         }
         CHECK(p.name != "picture");
     }
@@ -89,6 +91,27 @@ TEST_CASE("Seen area counts the cells that were hit, each once") {
     REQUIRE(planes.front().name == "floor");
     CHECK(planes.front().seen_area == Approx(0.02).epsilon(0.1));
     CHECK(planes[1].seen_area == 0.0);
+}
+
+TEST_CASE("The planes that are written are read back as they are") {
+    const Scene& scene = draft_scene("room");
+    const std::vector<CoarseHit> hits{{0, 0.5F, 0.5F}};
+    const test::TempDir folder;
+    std::string failed;
+    REQUIRE(ok(write_truth(folder.path(), scene, hits, "{}", failed)));
+    const std::vector<TruePlane> expected = true_planes(scene, hits);
+    const std::vector<EvalPlane> planes = load_planes(folder.file("truth/planes.json"));
+    REQUIRE(planes.size() == expected.size());
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+        CHECK(planes[i].name == expected[i].name);
+        CHECK(planes[i].normal == expected[i].normal);
+        CHECK(planes[i].distance == expected[i].distance);
+        CHECK(planes[i].seen_m2 == expected[i].seen_area);
+    }
+    const std::string text = test::read_file(folder.file("truth/planes.json"));
+    for (const char* kind : {"horizontal", "vertical"}) {
+        CHECK_THAT(text, Catch::Contains(std::string("\"kind\": \"") + kind + "\""));
+    }
 }
 
 }  // namespace

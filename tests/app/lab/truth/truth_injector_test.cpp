@@ -140,8 +140,8 @@ TEST_CASE(
     const test::TempDir dir;
     write_dataset(dir);
     // The wall's triangles face away from the camera in the file: its normal is that of the surface.
-    dir.write("truth/planes.json", R"({"planes": [{"name": "ramp", "normal": [-0.6, 0, 0.8], "offset": 1},
-                                                   {"name": "wall", "normal": [1, 0, 0], "offset": 4}]})");
+    dir.write("truth/planes.json", R"([{"name": "ramp", "normal": [-0.6, 0, 0.8], "distance": 1},
+                                        {"name": "wall", "normal": [1, 0, 0], "distance": 4}])");
     TruthInjector injector(dir.path(), rig(), parse_truth("planes"));
     const StereoRig r = rig();
     std::vector<FeatureObservation> observations;
