@@ -97,8 +97,8 @@ private:
 };
 
 void Probe::camera(CameraSource& source, const std::string& device, const CameraV4l2Options& options) {
-    const auto give_back = [&](const CameraFrame& frame) { source.release(frame.slot); };
-    this->source<CameraSource, CameraFrame>(source, device, give_back, [&](const Heard& heard) {
+    const auto ignore = [](const CameraFrame&) {};
+    this->source<CameraSource, CameraFrame>(source, device, ignore, [&](const Heard& heard) {
         const double wanted = vehicle_.cameras.rate_hz;
         const SourceCounters c = source.counters();
         const std::string what =

@@ -54,44 +54,40 @@ class EstimatorLoop {
 public:
     static constexpr std::size_t kHeld = 4096;
 
-    /// Everything is borrowed. @param right  nullptr if images are side by side
-    EstimatorLoop(const EstimatorLoopOptions& options, Clock& clock, FramePipeline& pipeline, RunQueues& queues,
-                  CameraSource& left, CameraSource* right, LoopOutput& output);
+    /// Everything is borrowed.
+    EstimatorLoop(const EstimatorLoopOptions& options, const Clock& clock, FramePipeline& pipeline, RunQueues& queues,
+                  LoopOutput& output);
 
     /// Takes what is in the queues and works on it. @return whether there was anything to do
     bool step();
     /// No more samples will come: uses the frames that inertial samples reach, without the delay.
     void finish();
-    /// Gives all slots back.
-    void release_all();
 
     /// Whether an inertial sample would be taken: always, or, of a recorded log, when an image waits for it.
     bool wants_imu() const {
-        return !options_.lossless || (!pending_ && left_waiting_ > 0 && (options_.side_by_side || right_waiting_ > 0));
+        return !options_.lossless ||
+               (!pending_ && sync_.waiting(SyncCamera::kLeft) > 0 && sync_.waiting(SyncCamera::kRight) > 0);
     }
     const LoopCounters& counters() const { return counters_; }
 
 private:
     bool take_edges();
     bool take_images();
-    bool take_image(SyncCamera camera, SpscQueue<CameraFrame, 8>& queue);
-    void add_halves(const CameraFrame& frame);
+    bool take_left();
+    bool take_right();
+    void add_halves(CameraFrame both);
     bool take_inertial();
     void hold(const ImuSample& sample);
     bool give_frames();
     bool try_frame();
     void feed(const ImuSample& sample);
     void feed_until(Timestamp stamp);
-    void release(SyncCamera camera, int slot);
-    void release(const SyncedFrame& frame);
-    void tell();
+    void pass_on_reports();
 
     EstimatorLoopOptions options_;
-    Clock& clock_;
+    const Clock& clock_;
     FramePipeline& pipeline_;
     RunQueues& queues_;
-    CameraSource& left_;
-    CameraSource* right_;
     LoopOutput& output_;
     Synchroniser sync_;
     LoopCounters counters_;
@@ -100,9 +96,6 @@ private:
     bool any_imu_ = false;
     ImuSample newest_;  ///< taken
     Eigen::Vector3d fed_w_B_ = Eigen::Vector3d::Zero();
-    std::size_t right_waiting_ = 0;
-    std::size_t left_waiting_ = 0;           ///< left images in the synchroniser
-    std::array<std::uint8_t, 64> halves_{};  ///< of a side-by-side slot that are still in use
     FrameResult result_;
 };
 

@@ -12,22 +12,6 @@ namespace {
 
 constexpr Duration kEstimatorWait = Duration::from_seconds(0.02);
 
-/// Puts samples into a queue; nothing is borrowed with them.
-template <class Queue, class Sample>
-struct PushSample {
-    Queue& queue;
-    bool operator()(const Sample& sample) { return ok(queue.push(sample)); }
-    void give_back(const Sample&) {}
-};
-
-/// Images hold a slot of their camera.
-struct PushImage {
-    CameraSource& camera;
-    SpscQueue<CameraFrame, 8>& queue;
-    bool operator()(const CameraFrame& frame) { return ok(queue.push(frame)); }
-    void give_back(const CameraFrame& frame) { camera.release(frame.slot); }
-};
-
 std::string make_log_folder(const std::string& folder) {
     if (!folder.empty()) {
         make_folder(folder);
@@ -76,8 +60,7 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
     options.camera_time_shift = vehicle.calibration.camera_time_shift;
     options.side_by_side = sources.right == nullptr;
     options.lossless = lossless;
-    loop_ =
-        std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *sources.left, sources.right, *output_);
+    loop_ = std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *output_);
 }
 
 LiveRun::~LiveRun() { join_all(); }
@@ -124,16 +107,14 @@ void LiveRun::start_worker(LinuxWorker& worker, const char* name, const ThreadOp
 
 void LiveRun::start_cameras() {
     start_worker(left_worker_, "facet-left", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
-        pump<CameraSource, CameraFrame>(*sources_.left, left_, clock_, wakeup_, lossless_, stopping,
-                                        PushImage{*sources_.left, queues_->left});
+        pump(*sources_.left, left_, clock_, wakeup_, lossless_, stopping, queues_->left);
     });
     if (sources_.right == nullptr) {
         right_.ended = true;
         return;
     }
     start_worker(right_worker_, "facet-right", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
-        pump<CameraSource, CameraFrame>(*sources_.right, right_, clock_, wakeup_, lossless_, stopping,
-                                        PushImage{*sources_.right, queues_->right});
+        pump(*sources_.right, right_, clock_, wakeup_, lossless_, stopping, queues_->right);
     });
 }
 
@@ -158,16 +139,14 @@ void LiveRun::start() {
     start_worker(estimator_, "facet-estimator", vehicle_.realtime.estimator,
                  [this](const std::atomic<bool>& stopping) { estimate(stopping); });
     start_worker(imu_worker_, "facet-imu", vehicle_.realtime.imu, [this](const std::atomic<bool>& stopping) {
-        pump<ImuSource, ImuSample>(*sources_.imu, imu_, clock_, wakeup_, lossless_, stopping,
-                                   PushSample<decltype(queues_->imu), ImuSample>{queues_->imu});
+        pump(*sources_.imu, imu_, clock_, wakeup_, lossless_, stopping, queues_->imu);
     });
     trigger_.ended = sources_.trigger == nullptr;
     if (sources_.trigger != nullptr) {
-        start_worker(
-            trigger_worker_, "facet-trigger", vehicle_.realtime.trigger, [this](const std::atomic<bool>& stopping) {
-                pump<TriggerSource, TriggerEdge>(*sources_.trigger, trigger_, clock_, wakeup_, lossless_, stopping,
-                                                 PushSample<decltype(queues_->edges), TriggerEdge>{queues_->edges});
-            });
+        start_worker(trigger_worker_, "facet-trigger", vehicle_.realtime.trigger,
+                     [this](const std::atomic<bool>& stopping) {
+                         pump(*sources_.trigger, trigger_, clock_, wakeup_, lossless_, stopping, queues_->edges);
+                     });
     }
     start_cameras();
 }

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "app/output/live_account.h"
 #include "app/run/run_event.h"
@@ -63,15 +65,15 @@ inline constexpr Duration kSourceWait = Duration::from_seconds(0.05);
 /// A source that gives nothing without waiting (it is closed, or failing) is asked again after this.
 inline constexpr Duration kSourcePause = Duration::from_seconds(0.005);
 
-/// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started.
-/// @param push  bool(Sample&): takes the sample, false if there is no room; called again with the same one if `lossless`
-template <class Source, class Sample, class Push>
+/// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started. A sample that finds the
+/// queue full is dropped and counted; if `lossless`, it is offered again until it fits.
+template <class Source, class Sample, std::size_t N>
 void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, bool lossless,
-          const std::atomic<bool>& stopping, Push push) {
+          const std::atomic<bool>& stopping, SpscQueue<Sample, N>& queue) {
     StampMapper mapper(clock, source.clock());
     bool failing = false;
-    Sample sample;
     while (!stopping.load(std::memory_order_relaxed)) {
+        Sample sample;
         const Timestamp begin = clock.now();
         const Status status = source.next(kSourceWait, sample);
         shared.counters.publish(source.counters());
@@ -82,13 +84,11 @@ void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeu
             }
             if (!ok(mapper.map(sample.stamp))) {
                 shared.counters.add_unmapped();
-                push.give_back(sample);
                 continue;
             }
-            while (!push(sample)) {
+            while (!ok(queue.push(std::move(sample)))) {
                 if (!lossless || stopping.load(std::memory_order_relaxed)) {
                     shared.counters.add_rejected();
-                    push.give_back(sample);
                     break;
                 }
                 clock.sleep(kSourcePause);

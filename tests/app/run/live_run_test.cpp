@@ -92,7 +92,7 @@ public:
     ViewCamera(Clock& clock, bool is_left, const std::atomic<bool>& go)
         : stereo_(clock, flight().source()), is_left_(is_left), go_(go) {
         const CameraIntrinsics k = flight().vehicle("").calibration.rig.left.intrinsics();
-        both_ = std::make_unique<StereoAsCamera>(stereo_, k.width, k.height);
+        both_ = std::make_unique<StereoAsCamera<6>>(stereo_, k.width, k.height);
     }
     Status start() override { return both_->start(); }
     void stop() override { both_->stop(); }
@@ -108,13 +108,12 @@ public:
         frame.image.data += is_left_ ? 0 : frame.image.width;
         return Status::kOk;
     }
-    void release(int slot) override { both_->release(slot); }
 
 private:
     AslStereoSource stereo_;
     bool is_left_;
     const std::atomic<bool>& go_;
-    std::unique_ptr<StereoAsCamera> both_;
+    std::unique_ptr<StereoAsCamera<6>> both_;
 };
 
 /// The log's frame stamps as edges; then lets the cameras go.
@@ -160,35 +159,25 @@ public:
     }
     std::string_view problem() const override { return failed_ ? "unplugged" : ""; }
     Status next(Duration timeout, Sample& sample) override {
-        FACET_TRY(inner_.next(timeout, sample));
+        Sample taken;
+        FACET_TRY(inner_.next(timeout, taken));
         const std::uint64_t n = taken_++;
         if (n >= first_ && n < last_) {
             failed_ = true;
-            this->lose(sample);
             return Status::kIo;
         }
         back_ = back_ || failed_;
+        sample = std::move(taken);
         return Status::kOk;
     }
 
 private:
-    void lose(const CameraFrame& frame) { inner_.release(frame.slot); }
-    void lose(const ImuSample&) {}
-
     Inner& inner_;
     std::uint64_t first_;
     std::uint64_t last_;
     std::uint64_t taken_ = 0;
     bool failed_ = false;
     bool back_ = false;
-
-public:
-    // Of cameras only.
-    void release(int slot) {
-        if constexpr (std::is_same_v<Base, CameraSource>) {
-            inner_.release(slot);
-        }
-    }
 };
 
 /// Runs until the sources end.
@@ -214,8 +203,8 @@ struct Rig {
     LinuxClock clock;
     AslStereoSource stereo{clock, flight().source()};
     AslImuSource imu{clock, flight().source()};
-    StereoAsCamera camera{stereo, flight().vehicle("").calibration.rig.left.intrinsics().width,
-                          flight().vehicle("").calibration.rig.left.intrinsics().height};
+    StereoAsCamera<6> camera{stereo, flight().vehicle("").calibration.rig.left.intrinsics().width,
+                             flight().vehicle("").calibration.rig.left.intrinsics().height};
 };
 
 TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
@@ -274,7 +263,7 @@ TEST_CASE("sensors that fail and come back are told, counted and survived") {
     Rig rig;
     // 0.2 s without inertial samples, and 0.3 s without images, in flight.
     Flaky<ImuSource, AslImuSource, ImuSample> imu(rig.imu, 420, 40);
-    Flaky<CameraSource, StereoAsCamera, CameraFrame> camera(rig.camera, 40, 6);
+    Flaky<CameraSource, StereoAsCamera<6>, CameraFrame> camera(rig.camera, 40, 6);
     const Vehicle vehicle = flight().vehicle(dir.file("out"));
     LiveRun run(rig.clock, vehicle, {&camera, nullptr, nullptr, &imu}, {}, true);
     const RunSummary summary = run_to_end(run);
@@ -303,7 +292,7 @@ TEST_CASE("a stop in mid-flight leaves complete files") {
     AslStereoSource stereo(clock, options);
     AslImuSource imu(clock, options);
     const CameraIntrinsics k = flight().vehicle("").calibration.rig.left.intrinsics();
-    StereoAsCamera camera(stereo, k.width, k.height);
+    StereoAsCamera<6> camera(stereo, k.width, k.height);
     CountingSink sink;
     const Vehicle vehicle = flight().vehicle(dir.file("out"));
     LiveRun run(clock, vehicle, {&camera, nullptr, nullptr, &imu}, {&sink});
