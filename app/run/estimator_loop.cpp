@@ -68,14 +68,10 @@ bool EstimatorLoop::take_right() {
 }
 
 bool EstimatorLoop::take_images() {
-    // A log's images wait in their queues rather than push each other out of the synchroniser.
-    const auto has_room = [&](SyncCamera camera) {
-        return !options_.lossless || sync_.waiting(camera) < Synchroniser::kPending - 1;
-    };
     bool any = false;
     for (bool more = true; more; any = any || more) {
-        more = has_room(SyncCamera::kLeft) && take_left();
-        more = (has_room(SyncCamera::kRight) && take_right()) || more;
+        more = take_left();
+        more = take_right() || more;
     }
     return any;
 }
@@ -93,14 +89,8 @@ void EstimatorLoop::hold(const ImuSample& sample) {
 
 bool EstimatorLoop::take_inertial() {
     bool any = false;
-    ImuSample sample;
-    // A recorded log has no now: only as many samples as the oldest frame needs.
-    while (wants_imu() && ok(queues_.imu.pop(sample))) {
+    for (ImuSample sample; ok(queues_.imu.pop(sample)); any = true) {
         hold(sample);
-        any = true;
-        if (options_.lossless) {
-            (void)give_frames();
-        }
     }
     return any;
 }
@@ -127,15 +117,13 @@ bool EstimatorLoop::try_frame() {
     const Timestamp begin = clock_.now();
     feed_until(stamp + options_.frame_delay);
     pipeline_.add_frame({stamp, pending_->left.image, pending_->right.image}, stamp, result_);
-    if (result_.status == Status::kNotReady && !options_.lossless && newest_.stamp < stamp + kMaxRetry) {
+    if (result_.status == Status::kNotReady && newest_.stamp < stamp + kMaxRetry) {
         return false;
     }
     counters_.used.fetch_add(1, kRelaxed);
     if (clock_.now() - begin > options_.sync.period) {
         counters_.overruns.fetch_add(1, kRelaxed);
-        if (!options_.lossless) {
-            pipeline_.report_overrun();  // nobody waits for a recorded log
-        }
+        pipeline_.report_overrun();
     }
     output_.on_frame(result_, pipeline_.departed(), fed_w_B_);
     pending_.reset();
@@ -145,16 +133,13 @@ bool EstimatorLoop::try_frame() {
 bool EstimatorLoop::give_frames() {
     bool any = false;
     SyncedFrame frame;
-    while ((!options_.lossless || !pending_) && ok(sync_.pop(frame))) {
+    while (ok(sync_.pop(frame))) {
         any = true;
         counters_.paired.fetch_add(1, kRelaxed);
         if (pending_) {
             counters_.late.fetch_add(1, kRelaxed);
         }
         pending_ = std::move(frame);
-        if (options_.lossless) {
-            (void)try_frame();
-        }
     }
     if (pending_ && (any || !held_.empty())) {
         any = try_frame() || any;
@@ -168,7 +153,7 @@ bool EstimatorLoop::step() {
     any = take_images() || any;
     any = take_inertial() || any;
     any = give_frames() || any;
-    while (!options_.lossless && !held_.empty() && newest_.stamp - held_.front().stamp > options_.max_hold) {
+    while (!held_.empty() && newest_.stamp - held_.front().stamp > options_.max_hold) {
         feed(held_.front());
         held_.pop_front();
     }

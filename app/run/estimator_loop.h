@@ -32,9 +32,6 @@ struct EstimatorLoopOptions {
     Duration frame_delay = kFrameDelay;  ///< frames wait until inertial samples are this far past their stamp
     Duration camera_time_shift;          ///< t_imu = t_cam + shift
     bool side_by_side = false;           ///< the left queue has images of both cameras
-    /// For recorded logs: take a sample only when it is needed and use every frame, however late. Else, of several frames
-    /// that are ready only the newest is used.
-    bool lossless = false;
     Duration max_hold = Duration::from_seconds(0.5);  ///< inertial samples older than this do not wait for a frame
 };
 
@@ -63,11 +60,6 @@ public:
     /// No more samples will come: uses the frames that inertial samples reach, without the delay.
     void finish();
 
-    /// Whether an inertial sample would be taken: always, or, of a recorded log, when an image waits for it.
-    bool wants_imu() const {
-        return !options_.lossless ||
-               (!pending_ && sync_.waiting(SyncCamera::kLeft) > 0 && sync_.waiting(SyncCamera::kRight) > 0);
-    }
     const LoopCounters& counters() const { return counters_; }
 
 private:

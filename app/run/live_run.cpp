@@ -34,12 +34,10 @@ SynchroniserOptions synchroniser_options(const Vehicle& vehicle) {
     return options;
 }
 
-LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks,
-                 bool lossless)
+LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks)
     : clock_(clock),
       vehicle_(vehicle),
       sources_(sources),
-      lossless_(lossless),
       queues_(std::make_unique<RunQueues>()),
       recorder_(make_log_folder(vehicle.log.folder),
                 {.timed_frames = static_cast<std::size_t>(vehicle.log.timed_frames),
@@ -59,7 +57,6 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
     options.frame_delay = vehicle.frame_delay;
     options.camera_time_shift = vehicle.calibration.camera_time_shift;
     options.side_by_side = sources.right == nullptr;
-    options.lossless = lossless;
     loop_ = std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *output_);
 }
 
@@ -107,14 +104,14 @@ void LiveRun::start_worker(LinuxWorker& worker, const char* name, const ThreadOp
 
 void LiveRun::start_cameras() {
     start_worker(left_worker_, "facet-left", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
-        pump(*sources_.left, left_, clock_, wakeup_, lossless_, stopping, queues_->left);
+        pump(*sources_.left, left_, clock_, wakeup_, stopping, queues_->left);
     });
     if (sources_.right == nullptr) {
         right_.ended = true;
         return;
     }
     start_worker(right_worker_, "facet-right", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
-        pump(*sources_.right, right_, clock_, wakeup_, lossless_, stopping, queues_->right);
+        pump(*sources_.right, right_, clock_, wakeup_, stopping, queues_->right);
     });
 }
 
@@ -139,33 +136,30 @@ void LiveRun::start() {
     start_worker(estimator_, "facet-estimator", vehicle_.realtime.estimator,
                  [this](const std::atomic<bool>& stopping) { estimate(stopping); });
     start_worker(imu_worker_, "facet-imu", vehicle_.realtime.imu, [this](const std::atomic<bool>& stopping) {
-        pump(*sources_.imu, imu_, clock_, wakeup_, lossless_, stopping, queues_->imu);
+        pump(*sources_.imu, imu_, clock_, wakeup_, stopping, queues_->imu);
     });
     trigger_.ended = sources_.trigger == nullptr;
     if (sources_.trigger != nullptr) {
         start_worker(trigger_worker_, "facet-trigger", vehicle_.realtime.trigger,
                      [this](const std::atomic<bool>& stopping) {
-                         pump(*sources_.trigger, trigger_, clock_, wakeup_, lossless_, stopping, queues_->edges);
+                         pump(*sources_.trigger, trigger_, clock_, wakeup_, stopping, queues_->edges);
                      });
     }
     start_cameras();
 }
 
-bool LiveRun::cameras_ended() const {
+bool LiveRun::sources_ended() const {
     return left_.ended.load(std::memory_order_acquire) && right_.ended.load(std::memory_order_acquire) &&
-           trigger_.ended.load(std::memory_order_acquire);
+           trigger_.ended.load(std::memory_order_acquire) && imu_.ended.load(std::memory_order_acquire);
 }
 
 void LiveRun::estimate(const std::atomic<bool>& stopping) {
     for (;;) {
         // Asked before the step: what came until then is in the queues.
         const bool stopped = stopping.load(std::memory_order_acquire);
-        const bool no_images = cameras_ended();
-        const bool no_imu = imu_.ended.load(std::memory_order_acquire);
+        const bool ended = sources_ended();
         const bool any = loop_->step();
-        // A log's inertial samples may go on after its last image, and wait in a full queue.
-        const bool done = no_images && !any && (no_imu || !loop_->wants_imu());
-        if (stopped || done) {
+        if (stopped || (ended && !any)) {
             break;
         }
         if (!any) {

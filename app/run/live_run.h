@@ -44,10 +44,8 @@ struct RunStatus {
 /// owner. Throws InputError where files or parameters cannot be used, and from start() if a source cannot be started.
 class LiveRun {
 public:
-    /// @param vehicle   must outlive the run
-    /// @param lossless  for recorded logs: as fast as it goes, nothing dropped
-    LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks,
-            bool lossless = false);
+    /// Everything is borrowed and must outlive the run.
+    LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks);
     ~LiveRun();
     LiveRun(const LiveRun&) = delete;
     LiveRun& operator=(const LiveRun&) = delete;
@@ -72,14 +70,13 @@ private:
     void start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body);
     void start_cameras();
     void estimate(const std::atomic<bool>& stopping);
-    bool cameras_ended() const;
+    bool sources_ended() const;
     void join_all();
     LiveAccount account() const;
 
     Clock& clock_;
     const Vehicle& vehicle_;
     RunSources sources_;
-    bool lossless_;
     std::vector<std::string> refusals_;
     std::string failure_;
     std::unique_ptr<RunQueues> queues_;

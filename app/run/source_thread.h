@@ -66,10 +66,10 @@ inline constexpr Duration kSourceWait = Duration::from_seconds(0.05);
 inline constexpr Duration kSourcePause = Duration::from_seconds(0.005);
 
 /// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started. A sample that finds the
-/// queue full is dropped and counted; if `lossless`, it is offered again until it fits.
+/// queue full is dropped and counted.
 template <class Source, class Sample, std::size_t N>
-void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, bool lossless,
-          const std::atomic<bool>& stopping, SpscQueue<Sample, N>& queue) {
+void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, const std::atomic<bool>& stopping,
+          SpscQueue<Sample, N>& queue) {
     StampMapper mapper(clock, source.clock());
     bool failing = false;
     while (!stopping.load(std::memory_order_relaxed)) {
@@ -86,12 +86,8 @@ void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeu
                 shared.counters.add_unmapped();
                 continue;
             }
-            while (!ok(queue.push(std::move(sample)))) {
-                if (!lossless || stopping.load(std::memory_order_relaxed)) {
-                    shared.counters.add_rejected();
-                    break;
-                }
-                clock.sleep(kSourcePause);
+            if (!ok(queue.push(std::move(sample)))) {
+                shared.counters.add_rejected();
             }
             wakeup.notify();
             continue;

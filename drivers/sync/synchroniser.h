@@ -90,8 +90,6 @@ public:
 
     /// Findings of a kind since construction, reported or not.
     std::uint64_t count(SyncFault fault) const { return counts_[static_cast<std::size_t>(fault)]; }
-    /// Images of a camera that wait here.
-    std::size_t waiting(SyncCamera camera) const { return stream(camera).pending.size(); }
     bool locked(SyncCamera camera) const { return stream(camera).matcher.locked(); }
 
 private:
