@@ -7,7 +7,7 @@ namespace facet {
 namespace {
 
 constexpr auto kRelaxed = std::memory_order_relaxed;
-/// The estimator may have found a time offset beyond the delay: a frame is offered again until samples are this far past it.
+/// A frame is offered again, in case the estimated time offset is beyond the delay, until samples are this far past it.
 constexpr Duration kMaxRetry = Duration::from_seconds(0.2);
 
 }  // namespace
@@ -111,7 +111,7 @@ void EstimatorLoop::feed_until(Timestamp stamp) {
     }
 }
 
-/// Offers the pending frame to the estimator. @return whether it is done with
+/// Offers the pending frame to the estimator. @return whether it was used
 bool EstimatorLoop::try_frame() {
     const Timestamp stamp = pending_->stamp + options_.camera_time_shift;
     const Timestamp begin = clock_.now();

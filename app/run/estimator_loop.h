@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the estimator thread does: samples from queues through the synchroniser into the pipeline.
+// The work of the estimator thread: moves samples from their queues through the synchroniser into the pipeline.
 #pragma once
 
 #include <array>
@@ -37,16 +37,17 @@ struct EstimatorLoopOptions {
 
 /// What the loop has dropped or found; may be read from any thread.
 struct LoopCounters {
-    std::atomic<std::uint64_t> paired{0};    ///< frames that the synchroniser gave
-    std::atomic<std::uint64_t> late{0};      ///< of these, dropped because a newer one was there already
+    std::atomic<std::uint64_t> paired{0};    ///< frames that came out of the synchroniser
+    std::atomic<std::uint64_t> late{0};      ///< of these, dropped because a newer one was ready
     std::atomic<std::uint64_t> used{0};      ///< given to the estimator
-    std::atomic<std::uint64_t> overruns{0};  ///< took longer than a period
+    std::atomic<std::uint64_t> overruns{0};  ///< frames that took longer than the cameras' period
     std::array<std::atomic<std::uint64_t>, static_cast<std::size_t>(SyncFault::kCount)> findings{};
 };
 
-/// Inertial samples are held back and given to the estimator right before the frame that needs them, up to the first one
-/// at or after its stamp plus the delay: the estimator sees the same sequence whatever the threads' timing, and the same as
-/// in a replay, as long as frames come within max_hold. Thread-bound, except counters(). No heap after construction.
+/// Of several frames that are ready only the newest is used. Inertial samples are held back and given to the estimator
+/// right before the frame that needs them, up to the first one at or after its stamp plus the delay: whatever the
+/// threads' timing, the estimator sees the same sequence, which is that of a replay, as long as frames come within
+/// max_hold and none is late. Thread-bound, except counters(). No heap after construction.
 class EstimatorLoop {
 public:
     static constexpr std::size_t kHeld = 4096;
@@ -55,9 +56,9 @@ public:
     EstimatorLoop(const EstimatorLoopOptions& options, const Clock& clock, FramePipeline& pipeline, RunQueues& queues,
                   LoopOutput& output);
 
-    /// Takes what is in the queues and works on it. @return whether there was anything to do
+    /// Takes what is in the queues and processes it. @return whether there was anything to do
     bool step();
-    /// No more samples will come: uses the frames that inertial samples reach, without the delay.
+    /// For when no more samples will come: uses the frames that inertial samples reach, without waiting for the delay.
     void finish();
 
     const LoopCounters& counters() const { return counters_; }
@@ -84,9 +85,9 @@ private:
     Synchroniser sync_;
     LoopCounters counters_;
     RingBuffer<ImuSample, kHeld> held_;
-    std::optional<SyncedFrame> pending_;  ///< ready, but the estimator may want more inertial samples
+    std::optional<SyncedFrame> pending_;  ///< ready, but the estimator may need more inertial samples
     bool any_imu_ = false;
-    ImuSample newest_;  ///< taken
+    ImuSample newest_;  ///< of those taken from the queue
     Eigen::Vector3d fed_w_B_ = Eigen::Vector3d::Zero();
     FrameResult result_;
 };

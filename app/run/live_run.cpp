@@ -63,7 +63,7 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
 LiveRun::~LiveRun() { join_all(); }
 
 void LiveRun::join_all() {
-    // In the order of the data: a thread stops when the one before it gives it nothing more.
+    // In the order of the data: each thread stops after the ones that feed it.
     for (LinuxWorker* worker :
          {&left_worker_, &right_worker_, &trigger_worker_, &imu_worker_, &estimator_, &sender_, &writer_}) {
         worker->request_stop();
@@ -155,7 +155,7 @@ bool LiveRun::sources_ended() const {
 
 void LiveRun::estimate(const std::atomic<bool>& stopping) {
     for (;;) {
-        // Asked before the step: what came until then is in the queues.
+        // Read before the step, which takes everything that arrived until then.
         const bool stopped = stopping.load(std::memory_order_acquire);
         const bool ended = sources_ended();
         const bool any = loop_->step();
@@ -189,7 +189,7 @@ RunStatus LiveRun::status() {
     return status;
 }
 
-/// All but the latencies, which are the sending thread's.
+/// All but the latencies, which belong to the sending thread.
 LiveAccount LiveRun::account() const {
     LiveAccount account;
     account.duration_s = (clock_.now() - begin_).seconds();
@@ -239,7 +239,7 @@ RunSummary LiveRun::stop() {
             recorder_.finish(pipeline_);
         }
     } catch (const InputError& e) {
-        failure_ = e.what();  // the flight is over; what it has written so far stays
+        failure_ = e.what();  // the flight is over; what was written so far stays
     }
     return summary;
 }

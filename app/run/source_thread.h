@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the thread of a sensor does: waits for samples and puts them into a queue.
+// The work of a sensor's thread: waits for samples and puts them into a queue.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@
 
 namespace facet {
 
-/// SourceCounters and what the way to the estimator adds, readable from any thread.
+/// SourceCounters, and what is lost on the way to the estimator; readable from any thread.
 class SharedCounters {
 public:
     void publish(const SourceCounters& c) {
@@ -62,11 +62,11 @@ struct SourceThread {
 
 /// Longest wait in the driver: how long a stop may take.
 inline constexpr Duration kSourceWait = Duration::from_seconds(0.05);
-/// A source that gives nothing without waiting (it is closed, or failing) is asked again after this.
+/// Pause after a source returned without a sample and without waiting, as closed and failing ones do.
 inline constexpr Duration kSourcePause = Duration::from_seconds(0.005);
 
-/// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started. A sample that finds the
-/// queue full is dropped and counted.
+/// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started. A sample that
+/// finds the queue full is dropped and counted.
 template <class Source, class Sample, std::size_t N>
 void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, const std::atomic<bool>& stopping,
           SpscQueue<Sample, N>& queue) {

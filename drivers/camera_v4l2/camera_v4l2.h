@@ -45,14 +45,15 @@ struct CameraV4l2Counters {
     std::uint64_t not_monotonic = 0;  ///< buffers whose stamp is not of the monotonic clock: used as they are
 };
 
-/// Latest-frame source: each next() takes all buffers that are ready, gives the newest good one, unpacked to 8 bits into
-/// a slot of its own, and returns every buffer to the driver at once, so that capture never stalls on a slow consumer.
-/// Exposure midpoint: start + exposure / 2, or end of frame - readout - exposure / 2. A node that vanishes or fails is
-/// reopened every retry period with all its settings. Thread-bound. Heap in the constructor, in start() and for problem texts.
+/// Latest-frame source: each next() takes all buffers that are ready, gives the newest good one, unpacked to 8 bits
+/// into a slot of its own, and returns every buffer to the driver at once, so that capture never stalls on a slow
+/// consumer. Exposure midpoint: start + exposure / 2, or end of frame - readout - exposure / 2. A node that vanishes or
+/// fails is reopened every retry period with all its settings. Thread-bound. Heap in the constructor, in start() and
+/// for problem texts.
 class CameraV4l2 final : public CameraSource {
 public:
-    /// Images under way: four that wait in a synchroniser, one in work, one arriving. More than a synchroniser holds, so that
-    /// it drops its oldest before the camera has to drop its newest.
+    /// Images under way: four that wait in a synchroniser, one in work, one arriving. More than a synchroniser holds,
+    /// so that it drops its oldest before the camera has to drop its newest.
     static constexpr std::size_t kSlots = 6;
 
     /// Borrowed: io and clock (monotonic), which must outlive the camera.

@@ -63,12 +63,13 @@ struct SyncedFrame {
 };
 
 /// All stamps are on one clock (ClockMap). Each camera is assigned to events (edges, or the left camera's frames) by a
-/// CountMatcher; images of one event are a pair. A camera's count that falls back (its node was opened again) is carried on
-/// by the time that has passed. Give it things as they come, in any interleaving of the streams, then:
+/// CountMatcher; images of one event are a pair. A camera's count that falls back (its node was opened again) is
+/// carried on by the time that has passed. Give it things as they come, in any interleaving of the streams, then:
 ///   while (ok(sync.pop(pair))) { ... }
 ///   while (ok(sync.pop_report(report))) { ... }
-/// A pair comes out when an inertial stamp at or after its own was given, never before; stamps strictly increase.
-/// When kPending images of a camera wait, the oldest is dropped. A dropped image's slot is free at once. Thread-bound. No heap.
+/// A pair comes out when an inertial stamp at or after its own was given, never before; stamps strictly increase. When
+/// kPending images of a camera wait, the oldest is dropped. A dropped image's slot is free at once. Thread-bound. No
+/// heap.
 class Synchroniser {
 public:
     static constexpr std::size_t kPending = 4;   ///< images that wait, of each camera

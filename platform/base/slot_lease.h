@@ -14,9 +14,9 @@ namespace facet {
 template <std::size_t N>
 class SlotLender;
 
-/// The right to use one slot of a SlotLender. Move-only: the slot is free again when the last lease of it ends, which is when
-/// the lease is destroyed, assigned to, or ended by release(). A default-constructed or moved-from lease holds nothing.
-/// Thread-bound; a lease may be handed to another thread and end there. No heap.
+/// The right to use one slot of a SlotLender. Move-only: the slot is free again when the last lease of it ends, which
+/// is when the lease is destroyed, assigned to, or ended by release(). A default-constructed or moved-from lease holds
+/// nothing. Thread-bound; a lease may be handed to another thread and end there. No heap.
 class SlotLease {
 public:
     SlotLease() = default;

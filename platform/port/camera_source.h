@@ -19,8 +19,8 @@ struct CameraFrame {
     Duration exposure;           ///< zero if unknown
 };
 
-/// A camera. When every slot is lent, newer images are dropped and counted as discarded. The camera must outlive the frames it
-/// has given.
+/// A camera. When every slot is lent, newer images are dropped and counted as discarded. The camera must outlive the
+/// frames it has given.
 class CameraSource : public Source {
 public:
     /// Next image; see Source.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The whole of `facet run` with threads, on a simulated flight in the place of sensors, against a replay of the same log.
+// `facet run` with all its threads, on a simulated flight instead of sensors, against a replay of the same log.
 #include "app/run/live_run.h"
 
 #include <algorithm>
