@@ -79,14 +79,14 @@ std::vector<Timestamp> load_frame_stamps(const std::string& path) {
     return stamps;
 }
 
-/// What the estimator claims, against the truth; nothing if the folder has no covariance.csv or the truth is a .tum file.
+/// The estimator's claims against the truth; nothing if the folder has no covariance.csv or the truth is a .tum file.
 std::optional<Consistency> check_claims(const EvalArguments& args, const std::vector<GroundTruthState>& truth) {
     std::error_code ignored;
     const std::string covariance = args.estimate + "/covariance.csv";
     if (truth.empty() || !fs::is_regular_file(covariance, ignored)) {
         if (!args.errors.empty()) {
             throw InputError(
-                "--errors: needs a --groundtruth that is no .tum file and an --estimate folder with covariance.csv");
+                "--errors: needs a --groundtruth that is not a .tum file and an --estimate folder with covariance.csv");
         }
         return std::nullopt;
     }
@@ -101,7 +101,7 @@ std::optional<Consistency> check_claims(const EvalArguments& args, const std::ve
 SceneTruth load_true_scene(const EvalArguments& args, const Trajectory& truth, const Trajectory& estimate) {
     const std::string root = AslDataset::find_root(args.groundtruth);
     if (root.empty()) {
-        throw InputError("--scene: --groundtruth must be a dataset folder then, for its camera");
+        throw InputError("--scene: --groundtruth must be a dataset folder, for its camera");
     }
     const Calibration calibration = load_euroc_calibration(root);
     return load_scene(args.scene, calibration.rig.left, calibration.rig.T_B_C0,

@@ -31,7 +31,7 @@ void print_build() {
         FMT_VERSION / 100 % 100, FMT_VERSION % 100, NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
         NLOHMANN_JSON_VERSION_PATCH, CLI11_VERSION);
     fmt::print(
-        "capacities   {} features a frame, {} keyframes, {} landmarks, {} planes, {} inertial samples between "
+        "capacities   {} features per frame, {} keyframes, {} landmarks, {} planes, {} inertial samples between "
         "keyframes\n",
         kMaxFeatures, kMaxKeyframes, kMaxLandmarks, kMaxPlanes, kMaxImuSamples);
     fmt::print("modes        s, sp, spr\n");

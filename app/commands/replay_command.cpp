@@ -137,7 +137,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
     options.passes = args.passes;
     options.truth = parse_truth(args.truth);
     if (options.truth.any() && options.passes > 1) {
-        throw InputError("--truth: the ground truth is that of one pass");
+        throw InputError("--truth: the ground truth covers one pass only");
     }
     if (options.truth.planes && mode != RegularityMode::kSpr) {
         throw InputError("--truth planes: only --mode spr uses planes");
@@ -154,7 +154,8 @@ int replay(const ReplayArguments& args, bool has_duration) {
 void add_replay_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("replay", "Run a recorded log (EuRoC/ASL folder) through the estimator");
     auto args = std::make_shared<ReplayArguments>();
-    command->add_option("DATASET", args->dataset, "Folder that holds mav0/, or is it (cam0, cam1, imu0)")->required();
+    command->add_option("DATASET", args->dataset, "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0)")
+        ->required();
     command
         ->add_option("--out", args->out,
                      "Folder for the results, created if missing: trajectory.tum, trajectory.csv, covariance.csv, "
@@ -162,9 +163,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
                      "residuals.csv, summary.json, warnings.txt")
         ->required();
     command
-        ->add_option("--mode", args->mode,
-                     "s: landmarks alone; spr: the mesh's planes hold them; sp: planes are found, "
-                     "but hold nothing (estimates as in s)")
+        ->add_option(
+            "--mode", args->mode,
+            "s: landmarks only; spr: planes found in the mesh constrain their landmarks; sp: an alias of s in which "
+            "planes are found and reported but not used by the estimator")
         ->capture_default_str();
     command->add_option("--config", args->config,
                         "YAML file with parameters; 'facet info --config' prints all with defaults");
@@ -175,9 +177,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     CLI::Option* duration =
         command->add_option("--duration", args->duration_s, "Use only this much of the log (s); all by default");
     command
-        ->add_option("--passes", args->passes,
-                     "Play the log so many times, 5 s without any sample in between: the estimator is lost and starts "
-                     "anew (endurance)")
+        ->add_option(
+            "--passes", args->passes,
+            "Play the log this many times, with 5 s without samples in between, after which the lost estimator "
+            "starts again (endurance)")
         ->check(CLI::Range(1, 100'000))
         ->capture_default_str();
     command->add_option(
@@ -190,8 +193,8 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->allow_extra_args(false);
     command->add_option(
         "--truth", args->truth,
-        "tracks, stereo, bias, planes (with commas between): what is replaced by the dataset's ground truth, to see "
-        "what its errors cost; all but bias need its truth/scene.ply, planes also truth/planes.json");
+        "Comma-separated list of tracks, stereo, bias and planes: these are replaced by the dataset's ground truth, to "
+        "see what their errors cost. All but bias need its truth/scene.ply, planes also truth/planes.json");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(
         fault_help() +

@@ -151,7 +151,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     if (pulses != nullptr) {
         pulses->stop();
         if (!pulses->problem().empty() || pulses->skipped() > 0) {
-            fmt::print(stderr, "warning: {} trigger pulses left out. {}\n", pulses->skipped(), pulses->problem());
+            fmt::print(stderr, "warning: {} trigger pulses skipped. {}\n", pulses->skipped(), pulses->problem());
         }
     }
     const RunSummary summary = run.stop();
@@ -189,12 +189,12 @@ void add_run_command(CLI::App& app, int& exit_code) {
         ->required();
     command->add_option("--out", args->out, "Folder for the files, instead of the vehicle file's sinks.log.folder");
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
-    command->add_flag("--dry-run", args->dry_run,
-                      "Only try the hardware: one line a device says what is right or wrong");
+    command->add_flag("--dry-run", args->dry_run, "Only try the hardware: prints one line per device");
     command->add_flag("--quiet", args->quiet, "No status on stdout");
     command->footer(
         "SIGTERM and SIGINT stop in order: what was estimated is sent, files are complete, summary.json is written.\n"
-        "As a systemd service of Type=notify it tells READY, STATUS, STOPPING, and feeds the watchdog while frames are "
+        "As a systemd service of Type=notify it reports READY, STATUS and STOPPING, and feeds the watchdog while "
+        "frames are "
         "used.\n"
         "Exit codes: 0 stopped in order; 1 no estimate, not finite, or a file could not be written; 2 bad usage, bad "
         "vehicle file, or hardware that is not there.");

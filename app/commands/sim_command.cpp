@@ -75,7 +75,7 @@ int run(const sim::SimOptions& options) {
         "planes\n",
         options.out, summary.frames, options.scene, f.path_m, f.max_speed_m_per_s, f.max_rate_rad_per_s,
         f.min_clearance_m, summary.planes);
-    fmt::print("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of processor time an image\n", summary.prepare_s,
+    fmt::print("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of processor time per image\n", summary.prepare_s,
                summary.render_s, summary.ms_per_image);
     return 0;
 }
@@ -102,15 +102,17 @@ void add_sim_command(CLI::App& app, int& exit_code) {
            "--vibration")
         ->transform(CLI::CheckedTransformer(kKinds).description("{tour,hover}"))
         ->default_str("tour");
-    sub->add_flag("--vibration", options->vibration,
-                  "Rotor vibration on the inertial samples after take-off: 0.5 m/s^2 and 0.02 rad/s rms an axis, 80 to "
-                  "120 Hz");
+    sub->add_flag(
+        "--vibration", options->vibration,
+        "Rotor vibration on the inertial samples after take-off: 0.5 m/s^2 and 0.02 rad/s rms per axis, 80 to "
+        "120 Hz");
     sub->add_flag("--mover", options->mover, "A textured box glides across the view every few seconds");
     sub->add_option("--time-offset", options->time_offset_s,
                     "Added to the stamps of the images, which are taken at their true time (s)")
         ->capture_default_str();
     sub->add_option("--extrinsic-error", options->extrinsic_error_deg,
-                    "Turn both cameras as one against the IMU in the calibration files (deg); truth/ has the true ones")
+                    "Rotate both cameras together relative to the IMU in the calibration files (deg); truth/ has the "
+                    "true extrinsics")
         ->capture_default_str();
     sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
     sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")

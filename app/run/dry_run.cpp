@@ -18,7 +18,7 @@ constexpr Duration kWait = Duration::from_seconds(0.05);
 constexpr Duration kPause = Duration::from_seconds(0.005);
 constexpr double kGravity = 9.81;
 
-/// What was heard of a source.
+/// What a source has delivered.
 struct Heard {
     int samples = 0;
     double span_s = 0.0;
@@ -73,7 +73,7 @@ public:
         if (heard.failed) {
             add(Finding::kWrong, device, std::string(source.problem()));
         } else if (heard.samples == 0) {
-            add(Finding::kWrong, device, fmt::format("opens, but gives nothing within {:.1f} s", listen_.seconds()));
+            add(Finding::kWrong, device, fmt::format("opens, but delivers nothing within {:.1f} s", listen_.seconds()));
         } else {
             judge(heard);
         }
@@ -97,8 +97,8 @@ private:
 };
 
 void Probe::camera(CameraSource& source, const std::string& device, const CameraV4l2Options& options) {
-    const auto give_back = [&](const CameraFrame& frame) { source.release(frame.slot); };
-    this->source<CameraSource, CameraFrame>(source, device, give_back, [&](const Heard& heard) {
+    const auto ignore = [](const CameraFrame&) {};
+    this->source<CameraSource, CameraFrame>(source, device, ignore, [&](const Heard& heard) {
         const double wanted = vehicle_.cameras.rate_hz;
         const SourceCounters c = source.counters();
         const std::string what =
@@ -108,7 +108,7 @@ void Probe::camera(CameraSource& source, const std::string& device, const Camera
             add(Finding::kWrong, device,
                 fmt::format("{}; stamps are {:.1f} s off the monotonic clock", what, heard.oldest_age.seconds()));
         } else if (heard.samples > 2 && std::abs(heard.rate_hz() / wanted - 1.0) > 0.1) {
-            add(Finding::kDoubtful, device, fmt::format("{}; cameras.rate_hz says {:.1f}", what, wanted));
+            add(Finding::kDoubtful, device, fmt::format("{}; cameras.rate_hz is {:.1f}", what, wanted));
         } else {
             add(Finding::kGood, device, what);
         }
@@ -122,19 +122,19 @@ void Probe::trigger(TriggerSource& source, const std::string& device) {
             const double wanted = vehicle_.cameras.rate_hz;
             const std::string what = fmt::format("{:.1f} edges/s, {} lost", heard.rate_hz(), source.counters().lost);
             if (heard.samples > 2 && std::abs(heard.rate_hz() / wanted - 1.0) > 0.1) {
-                add(Finding::kDoubtful, device, fmt::format("{}; cameras.rate_hz says {:.1f}", what, wanted));
+                add(Finding::kDoubtful, device, fmt::format("{}; cameras.rate_hz is {:.1f}", what, wanted));
             } else {
                 add(Finding::kGood, device, what);
             }
         });
 }
 
-/// Pulses go on afterwards: the cameras may wait for them.
+/// Leaves the pulses running: the cameras may wait for them.
 void Probe::pulses(PulseOutput& pulses) {
     try {
         const std::string refusals = pulses.start(vehicle_.realtime.trigger);
         add(refusals.empty() ? Finding::kGood : Finding::kDoubtful, "pulses",
-            fmt::format("{:.1f}/s begun{}{}", 1.0 / vehicle_.pulses->pulse.period.seconds(),
+            fmt::format("{:.1f}/s started{}{}", 1.0 / vehicle_.pulses->pulse.period.seconds(),
                         refusals.empty() ? "" : "; ", refusals));
     } catch (const InputError& e) {
         add(Finding::kWrong, "pulses", e.what());
@@ -155,11 +155,13 @@ void Probe::imu(ImuSource& source, const std::string& device, bool has_data_read
             "{:.0f} samples/s, {} lost, {} bad; mean specific force {:.2f} {:.2f} {:.2f} m/s^2", heard.rate_hz(),
             source.counters().lost, source.counters().corrupt, mean.x(), mean.y(), mean.z());
         if (std::abs(mean.norm() - kGravity) > 2.0) {
-            add(Finding::kDoubtful, device, what + "; at rest it is 9.8: scale or decoder are wrong, or it moves");
+            add(Finding::kDoubtful, device,
+                what + "; 9.8 is expected at rest: scale or decoder are wrong, or the vehicle moves");
         } else if (heard.samples > 2 && std::abs(heard.rate_hz() / wanted - 1.0) > 0.1) {
-            add(Finding::kDoubtful, device, fmt::format("{}; the calibration says {:.0f} samples/s", what, wanted));
+            add(Finding::kDoubtful, device, fmt::format("{}; the rate in the calibration is {:.0f}", what, wanted));
         } else if (!has_data_ready) {
-            add(Finding::kDoubtful, device, what + "; polled: no data_ready line, stamps are of the reading");
+            add(Finding::kDoubtful, device,
+                what + "; polled, because no data_ready line is configured: stamps are those of the reading");
         } else {
             add(Finding::kGood, device, what);
         }
@@ -168,7 +170,7 @@ void Probe::imu(ImuSource& source, const std::string& device, bool has_data_read
 
 void Probe::sinks(SinkMavlink* mavlink) {
     if (mavlink == nullptr) {
-        add(Finding::kDoubtful, "mavlink", "no sink: nobody will receive estimates");
+        add(Finding::kDoubtful, "mavlink", "not configured: nobody receives the estimates");
         return;
     }
     std::string problem;

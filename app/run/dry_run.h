@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Tries a vehicle's hardware and says in words what is right and what is wrong.
+// Tries a vehicle's hardware and reports in words what works and what does not.
 #pragma once
 
 #include <string>
@@ -22,11 +22,11 @@ struct ProbeLine {
     std::string text;
 };
 
-/// Starts each device, listens to it for `listen`, and stops it again. Writes nothing but a probe file into the log folder.
+/// Starts each device, listens to it for that long, and stops it again. Writes only a probe file, into the log folder.
 /// Heap; thread-bound.
 std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& vehicle, Duration listen);
 
-/// "ok       device: text" and so on, a line each.
+/// One line for each, such as "ok        device:       text".
 std::string to_text(const std::vector<ProbeLine>& lines);
 
 }  // namespace facet

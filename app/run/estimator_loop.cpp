@@ -1,52 +1,23 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/run/estimator_loop.h"
 
+#include <utility>
+
 namespace facet {
 namespace {
 
 constexpr auto kRelaxed = std::memory_order_relaxed;
-/// The estimator may have found a time offset beyond the delay: a frame is offered again until samples are this far past it.
+/// A frame is offered again, in case the estimated time offset is beyond the delay, until samples are this far past it.
 constexpr Duration kMaxRetry = Duration::from_seconds(0.2);
 
 }  // namespace
 
-EstimatorLoop::EstimatorLoop(const EstimatorLoopOptions& options, Clock& clock, FramePipeline& pipeline,
-                             RunQueues& queues, CameraSource& left, CameraSource* right, LoopOutput& output)
-    : options_(options),
-      clock_(clock),
-      pipeline_(pipeline),
-      queues_(queues),
-      left_(left),
-      right_(right),
-      output_(output),
-      sync_(options.sync) {}
+EstimatorLoop::EstimatorLoop(const EstimatorLoopOptions& options, const Clock& clock, FramePipeline& pipeline,
+                             RunQueues& queues, LoopOutput& output)
+    : options_(options), clock_(clock), pipeline_(pipeline), queues_(queues), output_(output), sync_(options.sync) {}
 
-void EstimatorLoop::release(SyncCamera camera, int slot) {
-    if (slot < 0) {
-        return;
-    }
-    --(camera == SyncCamera::kLeft ? left_waiting_ : right_waiting_);
-    if (options_.side_by_side) {
-        std::uint8_t& halves = halves_[static_cast<std::size_t>(slot)];
-        if (--halves > 0) {
-            return;
-        }
-        left_.release(slot);
-    } else {
-        (camera == SyncCamera::kLeft ? left_ : *right_).release(slot);
-    }
-}
-
-void EstimatorLoop::release(const SyncedFrame& frame) {
-    release(SyncCamera::kLeft, frame.left.slot);
-    release(SyncCamera::kRight, frame.right.slot);
-}
-
-/// Passes on what the synchroniser has dropped and found.
-void EstimatorLoop::tell() {
-    for (DroppedSlot dropped; ok(sync_.pop_dropped(dropped));) {
-        release(dropped.camera, dropped.slot);
-    }
+/// Passes on what the synchroniser has found.
+void EstimatorLoop::pass_on_reports() {
     for (SyncReport report; ok(sync_.pop_report(report));) {
         output_.on_report(report);
     }
@@ -63,43 +34,44 @@ bool EstimatorLoop::take_edges() {
     return any;
 }
 
-void EstimatorLoop::add_halves(const CameraFrame& frame) {
-    CameraFrame left = frame;
+void EstimatorLoop::add_halves(CameraFrame both) {
+    CameraFrame left = std::move(both);
     left.image.width /= 2;
-    CameraFrame right = left;
-    right.image.data += left.image.width;
-    halves_[static_cast<std::size_t>(frame.slot)] = 2;
-    (void)sync_.add_left(left);
-    (void)sync_.add_right(right);
+    CameraFrame right{left.stamp, left.sequence, left.image, left.slot.share(), left.exposure};
+    right.image.data += right.image.width;
+    (void)sync_.add_left(std::move(left));  // refused ones are counted there
+    (void)sync_.add_right(std::move(right));
 }
 
-bool EstimatorLoop::take_image(SyncCamera camera, SpscQueue<CameraFrame, 8>& queue) {
+bool EstimatorLoop::take_left() {
     CameraFrame frame;
-    if (!ok(queue.pop(frame))) {
+    if (!ok(queues_.left.pop(frame))) {
         return false;
     }
-    ++(camera == SyncCamera::kLeft ? left_waiting_ : right_waiting_);
     if (options_.side_by_side) {
-        ++right_waiting_;
-        add_halves(frame);
+        add_halves(std::move(frame));
     } else {
-        (void)(camera == SyncCamera::kLeft ? sync_.add_left(frame) : sync_.add_right(frame));
+        (void)sync_.add_left(std::move(frame));
     }
-    tell();
+    pass_on_reports();
+    return true;
+}
+
+bool EstimatorLoop::take_right() {
+    CameraFrame frame;
+    if (!ok(queues_.right.pop(frame))) {
+        return false;
+    }
+    (void)sync_.add_right(std::move(frame));
+    pass_on_reports();
     return true;
 }
 
 bool EstimatorLoop::take_images() {
-    // A log's images wait in their queues rather than push each other out of the synchroniser.
-    const auto has_room = [&](std::size_t waiting) {
-        return !options_.lossless || waiting < Synchroniser::kPending - 1;
-    };
     bool any = false;
     for (bool more = true; more; any = any || more) {
-        more = has_room(left_waiting_) && take_image(SyncCamera::kLeft, queues_.left);
-        if (!options_.side_by_side && has_room(right_waiting_)) {
-            more = take_image(SyncCamera::kRight, queues_.right) || more;
-        }
+        more = take_left();
+        more = take_right() || more;
     }
     return any;
 }
@@ -117,14 +89,8 @@ void EstimatorLoop::hold(const ImuSample& sample) {
 
 bool EstimatorLoop::take_inertial() {
     bool any = false;
-    ImuSample sample;
-    // A recorded log has no now: only as many samples as the oldest frame needs.
-    while (wants_imu() && ok(queues_.imu.pop(sample))) {
+    for (ImuSample sample; ok(queues_.imu.pop(sample)); any = true) {
         hold(sample);
-        any = true;
-        if (options_.lossless) {
-            (void)give_frames();
-        }
     }
     return any;
 }
@@ -145,24 +111,21 @@ void EstimatorLoop::feed_until(Timestamp stamp) {
     }
 }
 
-/// Offers the pending frame to the estimator. @return whether it is done with
+/// Offers the pending frame to the estimator. @return whether it was used
 bool EstimatorLoop::try_frame() {
     const Timestamp stamp = pending_->stamp + options_.camera_time_shift;
     const Timestamp begin = clock_.now();
     feed_until(stamp + options_.frame_delay);
     pipeline_.add_frame({stamp, pending_->left.image, pending_->right.image}, stamp, result_);
-    if (result_.status == Status::kNotReady && !options_.lossless && newest_.stamp < stamp + kMaxRetry) {
+    if (result_.status == Status::kNotReady && newest_.stamp < stamp + kMaxRetry) {
         return false;
     }
     counters_.used.fetch_add(1, kRelaxed);
     if (clock_.now() - begin > options_.sync.period) {
         counters_.overruns.fetch_add(1, kRelaxed);
-        if (!options_.lossless) {
-            pipeline_.report_overrun();  // nobody waits for a recorded log
-        }
+        pipeline_.report_overrun();
     }
     output_.on_frame(result_, pipeline_.departed(), fed_w_B_);
-    release(*pending_);
     pending_.reset();
     return true;
 }
@@ -170,22 +133,18 @@ bool EstimatorLoop::try_frame() {
 bool EstimatorLoop::give_frames() {
     bool any = false;
     SyncedFrame frame;
-    while ((!options_.lossless || !pending_) && ok(sync_.pop(frame))) {
+    while (ok(sync_.pop(frame))) {
         any = true;
         counters_.paired.fetch_add(1, kRelaxed);
         if (pending_) {
             counters_.late.fetch_add(1, kRelaxed);
-            release(*pending_);
         }
-        pending_ = frame;
-        if (options_.lossless) {
-            (void)try_frame();
-        }
+        pending_ = std::move(frame);
     }
     if (pending_ && (any || !held_.empty())) {
         any = try_frame() || any;
     }
-    tell();
+    pass_on_reports();
     return any;
 }
 
@@ -194,7 +153,7 @@ bool EstimatorLoop::step() {
     any = take_images() || any;
     any = take_inertial() || any;
     any = give_frames() || any;
-    while (!options_.lossless && !held_.empty() && newest_.stamp - held_.front().stamp > options_.max_hold) {
+    while (!held_.empty() && newest_.stamp - held_.front().stamp > options_.max_hold) {
         feed(held_.front());
         held_.pop_front();
     }
@@ -209,21 +168,9 @@ void EstimatorLoop::finish() {
         while (give_frames()) {
         }
     }
-    release_all();
-}
-
-void EstimatorLoop::release_all() {
     if (pending_) {
         counters_.late.fetch_add(1, kRelaxed);
-        release(*pending_);
         pending_.reset();
-    }
-    CameraFrame frame;
-    while (ok(queues_.left.pop(frame))) {
-        left_.release(frame.slot);
-    }
-    while (right_ != nullptr && ok(queues_.right.pop(frame))) {
-        right_->release(frame.slot);
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the estimator thread does: samples from queues through the synchroniser into the pipeline.
+// The work of the estimator thread: moves samples from their queues through the synchroniser into the pipeline.
 #pragma once
 
 #include <array>
@@ -32,77 +32,63 @@ struct EstimatorLoopOptions {
     Duration frame_delay = kFrameDelay;  ///< frames wait until inertial samples are this far past their stamp
     Duration camera_time_shift;          ///< t_imu = t_cam + shift
     bool side_by_side = false;           ///< the left queue has images of both cameras
-    /// For recorded logs: take a sample only when it is needed and use every frame, however late. Else, of several frames
-    /// that are ready only the newest is used.
-    bool lossless = false;
     Duration max_hold = Duration::from_seconds(0.5);  ///< inertial samples older than this do not wait for a frame
 };
 
 /// What the loop has dropped or found; may be read from any thread.
 struct LoopCounters {
-    std::atomic<std::uint64_t> paired{0};    ///< frames that the synchroniser gave
-    std::atomic<std::uint64_t> late{0};      ///< of these, dropped because a newer one was there already
+    std::atomic<std::uint64_t> paired{0};    ///< frames that came out of the synchroniser
+    std::atomic<std::uint64_t> late{0};      ///< of these, dropped because a newer one was ready
     std::atomic<std::uint64_t> used{0};      ///< given to the estimator
-    std::atomic<std::uint64_t> overruns{0};  ///< took longer than a period
+    std::atomic<std::uint64_t> overruns{0};  ///< frames that took longer than the cameras' period
     std::array<std::atomic<std::uint64_t>, static_cast<std::size_t>(SyncFault::kCount)> findings{};
 };
 
-/// Inertial samples are held back and given to the estimator right before the frame that needs them, up to the first one
-/// at or after its stamp plus the delay: the estimator sees the same sequence whatever the threads' timing, and the same as
-/// in a replay, as long as frames come within max_hold. Thread-bound, except counters(). No heap after construction.
+/// Of several frames that are ready only the newest is used. Inertial samples are held back and given to the estimator
+/// right before the frame that needs them, up to the first one at or after its stamp plus the delay: whatever the
+/// threads' timing, the estimator sees the same sequence, which is that of a replay, as long as frames come within
+/// max_hold and none is late. Thread-bound, except counters(). No heap after construction.
 class EstimatorLoop {
 public:
     static constexpr std::size_t kHeld = 4096;
 
-    /// Everything is borrowed. @param right  nullptr if images are side by side
-    EstimatorLoop(const EstimatorLoopOptions& options, Clock& clock, FramePipeline& pipeline, RunQueues& queues,
-                  CameraSource& left, CameraSource* right, LoopOutput& output);
+    /// Everything is borrowed.
+    EstimatorLoop(const EstimatorLoopOptions& options, const Clock& clock, FramePipeline& pipeline, RunQueues& queues,
+                  LoopOutput& output);
 
-    /// Takes what is in the queues and works on it. @return whether there was anything to do
+    /// Takes what is in the queues and processes it. @return whether there was anything to do
     bool step();
-    /// No more samples will come: uses the frames that inertial samples reach, without the delay.
+    /// For when no more samples will come: uses the frames that inertial samples reach, without waiting for the delay.
     void finish();
-    /// Gives all slots back.
-    void release_all();
 
-    /// Whether an inertial sample would be taken: always, or, of a recorded log, when an image waits for it.
-    bool wants_imu() const {
-        return !options_.lossless || (!pending_ && left_waiting_ > 0 && (options_.side_by_side || right_waiting_ > 0));
-    }
     const LoopCounters& counters() const { return counters_; }
 
 private:
     bool take_edges();
     bool take_images();
-    bool take_image(SyncCamera camera, SpscQueue<CameraFrame, 8>& queue);
-    void add_halves(const CameraFrame& frame);
+    bool take_left();
+    bool take_right();
+    void add_halves(CameraFrame both);
     bool take_inertial();
     void hold(const ImuSample& sample);
     bool give_frames();
     bool try_frame();
     void feed(const ImuSample& sample);
     void feed_until(Timestamp stamp);
-    void release(SyncCamera camera, int slot);
-    void release(const SyncedFrame& frame);
-    void tell();
+    void pass_on_reports();
 
     EstimatorLoopOptions options_;
-    Clock& clock_;
+    const Clock& clock_;
     FramePipeline& pipeline_;
     RunQueues& queues_;
-    CameraSource& left_;
-    CameraSource* right_;
     LoopOutput& output_;
     Synchroniser sync_;
     LoopCounters counters_;
     RingBuffer<ImuSample, kHeld> held_;
-    std::optional<SyncedFrame> pending_;  ///< ready, but the estimator may want more inertial samples
+    std::optional<SyncedFrame> pending_;  ///< ready, but the estimator may need more inertial samples
     bool any_imu_ = false;
-    ImuSample newest_;  ///< taken
+    ImuSample newest_;  ///< of those taken from the queue
     Eigen::Vector3d fed_w_B_ = Eigen::Vector3d::Zero();
-    std::size_t right_waiting_ = 0;
-    std::size_t left_waiting_ = 0;           ///< left images in the synchroniser
-    std::array<std::uint8_t, 64> halves_{};  ///< of a side-by-side slot that are still in use
     FrameResult result_;
 };
 

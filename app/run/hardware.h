@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The drivers of a vehicle's sensors and sinks, connected as its file says.
+// The drivers of a vehicle's sensors and sinks, connected as its vehicle file says.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@
 
 namespace facet {
 
-/// Makes the drivers; opens nothing. Thread-bound; heap.
+/// Constructs the drivers; opens no device. Thread-bound. Heap.
 class Hardware {
 public:
     /// Everything is borrowed and must outlive this.

@@ -12,22 +12,6 @@ namespace {
 
 constexpr Duration kEstimatorWait = Duration::from_seconds(0.02);
 
-/// Puts samples into a queue; nothing is borrowed with them.
-template <class Queue, class Sample>
-struct PushSample {
-    Queue& queue;
-    bool operator()(const Sample& sample) { return ok(queue.push(sample)); }
-    void give_back(const Sample&) {}
-};
-
-/// Images hold a slot of their camera.
-struct PushImage {
-    CameraSource& camera;
-    SpscQueue<CameraFrame, 8>& queue;
-    bool operator()(const CameraFrame& frame) { return ok(queue.push(frame)); }
-    void give_back(const CameraFrame& frame) { camera.release(frame.slot); }
-};
-
 std::string make_log_folder(const std::string& folder) {
     if (!folder.empty()) {
         make_folder(folder);
@@ -50,12 +34,10 @@ SynchroniserOptions synchroniser_options(const Vehicle& vehicle) {
     return options;
 }
 
-LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks,
-                 bool lossless)
+LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks)
     : clock_(clock),
       vehicle_(vehicle),
       sources_(sources),
-      lossless_(lossless),
       queues_(std::make_unique<RunQueues>()),
       recorder_(make_log_folder(vehicle.log.folder),
                 {.timed_frames = static_cast<std::size_t>(vehicle.log.timed_frames),
@@ -75,15 +57,13 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
     options.frame_delay = vehicle.frame_delay;
     options.camera_time_shift = vehicle.calibration.camera_time_shift;
     options.side_by_side = sources.right == nullptr;
-    options.lossless = lossless;
-    loop_ =
-        std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *sources.left, sources.right, *output_);
+    loop_ = std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *output_);
 }
 
 LiveRun::~LiveRun() { join_all(); }
 
 void LiveRun::join_all() {
-    // In the order of the data: a thread stops when the one before it gives it nothing more.
+    // In the order of the data: each thread stops after the ones that feed it.
     for (LinuxWorker* worker :
          {&left_worker_, &right_worker_, &trigger_worker_, &imu_worker_, &estimator_, &sender_, &writer_}) {
         worker->request_stop();
@@ -124,16 +104,14 @@ void LiveRun::start_worker(LinuxWorker& worker, const char* name, const ThreadOp
 
 void LiveRun::start_cameras() {
     start_worker(left_worker_, "facet-left", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
-        pump<CameraSource, CameraFrame>(*sources_.left, left_, clock_, wakeup_, lossless_, stopping,
-                                        PushImage{*sources_.left, queues_->left});
+        pump(*sources_.left, left_, clock_, wakeup_, stopping, queues_->left);
     });
     if (sources_.right == nullptr) {
         right_.ended = true;
         return;
     }
     start_worker(right_worker_, "facet-right", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
-        pump<CameraSource, CameraFrame>(*sources_.right, right_, clock_, wakeup_, lossless_, stopping,
-                                        PushImage{*sources_.right, queues_->right});
+        pump(*sources_.right, right_, clock_, wakeup_, stopping, queues_->right);
     });
 }
 
@@ -158,35 +136,30 @@ void LiveRun::start() {
     start_worker(estimator_, "facet-estimator", vehicle_.realtime.estimator,
                  [this](const std::atomic<bool>& stopping) { estimate(stopping); });
     start_worker(imu_worker_, "facet-imu", vehicle_.realtime.imu, [this](const std::atomic<bool>& stopping) {
-        pump<ImuSource, ImuSample>(*sources_.imu, imu_, clock_, wakeup_, lossless_, stopping,
-                                   PushSample<decltype(queues_->imu), ImuSample>{queues_->imu});
+        pump(*sources_.imu, imu_, clock_, wakeup_, stopping, queues_->imu);
     });
     trigger_.ended = sources_.trigger == nullptr;
     if (sources_.trigger != nullptr) {
-        start_worker(
-            trigger_worker_, "facet-trigger", vehicle_.realtime.trigger, [this](const std::atomic<bool>& stopping) {
-                pump<TriggerSource, TriggerEdge>(*sources_.trigger, trigger_, clock_, wakeup_, lossless_, stopping,
-                                                 PushSample<decltype(queues_->edges), TriggerEdge>{queues_->edges});
-            });
+        start_worker(trigger_worker_, "facet-trigger", vehicle_.realtime.trigger,
+                     [this](const std::atomic<bool>& stopping) {
+                         pump(*sources_.trigger, trigger_, clock_, wakeup_, stopping, queues_->edges);
+                     });
     }
     start_cameras();
 }
 
-bool LiveRun::cameras_ended() const {
+bool LiveRun::sources_ended() const {
     return left_.ended.load(std::memory_order_acquire) && right_.ended.load(std::memory_order_acquire) &&
-           trigger_.ended.load(std::memory_order_acquire);
+           trigger_.ended.load(std::memory_order_acquire) && imu_.ended.load(std::memory_order_acquire);
 }
 
 void LiveRun::estimate(const std::atomic<bool>& stopping) {
     for (;;) {
-        // Asked before the step: what came until then is in the queues.
+        // Read before the step, which takes everything that arrived until then.
         const bool stopped = stopping.load(std::memory_order_acquire);
-        const bool no_images = cameras_ended();
-        const bool no_imu = imu_.ended.load(std::memory_order_acquire);
+        const bool ended = sources_ended();
         const bool any = loop_->step();
-        // A log's inertial samples may go on after its last image, and wait in a full queue.
-        const bool done = no_images && !any && (no_imu || !loop_->wants_imu());
-        if (stopped || done) {
+        if (stopped || (ended && !any)) {
             break;
         }
         if (!any) {
@@ -216,7 +189,7 @@ RunStatus LiveRun::status() {
     return status;
 }
 
-/// All but the latencies, which are the sending thread's.
+/// All but the latencies, which belong to the sending thread.
 LiveAccount LiveRun::account() const {
     LiveAccount account;
     account.duration_s = (clock_.now() - begin_).seconds();
@@ -266,7 +239,7 @@ RunSummary LiveRun::stop() {
             recorder_.finish(pipeline_);
         }
     } catch (const InputError& e) {
-        failure_ = e.what();  // the flight is over; what it has written so far stays
+        failure_ = e.what();  // the flight is over; what was written so far stays
     }
     return summary;
 }

@@ -18,13 +18,13 @@ namespace facet {
 
 /// The sensors of a run, borrowed.
 struct RunSources {
-    CameraSource* left = nullptr;      ///< or the node of both
+    CameraSource* left = nullptr;      ///< or the camera whose images hold both views side by side
     CameraSource* right = nullptr;     ///< nullptr if side by side
     TriggerSource* trigger = nullptr;  ///< nullptr if there is none
     ImuSource* imu = nullptr;
 };
 
-/// What a run looks like from outside.
+/// The state of a run, for people and for systemd.
 struct RunStatus {
     double uptime_s = 0.0;
     double rate_hz = 0.0;  ///< of frames used, since the last status
@@ -35,19 +35,18 @@ struct RunStatus {
     std::vector<SourceAccount> sources;
 };
 
-/// One thread a source, the estimator's thread, one for sinks and one for files. Usage:
+/// Runs one thread per source, one for the estimator, one for the sinks and one for the files. Usage:
 ///   LiveRun run(clock, vehicle, sources, sinks);
 ///   run.start();
 ///   while (!stop && !run.ended()) { wait; run.status(); }
 ///   RunSummary summary = run.stop();
-/// What the system refuses (cores, priorities, locked memory) is told in refusals() and done without. Thread-bound to its
-/// owner. Throws InputError where files or parameters cannot be used, and from start() if a source cannot be started.
+/// What the system refuses (cores, priorities, locked memory) is listed in refusals(), and the run goes on without it.
+/// Thread-bound to its owner. Throws InputError if files or parameters cannot be used, start() also if a source cannot
+/// be started.
 class LiveRun {
 public:
-    /// @param vehicle   must outlive the run
-    /// @param lossless  for recorded logs: as fast as it goes, nothing dropped
-    LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks,
-            bool lossless = false);
+    /// Everything is borrowed and must outlive the run.
+    LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks);
     ~LiveRun();
     LiveRun(const LiveRun&) = delete;
     LiveRun& operator=(const LiveRun&) = delete;
@@ -59,12 +58,12 @@ public:
     std::uint64_t frames() const { return output_->frames(); }
     RunStatus status();
     const std::vector<std::string>& refusals() const { return refusals_; }
-    /// Warnings are no more shown on stderr, only in the status.
+    /// From now on warnings are shown in the status only, not on stderr.
     void set_quiet();
 
     /// Stops everything in the order of the data, so that all that was estimated is sent and written.
     RunSummary stop();
-    /// Why files are not complete; empty if they are. After stop().
+    /// After stop(): why files are incomplete; empty if they are complete.
     const std::string& failure() const { return failure_; }
 
 private:
@@ -72,14 +71,13 @@ private:
     void start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body);
     void start_cameras();
     void estimate(const std::atomic<bool>& stopping);
-    bool cameras_ended() const;
+    bool sources_ended() const;
     void join_all();
     LiveAccount account() const;
 
     Clock& clock_;
     const Vehicle& vehicle_;
     RunSources sources_;
-    bool lossless_;
     std::vector<std::string> refusals_;
     std::string failure_;
     std::unique_ptr<RunQueues> queues_;
@@ -105,7 +103,7 @@ private:
     LinuxWorker imu_worker_;
 };
 
-/// How the synchroniser is to treat a vehicle's sensors.
+/// What the synchroniser has to know of a vehicle's sensors.
 SynchroniserOptions synchroniser_options(const Vehicle& vehicle);
 
 }  // namespace facet

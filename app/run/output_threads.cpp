@@ -22,7 +22,7 @@ Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const
     odometry.p_W_B = state.p_W_B;
     odometry.v_W_B = state.v_W_B;
     odometry.w_B = w_B - state.bias.gyro;
-    // The estimate's order is [theta p v], the consumer's [p theta].
+    // The estimate's order is [theta p v], that of sinks [p theta].
     const auto& c = estimate.covariance;
     odometry.pose_covariance << c.block<3, 3>(3, 3), c.block<3, 3>(3, 0), c.block<3, 3>(0, 3), c.block<3, 3>(0, 0);
     odometry.v_covariance = c.block<3, 3>(6, 6);
@@ -49,7 +49,7 @@ OutputThreads::OutputThreads(const Clock& clock, const ImuNoise& noise, std::vec
 
 void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedFace> departed,
                              const Eigen::Vector3d& w_B) {
-    // Before the start there is nothing to tell; when lost, that.
+    // Before the start there is no pose to send. Being lost is sent, as quality -1.
     if (ok(frame.status) && frame.estimate.health.state != TrackingState::kInit) {
         const Pose pose{to_odometry(frame.estimate, w_B, noise_), true};
         counters_.poses_dropped.fetch_add(ok(poses_.push(pose)) ? 0 : 1, kLoose);
@@ -116,7 +116,7 @@ void OutputThreads::guarded(Function function) {
     } catch (const std::exception& e) {
         failure_ = e.what();
         const std::lock_guard lock(mutex_);
-        status_.events.push_back(failure_ + "; no more is written");
+        status_.events.push_back(failure_ + "; nothing more is written");
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Takes estimates off the estimator's hands: one thread for the sinks, one for the files.
+// Output off the estimator's thread: one thread for the sinks, one for the files.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@
 
 namespace facet {
 
-/// What a consumer needs of an estimate. Variance of rates from the noise at the sensor's bandwidth.
+/// An estimate as sinks take it. The variance of the angular rate is that of the sensor's noise at its bandwidth.
 /// @param w_B  angular rate as measured
 Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const ImuNoise& noise);
 
@@ -36,15 +36,15 @@ struct FrameStatus {
 };
 
 struct OutputCounters {
-    std::atomic<std::uint64_t> poses_dropped{0};   ///< the sinks' thread was behind
-    std::atomic<std::uint64_t> frames_dropped{0};  ///< the files' thread was behind
+    std::atomic<std::uint64_t> poses_dropped{0};   ///< because the sinks' thread was behind
+    std::atomic<std::uint64_t> frames_dropped{0};  ///< because the files' thread was behind
     std::atomic<std::uint64_t> faces_dropped{0};
-    std::atomic<std::uint64_t> refused{0};  ///< poses a sink did not take
+    std::atomic<std::uint64_t> refused{0};  ///< poses that a sink did not take
 };
 
-/// Two bodies for two workers. Estimates go to the sinks first and at once; files wait for discs, sinks never do. Queues
-/// hold 32 poses and 64 frames: when full, the newest are dropped and counted. A file that cannot be written ends the
-/// writing, not the run. Producers' side without heap and lock.
+/// The bodies of two threads. Estimates go to the sinks at once, however long a disc makes the files wait. Queues hold
+/// 32 poses, 64 frames and 16384 faces: when full, the newest are dropped and counted. A file that cannot be written
+/// ends the writing, not the run. The estimator's side uses neither heap nor lock.
 class OutputThreads final : public LoopOutput {
 public:
     /// Borrowed: clock, sinks, recorder, event queues.
@@ -52,22 +52,22 @@ public:
     OutputThreads(const Clock& clock, const ImuNoise& noise, std::vector<OdometrySink*> sinks, FrameRecorder& recorder,
                   std::vector<EventQueue*> events, std::size_t keep_latencies);
 
-    // On the estimator's thread.
+    // On the estimator's thread:
     void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed,
                   const Eigen::Vector3d& w_B) override;
     void on_report(const SyncReport& report) override;
 
-    /// Bodies of the threads; they return when `stopping` and everything is done.
+    /// The bodies; each returns when it is `stopping` and its queues are empty.
     void send_poses(const std::atomic<bool>& stopping);
     void write_files(const std::atomic<bool>& stopping);
 
-    /// Any thread.
+    // On any thread:
     FrameStatus status() const;
     const OutputCounters& counters() const { return counters_; }
     std::uint64_t frames() const { return frames_.load(std::memory_order_relaxed); }
 
-    // After both bodies have returned.
-    /// Why files are not complete; empty if they are.
+    // After both bodies have returned:
+    /// Why files are incomplete; empty if they are complete.
     const std::string& failure() const { return failure_; }
     const std::vector<double>& latencies_ms() const { return latencies_ms_; }
 

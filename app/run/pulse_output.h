@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The pulses that make the cameras expose, where this computer makes them.
+// The trigger pulses of the cameras, if this computer makes them.
 #pragma once
 
 #include <memory>
@@ -11,22 +11,22 @@
 
 namespace facet {
 
-/// A PWM, or a thread that moves a GPIO line. Thread-bound to its owner.
+/// Drives a PWM, or a GPIO line by a thread of its own. Thread-bound to its owner.
 class PulseOutput {
 public:
-    /// Makes the driver; opens nothing. Kernel and clock are borrowed.
+    /// Constructs the driver; opens no device. Kernel and clock are borrowed.
     PulseOutput(KernelIo& io, Clock& clock, const VehiclePulses& pulses);
     ~PulseOutput() { stop(); }
     PulseOutput(const PulseOutput&) = delete;
     PulseOutput& operator=(const PulseOutput&) = delete;
 
-    /// @return what the system refused of the thread's options; empty if nothing
     /// Throws InputError if PWM or line cannot be used.
+    /// @return which of the thread's options the system refused; empty if none
     std::string start(const ThreadOptions& thread);
     void stop();
-    /// Why the pulses ended before stop(); empty if they did not. After stop().
+    /// After stop(): why the pulses ended earlier; empty if they did not.
     const std::string& problem() const { return problem_; }
-    /// Pulses left out because the thread came too late; a PWM leaves out none.
+    /// Pulses skipped because the thread woke too late; a PWM skips none.
     std::uint64_t skipped() const { return gpio_ ? gpio_->skipped() : 0; }
 
 private:

@@ -12,7 +12,7 @@
 
 namespace facet {
 
-/// Cut if it is longer. No heap.
+/// Longer texts are cut. No heap.
 struct RunEvent {
     std::array<char, 32> kind{};
     std::array<char, 224> text{};
@@ -26,7 +26,7 @@ struct RunEvent {
     }
 };
 
-/// From one thread to the writer. When full, the queue counts what is lost.
+/// From one thread to the one that writes the log. When full, the event is lost and counted.
 using EventQueue = SpscQueue<RunEvent, 64>;
 
 }  // namespace facet

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The ways from the sensor threads to the estimator thread.
+// The queues from the sensor threads to the estimator thread.
 #pragma once
 
 #include "platform/base/samples.h"
@@ -9,11 +9,11 @@
 
 namespace facet {
 
-/// One queue a source; each has one producer, the estimator thread is the consumer of all. Capacities: a camera has no more
-/// slots than eight; edges of more than a second at 200 Hz; inertial samples of two seconds at 2 kHz. When full, the sensor
-/// thread drops its sample, which the queue counts.
+/// One queue per source, which the source's thread fills and the estimator thread empties. Capacities: no camera has
+/// more than eight slots; 256 edges are more than a second at 200 Hz, 4096 inertial samples two seconds at 2 kHz. When
+/// full, the sensor thread drops its sample and counts it.
 struct RunQueues {
-    SpscQueue<CameraFrame, 8> left;  ///< or the images of both, side by side
+    SpscQueue<CameraFrame, 8> left;  ///< or images of both cameras side by side
     SpscQueue<CameraFrame, 8> right;
     SpscQueue<TriggerEdge, 256> edges;
     SpscQueue<ImuSample, 4096> imu;

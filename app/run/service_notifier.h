@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Tells systemd how the service is.
+// Reports the state of the service to systemd.
 #pragma once
 
 #include <optional>
@@ -11,13 +11,13 @@
 namespace facet {
 
 /// The protocol of sd_notify(3): datagrams of NAME=value lines to the Unix socket of $NOTIFY_SOCKET, a path or, after
-/// '@', an abstract name. Without a socket everything is a no-op. Never blocks; what the socket refuses is not sent.
-/// Thread-bound. Heap.
+/// '@', an abstract name. Without a socket it does nothing. Never blocks; what the socket does not take at once is
+/// dropped. Thread-bound. Heap.
 class ServiceNotifier {
 public:
-    /// @param socket       content of NOTIFY_SOCKET; empty: nobody is listening
-    /// @param watchdog_us  content of WATCHDOG_USEC; empty or no number: no watchdog
-    /// @param watchdog_pid content of WATCHDOG_PID; another process's watchdog is none of ours
+    /// @param socket        content of NOTIFY_SOCKET; empty: nobody is listening
+    /// @param watchdog_us   content of WATCHDOG_USEC; empty or not a number: no watchdog
+    /// @param watchdog_pid  content of WATCHDOG_PID; a watchdog meant for another process is ignored
     ServiceNotifier(KernelIo& io, const Clock& clock, const std::string& socket, const std::string& watchdog_us,
                     const std::string& watchdog_pid, int own_pid);
     ~ServiceNotifier();
@@ -27,8 +27,9 @@ public:
     void ready() { send("READY=1"); }
     void stopping() { send("STOPPING=1"); }
     void status(const std::string& text) { send("STATUS=" + text); }
-    /// Feeds the watchdog if frames were used since the last time, at most four times in its period. So a process that
-    /// runs but estimates nothing is restarted.
+    /// Feeds the watchdog if frames were used since the last time, at most four times in its period, so that a process
+    /// which runs but estimates nothing is restarted.
+    /// @param frames  used so far
     void progress(std::uint64_t frames);
 
 private:

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the thread of a sensor does: waits for samples and puts them into a queue.
+// The work of a sensor's thread: waits for samples and puts them into a queue.
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "app/output/live_account.h"
 #include "app/run/run_event.h"
@@ -14,7 +16,7 @@
 
 namespace facet {
 
-/// SourceCounters and what the way to the estimator adds, readable from any thread.
+/// SourceCounters, and what is lost on the way to the estimator; readable from any thread.
 class SharedCounters {
 public:
     void publish(const SourceCounters& c) {
@@ -60,18 +62,18 @@ struct SourceThread {
 
 /// Longest wait in the driver: how long a stop may take.
 inline constexpr Duration kSourceWait = Duration::from_seconds(0.05);
-/// A source that gives nothing without waiting (it is closed, or failing) is asked again after this.
+/// Pause after a source returned without a sample and without waiting, as closed and failing ones do.
 inline constexpr Duration kSourcePause = Duration::from_seconds(0.005);
 
-/// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started.
-/// @param push  bool(Sample&): takes the sample, false if there is no room; called again with the same one if `lossless`
-template <class Source, class Sample, class Push>
-void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, bool lossless,
-          const std::atomic<bool>& stopping, Push push) {
+/// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started. A sample that
+/// finds the queue full is dropped and counted.
+template <class Source, class Sample, std::size_t N>
+void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, const std::atomic<bool>& stopping,
+          SpscQueue<Sample, N>& queue) {
     StampMapper mapper(clock, source.clock());
     bool failing = false;
-    Sample sample;
     while (!stopping.load(std::memory_order_relaxed)) {
+        Sample sample;
         const Timestamp begin = clock.now();
         const Status status = source.next(kSourceWait, sample);
         shared.counters.publish(source.counters());
@@ -82,16 +84,10 @@ void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeu
             }
             if (!ok(mapper.map(sample.stamp))) {
                 shared.counters.add_unmapped();
-                push.give_back(sample);
                 continue;
             }
-            while (!push(sample)) {
-                if (!lossless || stopping.load(std::memory_order_relaxed)) {
-                    shared.counters.add_rejected();
-                    push.give_back(sample);
-                    break;
-                }
-                clock.sleep(kSourcePause);
+            if (!ok(queue.push(std::move(sample)))) {
+                shared.counters.add_rejected();
             }
             wakeup.notify();
             continue;

@@ -14,7 +14,7 @@ ClockMapOptions StampMapper::options_for(ClockDomain domain) {
     ClockMapOptions options;
     if (domain == ClockDomain::kHardware || domain == ClockDomain::kDevice) {
         options.one_sided = true;
-        options.pair_sigma_s = 200e-6;  // what a waking thread's delay varies by
+        options.pair_sigma_s = 200e-6;  // how much the delay of a waking thread varies
         options.drift_sigma = domain == ClockDomain::kDevice ? 0.02 : options.drift_sigma;
     }
     return options;

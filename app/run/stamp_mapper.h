@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Brings the stamps of one source onto the pipeline's clock.
+// Maps the stamps of one source to the pipeline's clock.
 #pragma once
 
 #include "drivers/sync/clock_map.h"
@@ -7,14 +7,16 @@
 
 namespace facet {
 
-/// Monotonic stamps pass. Wall-clock stamps are mapped by pairs of both host clocks, read together about twice a second;
-/// stamps of hardware and devices by pairs of stamp and arrival, of which the earliest count. Thread-bound. No heap.
+/// Monotonic stamps pass unchanged. Wall-clock stamps are mapped by pairs of both host clocks, read together about
+/// twice a second; stamps of hardware and devices by pairs of stamp and arrival, of which those with little delay count
+/// most. Thread-bound. No heap.
 class StampMapper {
 public:
     StampMapper(const Clock& clock, ClockDomain domain);
 
     /// To be called for every sample as it arrives.
-    /// @return kNotReady until enough pairs came; kOutOfOrder if the result is not after the one before: drop the sample
+    /// @return kNotReady until there are enough pairs, kOutOfOrder if the result is not after the one before: drop the
+    ///         sample
     Status map(Timestamp& stamp);
 
 private:

@@ -4,8 +4,6 @@
 #include <optional>
 #include <utility>
 
-#include "platform/base/assert.h"
-
 namespace facet {
 
 CameraV4l2::CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options)
@@ -46,21 +44,6 @@ Status CameraV4l2::start() {
 void CameraV4l2::stop() {
     capture_.close();
     started_ = false;
-}
-
-void CameraV4l2::release(int slot) {
-    FACET_ASSERT(slot >= 0 && slot < kSlots);
-    // Releases what the consumer read, so that the next image is not written over it too early.
-    taken_[static_cast<std::size_t>(slot)].store(false, std::memory_order_release);
-}
-
-int CameraV4l2::free_slot() const {
-    for (int i = 0; i < kSlots; ++i) {
-        if (!taken_[static_cast<std::size_t>(i)].load(std::memory_order_acquire)) {
-            return i;
-        }
-    }
-    return -1;
 }
 
 Status CameraV4l2::fail(std::string problem) {
@@ -145,17 +128,16 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
         ++counters_.discarded;
         return Status::kNotReady;
     }
-    const int slot = free_slot();
-    if (slot < 0) {
+    SlotLease slot = slots_.take();
+    if (!slot.held()) {
         ++counters_.discarded;
         ++camera_counters_.no_slot;
         return Status::kNotReady;
     }
-    std::uint8_t* const out = pixels_.get() + static_cast<std::size_t>(slot) * image_bytes_;
+    std::uint8_t* const out = pixels_.get() + static_cast<std::size_t>(slot.slot()) * image_bytes_;
     const RawImage image{buffer.bytes,      options_.capture.format,  options_.capture.width, options_.capture.height,
                          capture_.stride(), options_.significant_bits};
     FACET_TRY(unpack(image, {out, image_bytes_}));
-    taken_[static_cast<std::size_t>(slot)].store(true, std::memory_order_relaxed);
     outage_.end(counters_);
     ++counters_.delivered;
     last_stamp_ = stamp;
@@ -163,7 +145,7 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     frame.stamp = stamp;
     frame.sequence = buffer.sequence;
     frame.image = {out, options_.capture.width, options_.capture.height, options_.capture.width};
-    frame.slot = slot;
+    frame.slot = std::move(slot);
     frame.exposure = options_.exposure;
     return Status::kOk;
 }

@@ -2,8 +2,6 @@
 // A camera on a V4L2 node.
 #pragma once
 
-#include <array>
-#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -47,16 +45,16 @@ struct CameraV4l2Counters {
     std::uint64_t not_monotonic = 0;  ///< buffers whose stamp is not of the monotonic clock: used as they are
 };
 
-/// Latest-frame source: each next() takes all buffers that are ready, gives the newest good one, unpacked to 8 bits into
-/// a slot of its own, and returns every buffer to the driver at once, so that capture never stalls on a slow consumer.
-/// Exposure midpoint: start + exposure / 2, or end of frame - readout - exposure / 2. A node that vanishes or fails is
-/// reopened every retry period with all its settings. Thread-bound, except release(). Heap in the constructor, in
-/// start() and for problem texts.
+/// Latest-frame source: each next() takes all buffers that are ready, gives the newest good one, unpacked to 8 bits
+/// into a slot of its own, and returns every buffer to the driver at once, so that capture never stalls on a slow
+/// consumer. Exposure midpoint: start + exposure / 2, or end of frame - readout - exposure / 2. A node that vanishes or
+/// fails is reopened every retry period with all its settings. Thread-bound. Heap in the constructor, in start() and
+/// for problem texts.
 class CameraV4l2 final : public CameraSource {
 public:
-    /// Images under way: four that wait in a synchroniser, one in work, one arriving. More than a synchroniser holds, so that
-    /// it drops its oldest before the camera has to drop its newest.
-    static constexpr int kSlots = 6;
+    /// Images under way: four that wait in a synchroniser, one in work, one arriving. More than a synchroniser holds,
+    /// so that it drops its oldest before the camera has to drop its newest.
+    static constexpr std::size_t kSlots = 6;
 
     /// Borrowed: io and clock (monotonic), which must outlive the camera.
     CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options);
@@ -64,7 +62,6 @@ public:
     Status start() override;
     void stop() override;
     Status next(Duration timeout, CameraFrame& frame) override;
-    void release(int slot) override;
     ClockDomain clock() const override { return ClockDomain::kMonotonic; }
     SourceCounters counters() const override { return counters_; }
     std::string_view problem() const override { return outage_.problem; }
@@ -77,7 +74,6 @@ private:
     bool is_good(const V4l2Buffer& buffer);
     void follow_sequence(std::uint32_t sequence);
     Timestamp midpoint(const V4l2Buffer& buffer) const;
-    int free_slot() const;
     Status deliver(const V4l2Buffer& buffer, CameraFrame& frame);
 
     const Clock& clock_;
@@ -86,7 +82,7 @@ private:
     RetryGate retry_;
     std::size_t image_bytes_ = 0;
     std::unique_ptr<std::uint8_t[]> pixels_;  ///< kSlots images
-    std::array<std::atomic<bool>, kSlots> taken_{};
+    SlotLender<kSlots> slots_;
     SourceCounters counters_;
     CameraV4l2Counters camera_counters_;
     Outage outage_;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 namespace facet {
 namespace {
@@ -54,16 +55,11 @@ void Synchroniser::clear(SyncFault fault, SyncCamera camera) {
     standing_[static_cast<std::size_t>(fault)][static_cast<std::size_t>(camera)] = false;
 }
 
-void Synchroniser::drop(SyncCamera camera, const CameraFrame& frame) {
-    if (frame.slot >= 0) {
-        dropped_.push({camera, frame.slot});
-    }
-}
-
-void Synchroniser::drop_front(SyncCamera camera) {
-    Stream& s = stream(camera);
-    drop(camera, s.pending.front().frame);
-    s.pending.pop_front();
+/// Moved out, not only popped: a ring buffer keeps a popped value, and with it the slot, until its cell is used again.
+CameraFrame Synchroniser::take_front(Stream& stream) {
+    CameraFrame frame = std::move(stream.pending[0].frame);
+    stream.pending.pop_front();
+    return frame;
 }
 
 void Synchroniser::add_imu(Timestamp stamp) {
@@ -140,18 +136,15 @@ std::uint32_t Synchroniser::base_for(const Stream& s, const CameraFrame& frame) 
     return s.last.sequence + static_cast<std::uint32_t>(periods) - frame.sequence;
 }
 
-Status Synchroniser::add(SyncCamera camera, const CameraFrame& own) {
+Status Synchroniser::add(SyncCamera camera, CameraFrame frame) {
     Stream& s = stream(camera);
-    const std::uint32_t base = base_for(s, own);
-    CameraFrame frame = own;
+    const std::uint32_t base = base_for(s, frame);
     frame.sequence += base;
-    if (const Status status = check(camera, frame); !ok(status)) {
-        drop(camera, frame);
-        return status;
-    }
+    FACET_TRY(check(camera, frame));
+    const SyncEvent added{frame.sequence, frame.stamp};
     s.any = true;
     s.base = base;
-    s.last = frame;
+    s.last = added;
     if (s.pending.full()) {
         // Waiting for an edge, for the left image, or for inertial samples: the reasons differ.
         const Pending& oldest = s.pending.front();
@@ -161,23 +154,24 @@ Status Synchroniser::add(SyncCamera camera, const CameraFrame& own) {
             report(lonely ? SyncFault::kMissingLeft : SyncFault::kUncovered, lonely ? SyncCamera::kLeft : camera,
                    oldest.frame.stamp);
         }
-        drop_front(camera);
+        (void)take_front(s);
     }
-    s.pending.push({frame, {}, false});
-    if (!options_.has_trigger && camera == SyncCamera::kLeft) {
-        Pending& own = s.pending[s.pending.size() - 1];
-        own.event = {frame.sequence, frame.stamp - options_.left_delay};
-        own.assigned = true;
-        stream(SyncCamera::kRight).matcher.add_event({frame.sequence, frame.stamp});
+    const bool is_reference = !options_.has_trigger && camera == SyncCamera::kLeft;
+    s.pending.push({std::move(frame), {}, false});
+    if (is_reference) {
+        Pending& newest = s.pending[s.pending.size() - 1];
+        newest.event = {added.sequence, added.stamp - options_.left_delay};
+        newest.assigned = true;
+        stream(SyncCamera::kRight).matcher.add_event(added);
     }
     if (!any_frame_) {
         any_frame_ = true;
-        first_frame_ = frame.stamp;
+        first_frame_ = added.stamp;
     }
     const Timestamp since = any_edge_ ? last_edge_.stamp : first_frame_;
-    const bool silent = options_.has_trigger && frame.stamp - since > options_.trigger_silence;
+    const bool silent = options_.has_trigger && added.stamp - since > options_.trigger_silence;
     if (silent) {
-        report(SyncFault::kTriggerSilent, SyncCamera::kNone, frame.stamp, (frame.stamp - since).ns);
+        report(SyncFault::kTriggerSilent, SyncCamera::kNone, added.stamp, (added.stamp - since).ns);
     }
     return Status::kOk;
 }
@@ -205,9 +199,9 @@ void Synchroniser::assign(SyncCamera camera) {
         if (outcome == CountMatcher::Outcome::kDoubtful) {
             // Assigned ones before it stay; this one goes. It is the first unassigned one.
             report(SyncFault::kDoubtful, camera, p.frame.stamp);
-            drop(camera, p.frame);
+            p.frame = {};
             for (std::size_t k = i; k > 0; --k) {
-                s.pending[k] = s.pending[k - 1];
+                s.pending[k] = std::move(s.pending[k - 1]);
             }
             s.pending.pop_front();
             continue;
@@ -238,7 +232,7 @@ bool Synchroniser::pair_is_due(const Pending& left, const Pending*& right) {
             return true;  // the right stream has gone on without it
         }
         report(SyncFault::kMissingLeft, SyncCamera::kLeft, front.frame.stamp);
-        drop_front(SyncCamera::kRight);
+        (void)take_front(r);
     }
     // Time goes by inertial samples, which come whatever the cameras do.
     return newest_imu_ - left.event.stamp > options_.pair_wait;
@@ -249,7 +243,7 @@ Status Synchroniser::pop(SyncedFrame& frame) {
     assign(SyncCamera::kRight);
     Stream& l = stream(SyncCamera::kLeft);
     while (!l.pending.empty() && l.pending.front().assigned) {
-        const Pending left = l.pending.front();
+        const Pending& left = l.pending.front();
         const Pending* right = nullptr;
         if (!any_imu_ || newest_imu_ < left.event.stamp || !pair_is_due(left, right)) {
             return Status::kNotReady;
@@ -257,35 +251,24 @@ Status Synchroniser::pop(SyncedFrame& frame) {
         clear(SyncFault::kUncovered, SyncCamera::kLeft);
         if (any_given_ && left.event.stamp <= last_given_) {
             report(SyncFault::kOutOfOrder, SyncCamera::kLeft, left.event.stamp);
-            drop_front(SyncCamera::kLeft);
+            (void)take_front(l);
             continue;
         }
         frame.stamp = left.event.stamp;
         frame.event = left.event.sequence;
-        frame.left = left.frame;
         frame.right = {};
         if (right != nullptr) {
-            frame.right = right->frame;
-            stream(SyncCamera::kRight).pending.pop_front();
+            frame.right = take_front(stream(SyncCamera::kRight));
             clear(SyncFault::kMissingLeft, SyncCamera::kLeft);
         } else {
             report(SyncFault::kMissingRight, SyncCamera::kRight, left.event.stamp);
         }
-        l.pending.pop_front();
+        frame.left = take_front(l);
         any_given_ = true;
         last_given_ = frame.stamp;
         return Status::kOk;
     }
     return Status::kNotReady;
-}
-
-Status Synchroniser::pop_dropped(DroppedSlot& slot) {
-    if (dropped_.empty()) {
-        return Status::kNotReady;
-    }
-    slot = dropped_.front();
-    dropped_.pop_front();
-    return Status::kOk;
 }
 
 Status Synchroniser::pop_report(SyncReport& report) {

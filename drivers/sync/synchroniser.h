@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 
 #include "drivers/sync/count_matcher.h"
 #include "platform/base/ring_buffer.h"
@@ -53,28 +54,22 @@ struct SynchroniserOptions {
     int votes = 5;  ///< see CountMatcher
 };
 
-/// A pair, ready for the estimator. Both slots are the receiver's to release.
+/// A pair, ready for the estimator.
 struct SyncedFrame {
     Timestamp stamp;  ///< exposure midpoint: edge + trigger delay + exposure / 2, or the left frame's own
     CameraFrame left;
-    CameraFrame right;  ///< slot -1 if it is missing
+    CameraFrame right;  ///< its image is empty if it is missing
     std::uint32_t event = 0;
 };
 
-/// A slot that nobody will use: to be released.
-struct DroppedSlot {
-    SyncCamera camera = SyncCamera::kNone;
-    int slot = -1;
-};
-
 /// All stamps are on one clock (ClockMap). Each camera is assigned to events (edges, or the left camera's frames) by a
-/// CountMatcher; images of one event are a pair. A camera's count that falls back (its node was opened again) is carried on
-/// by the time that has passed. Give it things as they come, in any interleaving of the streams, then:
+/// CountMatcher; images of one event are a pair. A camera's count that falls back (its node was opened again) is
+/// carried on by the time that has passed. Give it things as they come, in any interleaving of the streams, then:
 ///   while (ok(sync.pop(pair))) { ... }
-///   while (ok(sync.pop_dropped(slot))) camera(slot.camera).release(slot.slot);
 ///   while (ok(sync.pop_report(report))) { ... }
-/// A pair comes out when an inertial stamp at or after its own was given, never before; stamps strictly increase.
-/// When kPending images of a camera wait, the oldest is dropped. Thread-bound. No heap.
+/// A pair comes out when an inertial stamp at or after its own was given, never before; stamps strictly increase. When
+/// kPending images of a camera wait, the oldest is dropped. A dropped image's slot is free at once. Thread-bound. No
+/// heap.
 class Synchroniser {
 public:
     static constexpr std::size_t kPending = 4;   ///< images that wait, of each camera
@@ -82,9 +77,9 @@ public:
 
     explicit Synchroniser(const SynchroniserOptions& options = {});
 
-    /// @return kOutOfOrder or kInvalidArgument (epoch): refused, its slot is among the dropped ones.
-    Status add_left(const CameraFrame& frame) { return add(SyncCamera::kLeft, frame); }
-    Status add_right(const CameraFrame& frame) { return add(SyncCamera::kRight, frame); }
+    /// @return kOutOfOrder or kInvalidArgument (epoch): refused and dropped.
+    Status add_left(CameraFrame frame) { return add(SyncCamera::kLeft, std::move(frame)); }
+    Status add_right(CameraFrame frame) { return add(SyncCamera::kRight, std::move(frame)); }
     /// @return kOutOfOrder or kInvalidArgument: ignored.
     Status add_edge(const TriggerEdge& edge);
     /// Stamp of the newest inertial sample that the estimator has.
@@ -92,7 +87,6 @@ public:
 
     /// @return kNotReady if no pair is ready.
     Status pop(SyncedFrame& frame);
-    Status pop_dropped(DroppedSlot& slot);
     Status pop_report(SyncReport& report);
 
     /// Findings of a kind since construction, reported or not.
@@ -108,7 +102,7 @@ private:
     struct Stream {
         CountMatcher matcher;
         RingBuffer<Pending, kPending> pending;
-        CameraFrame last;  ///< its count as carried on
+        SyncEvent last;  ///< newest image taken, its count as carried on
         bool any = false;
         std::uint32_t base = 0;  ///< added to the camera's own count
         std::uint32_t corrections = 0;
@@ -116,12 +110,11 @@ private:
 
     Stream& stream(SyncCamera camera) { return streams_[static_cast<std::size_t>(camera)]; }
     const Stream& stream(SyncCamera camera) const { return streams_[static_cast<std::size_t>(camera)]; }
-    Status add(SyncCamera camera, const CameraFrame& frame);
+    Status add(SyncCamera camera, CameraFrame frame);
     std::uint32_t base_for(const Stream& stream, const CameraFrame& frame) const;
     Status check(SyncCamera camera, const CameraFrame& frame);
     void assign(SyncCamera camera);
-    void drop_front(SyncCamera camera);
-    void drop(SyncCamera camera, const CameraFrame& frame);
+    static CameraFrame take_front(Stream& stream);
     bool pair_is_due(const Pending& left, const Pending*& right);
     void report(SyncFault fault, SyncCamera camera, Timestamp stamp, std::int64_t value = 0);
     void clear(SyncFault fault, SyncCamera camera);
@@ -136,8 +129,6 @@ private:
     TriggerEdge last_edge_;
     bool any_given_ = false;
     Timestamp last_given_;
-    /// Room for every slot that can be under way: waiting ones and those refused in one round.
-    RingBuffer<DroppedSlot, 32> dropped_;
     RingBuffer<SyncReport, kReports> reports_;
     std::array<std::uint64_t, static_cast<std::size_t>(SyncFault::kCount)> counts_{};
     std::array<std::array<bool, 3>, static_cast<std::size_t>(SyncFault::kCount)> standing_{};

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "platform/base/image_view.h"
+#include "platform/base/slot_lease.h"
 #include "platform/port/source.h"
 
 namespace facet {
@@ -13,19 +14,17 @@ namespace facet {
 struct CameraFrame {
     Timestamp stamp;             ///< exposure midpoint, as well as the camera knows it, in the clock of the source
     std::uint32_t sequence = 0;  ///< the camera's own count; gaps are lost images
-    ImageView image;             ///< 8-bit grey, in a slot of the source
-    int slot = -1;               ///< to be given back
+    ImageView image;             ///< 8-bit grey, in a slot of the source; valid while `slot` is held
+    SlotLease slot;              ///< ends with the frame, on any thread
     Duration exposure;           ///< zero if unknown
 };
 
-/// A camera. A frame's image stays valid until its slot is released; when every slot is out, newer images are dropped
-/// and counted as discarded.
+/// A camera. When every slot is lent, newer images are dropped and counted as discarded. The camera must outlive the
+/// frames it has given.
 class CameraSource : public Source {
 public:
     /// Next image; see Source.
     virtual Status next(Duration timeout, CameraFrame& frame) = 0;
-    /// Gives a slot back. The only function that may be called from another thread.
-    virtual void release(int slot) = 0;
 };
 
 }  // namespace facet

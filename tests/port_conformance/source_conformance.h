@@ -37,8 +37,6 @@ public:
     virtual void pass_time() {}
     /// Samples that the source may hold back because it waits for the next ones.
     virtual int held_back() const { return 0; }
-    /// Gives back what a sample borrowed.
-    virtual void done_with(const Sample&) {}
 };
 
 using ImuHarness = SourceHarness<ImuSource, ImuSample>;
@@ -48,7 +46,7 @@ using StereoHarness = SourceHarness<StereoSource, StereoFrame>;
 
 inline bool is_sane(const ImuSample& s) { return s.w_B.allFinite() && s.a_B.allFinite(); }
 inline bool is_sane(const TriggerEdge&) { return true; }
-inline bool is_sane(const CameraFrame& f) { return !f.image.empty() && f.slot >= 0; }
+inline bool is_sane(const CameraFrame& f) { return !f.image.empty() && f.slot.held(); }
 inline bool is_sane(const StereoFrame&) { return true; }
 
 inline constexpr Timestamp kUntouched{-12345};
@@ -71,7 +69,6 @@ Drained drain(Harness& harness, int limit = 1000) {
         if (result.last == Status::kOk) {
             CHECK(is_sane(sample));
             result.stamps.push_back(sample.stamp);
-            harness.done_with(sample);
             continue;
         }
         CHECK(sample.stamp == kUntouched);

@@ -3,22 +3,21 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstring>
+#include <utility>
 #include <vector>
 
-#include "platform/base/assert.h"
 #include "platform/port/camera_source.h"
 #include "tests/support/stereo_source.h"
 
 namespace facet {
 
 /// Copies each pair into a slot of its own, left and right half; a missing right view is black. When no slot is free,
-/// the next pair is not asked for yet. Thread-bound, except release(). Heap in the constructor only.
+/// the next pair is not asked for yet. Thread-bound. Heap in the constructor only.
+/// @tparam Slots  images under way at most; 1: the next image comes when the one before is done with
+template <std::size_t Slots>
 class StereoAsCamera final : public CameraSource {
 public:
-    static constexpr int kSlots = 6;
-
     /// Borrowed: source. @param width, height  of one view (px); other sizes are kCorrupt
     StereoAsCamera(StereoSource& source, int width, int height) : source_(source), width_(width), height_(height) {
         for (auto& slot : pixels_) {
@@ -33,11 +32,8 @@ public:
     std::string_view problem() const override { return source_.problem(); }
 
     Status next(Duration timeout, CameraFrame& frame) override {
-        int slot = 0;
-        while (slot < kSlots && taken_[static_cast<std::size_t>(slot)].load(std::memory_order_acquire)) {
-            ++slot;
-        }
-        if (slot == kSlots) {
+        SlotLease slot = slots_.take();
+        if (!slot.held()) {
             return Status::kNotReady;
         }
         StereoFrame pair;
@@ -45,7 +41,7 @@ public:
         if (pair.left.width != width_ || pair.left.height != height_) {
             return Status::kCorrupt;
         }
-        std::vector<std::uint8_t>& pixels = pixels_[static_cast<std::size_t>(slot)];
+        std::vector<std::uint8_t>& pixels = pixels_[static_cast<std::size_t>(slot.slot())];
         const auto width = static_cast<std::size_t>(width_);
         const bool has_right = pair.right.width == width_ && pair.right.height == height_;
         for (int v = 0; v < height_; ++v) {
@@ -57,13 +53,8 @@ public:
                 std::memset(row + width, 0, width);
             }
         }
-        taken_[static_cast<std::size_t>(slot)].store(true, std::memory_order_relaxed);
-        frame = {pair.stamp, sequence_++, {pixels.data(), 2 * width_, height_, 2 * width_}, slot, {}};
+        frame = {pair.stamp, sequence_++, {pixels.data(), 2 * width_, height_, 2 * width_}, std::move(slot), {}};
         return Status::kOk;
-    }
-    void release(int slot) override {
-        FACET_ASSERT(slot >= 0 && slot < kSlots);
-        taken_[static_cast<std::size_t>(slot)].store(false, std::memory_order_release);
     }
 
 private:
@@ -71,8 +62,8 @@ private:
     int width_;
     int height_;
     std::uint32_t sequence_ = 0;
-    std::array<std::vector<std::uint8_t>, kSlots> pixels_;
-    std::array<std::atomic<bool>, kSlots> taken_{};
+    std::array<std::vector<std::uint8_t>, Slots> pixels_;
+    SlotLender<Slots> slots_;
 };
 
 }  // namespace facet

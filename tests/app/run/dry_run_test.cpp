@@ -63,7 +63,7 @@ std::vector<ProbeLine> probe(FakeBench& kernel, const Vehicle& vehicle) {
     return dry_run(hardware, clock, vehicle, Duration::from_seconds(0.5));
 }
 
-TEST_CASE("trigger pulses are begun before the cameras are asked, and end with the dry run") {
+TEST_CASE("trigger pulses are started before the cameras are asked, and end with the dry run") {
     FakeBench kernel;
     Vehicle vehicle = spi_vehicle();
     vehicle.pulses.emplace();
@@ -79,7 +79,7 @@ TEST_CASE("trigger pulses are begun before the cameras are asked, and end with t
     kernel.devices["/sys/class/pwm/pwmchip0/pwm0/enable"] = kEnable;
     lines = probe(kernel, vehicle);
     CHECK(lines.front().finding == Finding::kGood);
-    CHECK(lines.front().text == "20.0/s begun");
+    CHECK(lines.front().text == "20.0/s started");
     CHECK(kernel.written[kEnable] == std::vector<std::string>{"1", "0"});
     vehicle.pulses->pwm_chip.clear();
     vehicle.pulses->line = {"/dev/gpiochip4", 2, ""};

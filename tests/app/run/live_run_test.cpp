@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The whole of `facet run` with its threads, fed with a simulated flight instead of sensors, against a replay of the
-// same log.
+// `facet run` with all its threads, on a simulated flight instead of sensors, against a replay of the same log.
 #include "app/run/live_run.h"
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include "app/lab/sim/simulate.h"
 #include "platform/linux/linux_clock.h"
 #include "tests/support/asl_sources.h"
+#include "tests/support/paced_sources.h"
 #include "tests/support/stereo_as_camera.h"
 #include "tests/support/temp_dir.h"
 
@@ -93,7 +93,7 @@ public:
     ViewCamera(Clock& clock, bool is_left, const std::atomic<bool>& go)
         : stereo_(clock, flight().source()), is_left_(is_left), go_(go) {
         const CameraIntrinsics k = flight().vehicle("").calibration.rig.left.intrinsics();
-        both_ = std::make_unique<StereoAsCamera>(stereo_, k.width, k.height);
+        both_ = std::make_unique<StereoAsCamera<1>>(stereo_, k.width, k.height);
     }
     Status start() override { return both_->start(); }
     void stop() override { both_->stop(); }
@@ -109,13 +109,12 @@ public:
         frame.image.data += is_left_ ? 0 : frame.image.width;
         return Status::kOk;
     }
-    void release(int slot) override { both_->release(slot); }
 
 private:
     AslStereoSource stereo_;
     bool is_left_;
     const std::atomic<bool>& go_;
-    std::unique_ptr<StereoAsCamera> both_;
+    std::unique_ptr<StereoAsCamera<1>> both_;
 };
 
 /// The log's frame stamps as edges; then lets the cameras go.
@@ -145,11 +144,10 @@ private:
 };
 
 /// Gives nothing but failures instead of the samples from `first` on, `count` of them.
-template <class Base, class Inner, class Sample>
+template <class Base, class Sample>
 class Flaky final : public Base {
 public:
-    Flaky(Inner& inner, std::uint64_t first, std::uint64_t count)
-        : inner_(inner), first_(first), last_(first + count) {}
+    Flaky(Base& inner, std::uint64_t first, std::uint64_t count) : inner_(inner), first_(first), last_(first + count) {}
     Status start() override { return inner_.start(); }
     void stop() override { inner_.stop(); }
     ClockDomain clock() const override { return inner_.clock(); }
@@ -161,35 +159,25 @@ public:
     }
     std::string_view problem() const override { return failed_ ? "unplugged" : ""; }
     Status next(Duration timeout, Sample& sample) override {
-        FACET_TRY(inner_.next(timeout, sample));
+        Sample taken;
+        FACET_TRY(inner_.next(timeout, taken));
         const std::uint64_t n = taken_++;
         if (n >= first_ && n < last_) {
             failed_ = true;
-            this->lose(sample);
             return Status::kIo;
         }
         back_ = back_ || failed_;
+        sample = std::move(taken);
         return Status::kOk;
     }
 
 private:
-    void lose(const CameraFrame& frame) { inner_.release(frame.slot); }
-    void lose(const ImuSample&) {}
-
-    Inner& inner_;
+    Base& inner_;
     std::uint64_t first_;
     std::uint64_t last_;
     std::uint64_t taken_ = 0;
     bool failed_ = false;
     bool back_ = false;
-
-public:
-    // Of cameras only.
-    void release(int slot) {
-        if constexpr (std::is_same_v<Base, CameraSource>) {
-            inner_.release(slot);
-        }
-    }
 };
 
 /// Runs until the sources end.
@@ -211,12 +199,17 @@ nlohmann::json summary_of(const std::string& folder) {
     return nlohmann::json::parse(test::read_file(folder + "/summary.json"));
 }
 
+/// The flight as a side-by-side camera and an IMU that wait for the estimator: every frame is used, as in a replay.
 struct Rig {
-    LinuxClock clock;
+    StillClock clock;
     AslStereoSource stereo{clock, flight().source()};
-    AslImuSource imu{clock, flight().source()};
-    StereoAsCamera camera{stereo, flight().vehicle("").calibration.rig.left.intrinsics().width,
-                          flight().vehicle("").calibration.rig.left.intrinsics().height};
+    AslImuSource log_imu{clock, flight().source()};
+    StereoAsCamera<1> log_camera{stereo, flight().vehicle("").calibration.rig.left.intrinsics().width,
+                                 flight().vehicle("").calibration.rig.left.intrinsics().height};
+    /// More than the gap in inertial samples below; less than the loop holds samples back for a frame.
+    Pace pace{1, Duration::from_seconds(0.4)};
+    PacedCamera camera{log_camera, pace, 0};
+    PacedImu imu{log_imu, pace};
 };
 
 TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
@@ -224,7 +217,7 @@ TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
     Rig rig;
     CountingSink sink;
     const Vehicle vehicle = flight().vehicle(dir.file("out"));
-    LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {&sink}, true);
+    LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {&sink});
     const RunSummary summary = run_to_end(run);
     CHECK(run.failure().empty());
     CHECK_FALSE(summary.interrupted);
@@ -250,16 +243,20 @@ TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
 
 TEST_CASE("two cameras and a trigger line are put together, and estimate the same flight") {
     const test::TempDir dir;
-    LinuxClock clock;
+    StillClock clock;
     std::atomic<bool> go{false};
-    ViewCamera left(clock, true, go);
-    ViewCamera right(clock, false, go);
+    ViewCamera left_view(clock, true, go);
+    ViewCamera right_view(clock, false, go);
     LogTrigger trigger(clock, go);
-    AslImuSource imu(clock, flight().source());
+    AslImuSource log_imu(clock, flight().source());
+    Pace pace(2, Duration::from_seconds(0.06));  // less than the synchroniser waits for a right image
+    PacedCamera left(left_view, pace, 0);
+    PacedCamera right(right_view, pace, 1);
+    PacedImu imu(log_imu, pace);
     Vehicle vehicle = flight().vehicle(dir.file("out"));
     vehicle.cameras.side_by_side = false;
     vehicle.trigger.emplace();
-    LiveRun run(clock, vehicle, {&left, &right, &trigger, &imu}, {}, true);
+    LiveRun run(clock, vehicle, {&left, &right, &trigger, &imu}, {});
     const RunSummary summary = run_to_end(run);
     // The first frames are not believed until five agree.
     CHECK(summary.frames == flight().run().frames - 4);
@@ -274,10 +271,10 @@ TEST_CASE("sensors that fail and come back are reported, counted and survived") 
     const test::TempDir dir;
     Rig rig;
     // 0.2 s without inertial samples, and 0.3 s without images, in flight.
-    Flaky<ImuSource, AslImuSource, ImuSample> imu(rig.imu, 420, 40);
-    Flaky<CameraSource, StereoAsCamera, CameraFrame> camera(rig.camera, 40, 6);
+    Flaky<ImuSource, ImuSample> imu(rig.imu, 420, 40);
+    Flaky<CameraSource, CameraFrame> camera(rig.camera, 40, 6);
     const Vehicle vehicle = flight().vehicle(dir.file("out"));
-    LiveRun run(rig.clock, vehicle, {&camera, nullptr, nullptr, &imu}, {}, true);
+    LiveRun run(rig.clock, vehicle, {&camera, nullptr, nullptr, &imu}, {});
     const RunSummary summary = run_to_end(run);
     CHECK(summary.frames == flight().run().frames - 6);
     CHECK(summary.last.health.state != TrackingState::kLost);
@@ -304,7 +301,7 @@ TEST_CASE("a stop in mid-flight leaves complete files") {
     AslStereoSource stereo(clock, options);
     AslImuSource imu(clock, options);
     const CameraIntrinsics k = flight().vehicle("").calibration.rig.left.intrinsics();
-    StereoAsCamera camera(stereo, k.width, k.height);
+    StereoAsCamera<6> camera(stereo, k.width, k.height);
     CountingSink sink;
     const Vehicle vehicle = flight().vehicle(dir.file("out"));
     LiveRun run(clock, vehicle, {&camera, nullptr, nullptr, &imu}, {&sink});
@@ -333,7 +330,7 @@ TEST_CASE("a source that cannot start ends the run before it begins") {
     nowhere.folder = "/no/such/log";
     AslImuSource imu(rig.clock, nowhere);
     const Vehicle vehicle = flight().vehicle("");
-    LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &imu}, {}, true);
+    LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &imu}, {});
     CHECK_THROWS_WITH(run.start(), "imu: /no/such/log: no such folder");
 }
 

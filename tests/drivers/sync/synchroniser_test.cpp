@@ -42,7 +42,6 @@ struct World {
 };
 
 struct Given {
-    SyncedFrame frame;
     int left = -1;  ///< true events
     int right = -1;
     std::int64_t stamp_error_ns = 0;
@@ -59,11 +58,15 @@ struct Outcome {
 
 std::int64_t midpoint(int event) { return kStartNs + event * kPeriodNs + kExposureNs / 2; }
 
+/// The slots of both cameras. They outlive every synchroniser that may still hold some.
+SlotLender<2048> g_slots;
+
 /// Runs a world through a synchroniser, in order of arrival.
 Outcome run(const World& world, Synchroniser& sync, unsigned seed = 1) {
+    enum class Kind : std::uint8_t { kImu, kEdge, kLeft, kRight };
     struct Arrival {
-        std::int64_t at_ns;
-        int kind;  ///< 0 inertial, 1 edge, 2 left, 3 right
+        std::int64_t at_ns = 0;
+        Kind kind = Kind::kImu;
         TriggerEdge edge;
         CameraFrame frame;
     };
@@ -71,8 +74,10 @@ Outcome run(const World& world, Synchroniser& sync, unsigned seed = 1) {
     std::normal_distribution<double> jitter(0.0, world.stamp_jitter_ms * kMs);
     std::uniform_real_distribution<double> arrival(-world.arrival_jitter_ms * kMs, world.arrival_jitter_ms * kMs);
     std::vector<Arrival> arrivals;
-    std::vector<int> truth;  // by slot
-    const auto add_camera = [&](int kind, int stale, const std::set<int>& lost, const std::set<int>& vanished,
+    Outcome outcome;
+    const std::size_t lent_before = g_slots.lent();
+    std::vector<int> truth(decltype(g_slots)::capacity());  // by slot
+    const auto add_camera = [&](Kind kind, int stale, const std::set<int>& lost, const std::set<int>& vanished,
                                 std::int64_t delay_ns) {
         std::uint32_t sequence = 0;
         std::int64_t last_at = 0;
@@ -80,36 +85,36 @@ Outcome run(const World& world, Synchroniser& sync, unsigned seed = 1) {
             if (vanished.contains(event)) {
                 continue;
             }
-            if (kind == 2 && event == world.left_restart) {
+            if (kind == Kind::kLeft && event == world.left_restart) {
                 sequence = 0;
             }
             const std::uint32_t own = sequence++;
             if (lost.contains(event)) {
                 continue;
             }
-            Arrival a{};
+            Arrival a;
             a.kind = kind;
             a.frame.stamp.ns = midpoint(event) + delay_ns + static_cast<std::int64_t>(jitter(random)) +
-                               (kind == 2 ? world.left_stamp_error(event) : 0);
+                               (kind == Kind::kLeft ? world.left_stamp_error(event) : 0);
             // A camera's own stamps are in order.
             a.frame.sequence = world.sequence ? own : 0;
             a.frame.exposure.ns = kExposureNs;
-            a.frame.slot = static_cast<int>(truth.size());
-            truth.push_back(event);
             a.at_ns = std::max(last_at + 1,
                                midpoint(event) + static_cast<std::int64_t>(world.arrival_ms * kMs + arrival(random)));
             last_at = a.at_ns;
-            arrivals.push_back(a);
-            if (kind == 2 && world.left_twice.contains(event)) {
-                a.at_ns += 1;
-                a.frame.slot = static_cast<int>(truth.size());
-                truth.push_back(event);
-                arrivals.push_back(a);
+            const bool twice = kind == Kind::kLeft && world.left_twice.contains(event);
+            for (int copy = 0; copy < (twice ? 2 : 1); ++copy) {
+                SlotLease slot = g_slots.take();
+                REQUIRE(slot.held());
+                truth[static_cast<std::size_t>(slot.slot())] = event;
+                ++outcome.frames;
+                const CameraFrame& f = a.frame;
+                arrivals.push_back({a.at_ns + copy, kind, {}, {f.stamp, f.sequence, {}, std::move(slot), f.exposure}});
             }
         }
     };
-    add_camera(2, world.stale_left, world.left_lost, world.left_vanished, world.left_delay_ns);
-    add_camera(3, world.stale_right, world.right_lost, world.right_vanished, world.right_delay_ns);
+    add_camera(Kind::kLeft, world.stale_left, world.left_lost, world.left_vanished, world.left_delay_ns);
+    add_camera(Kind::kRight, world.stale_right, world.right_lost, world.right_vanished, world.right_delay_ns);
     std::uint32_t edge_sequence = 0;
     for (int event = 0; event < world.events && world.trigger; ++event) {
         if (world.edge_vanished.contains(event)) {
@@ -118,54 +123,48 @@ Outcome run(const World& world, Synchroniser& sync, unsigned seed = 1) {
         const std::uint32_t own = ++edge_sequence;
         if (!world.edge_lost.contains(event)) {
             const std::int64_t stamp = kStartNs + event * kPeriodNs;
-            arrivals.push_back({stamp + kMs, 1, {{stamp}, own, true}, {}});
+            arrivals.push_back({stamp + kMs, Kind::kEdge, {{stamp}, own, true}, {}});
         }
     }
     for (std::int64_t t = kStartNs - 500 * kMs; t < midpoint(world.events) + 500 * kMs; t += 5 * kMs) {
         if (world.imu(t)) {
-            arrivals.push_back({t + 2 * kMs, 0, {{t}, 0, true}, {}});
+            arrivals.push_back({t + 2 * kMs, Kind::kImu, {{t}, 0, true}, {}});
         }
     }
     std::stable_sort(arrivals.begin(), arrivals.end(),
                      [](const Arrival& a, const Arrival& b) { return a.at_ns < b.at_ns; });
 
-    Outcome outcome;
-    outcome.frames = static_cast<int>(truth.size());
     outcome.given.reserve(truth.size());
     outcome.reports.reserve(1000);
     std::int64_t newest_imu_ns = 0;
     std::int64_t last_stamp_ns = 0;
-    for (const Arrival& a : arrivals) {
+    for (Arrival& a : arrivals) {
         const test::AllocationGuard guard;
-        if (a.kind == 0) {
+        if (a.kind == Kind::kImu) {
             newest_imu_ns = a.edge.stamp.ns;
             sync.add_imu(a.edge.stamp);
-        } else if (a.kind == 1) {
+        } else if (a.kind == Kind::kEdge) {
             (void)sync.add_edge(a.edge);
         } else {
-            (void)(a.kind == 2 ? sync.add_left(a.frame) : sync.add_right(a.frame));
+            (void)(a.kind == Kind::kLeft ? sync.add_left(std::move(a.frame)) : sync.add_right(std::move(a.frame)));
         }
         SyncedFrame frame;
         while (ok(sync.pop(frame))) {
-            Given g{frame, truth[static_cast<std::size_t>(frame.left.slot)], -1, 0, a.at_ns};
-            g.right = frame.right.slot < 0 ? -1 : truth[static_cast<std::size_t>(frame.right.slot)];
+            Given g{truth[static_cast<std::size_t>(frame.left.slot.slot())], -1, 0, a.at_ns};
+            g.right = frame.right.slot.held() ? truth[static_cast<std::size_t>(frame.right.slot.slot())] : -1;
             g.stamp_error_ns = frame.stamp.ns - midpoint(g.left);
             outcome.given.push_back(g);
-            outcome.released += frame.right.slot < 0 ? 1 : 2;
             outcome.allocations += guard.allocations();
             REQUIRE(frame.stamp.ns <= newest_imu_ns);
             REQUIRE(frame.stamp.ns > last_stamp_ns);
             last_stamp_ns = frame.stamp.ns;
-        }
-        DroppedSlot slot;
-        while (ok(sync.pop_dropped(slot))) {
-            ++outcome.released;
         }
         SyncReport report;
         while (ok(sync.pop_report(report))) {
             outcome.reports.push_back(report);
         }
     }
+    outcome.released = outcome.frames - static_cast<int>(g_slots.lent() - lent_before);
     return outcome;
 }
 
@@ -391,10 +390,13 @@ TEST_CASE("cameras that do not count are paired by time") {
 TEST_CASE("another epoch, wrong order and a dead trigger are named") {
     Synchroniser sync;
     sync.add_imu({kStartNs});
-    CameraFrame frame;
-    frame.slot = 3;
-    frame.stamp.ns = 1'700'000'000'000'000'000;
-    CHECK(sync.add_left(frame) == Status::kInvalidArgument);
+    const std::size_t lent_before = g_slots.lent();
+    const auto add_left = [&](std::int64_t stamp_ns, std::uint32_t sequence) {
+        return sync.add_left({{stamp_ns}, sequence, {}, g_slots.take(), {}});
+    };
+    const std::int64_t other_epoch_ns = 1'700'000'000'000'000'000;
+    CHECK(add_left(other_epoch_ns, 0) == Status::kInvalidArgument);
+    CHECK(g_slots.lent() == lent_before);
     CHECK(sync.add_edge({{5}, 1, true}) == Status::kInvalidArgument);
     CHECK(sync.count(SyncFault::kEpochMismatch) == 2);
     SyncReport report;
@@ -402,24 +404,16 @@ TEST_CASE("another epoch, wrong order and a dead trigger are named") {
     CHECK(report.fault == SyncFault::kEpochMismatch);
     CHECK(report.camera == SyncCamera::kLeft);
     CHECK(std::string(to_string(report.fault)) == "clocks have different epochs");
-    DroppedSlot slot;
-    REQUIRE(sync.pop_dropped(slot) == Status::kOk);
-    CHECK(slot.slot == 3);
-    CHECK(sync.add_left(frame) == Status::kInvalidArgument);
+    CHECK(add_left(other_epoch_ns, 0) == Status::kInvalidArgument);
     REQUIRE(sync.pop_report(report) == Status::kOk);      // of the edge
     CHECK(sync.pop_report(report) == Status::kNotReady);  // the same again is counted, not reported
 
-    frame.stamp.ns = kStartNs;
-    frame.sequence = 1;
-    CHECK(sync.add_left(frame) == Status::kOk);
-    frame.stamp.ns = kStartNs - 1;
-    frame.sequence = 2;
-    CHECK(sync.add_left(frame) == Status::kOutOfOrder);
+    CHECK(add_left(kStartNs, 1) == Status::kOk);
+    CHECK(add_left(kStartNs - 1, 2) == Status::kOutOfOrder);
     CHECK(sync.count(SyncFault::kOutOfOrder) == 1);
     for (int i = 1; i < 15; ++i) {
-        frame.stamp.ns = kStartNs + i * kPeriodNs;
-        frame.sequence = static_cast<std::uint32_t>(2 + i);
-        CHECK(sync.add_left(frame) == Status::kOk);
+        CHECK(add_left(kStartNs + i * kPeriodNs, static_cast<std::uint32_t>(2 + i)) == Status::kOk);
+        CHECK(g_slots.lent() - lent_before <= Synchroniser::kPending);
     }
     CHECK(sync.count(SyncFault::kTriggerSilent) > 0);
 }

@@ -2,6 +2,7 @@
 #include "platform/base/spsc_queue.h"
 
 #include <catch2/catch.hpp>
+#include <memory>
 #include <thread>
 
 #include "tests/support/allocation_guard.h"
@@ -58,6 +59,23 @@ TEST_CASE("two threads pass every value in order", "[spsc_queue]") {
     CHECK(in_order);
     CHECK(queue.rejected() == refused);
     CHECK(queue.size() == 0);
+}
+
+TEST_CASE("values that cannot be copied are moved, and destroyed with the queue", "[spsc_queue]") {
+    const auto counted = std::make_shared<int>(7);
+    const auto own = [&] { return std::make_unique<std::shared_ptr<int>>(counted); };
+    {
+        SpscQueue<std::unique_ptr<std::shared_ptr<int>>, 2> queue;
+        CHECK(queue.push(own()) == Status::kOk);
+        CHECK(queue.push(own()) == Status::kOk);
+        auto third = own();
+        CHECK(queue.push(std::move(third)) == Status::kFull);
+        REQUIRE(third != nullptr);  // NOLINT(bugprone-use-after-move): a refused value is untouched
+        CHECK(queue.pop(third) == Status::kOk);
+        CHECK(**third == 7);
+        CHECK(counted.use_count() == 3);
+    }
+    CHECK(counted.use_count() == 1);
 }
 
 TEST_CASE("a queue uses no heap", "[spsc_queue]") {
