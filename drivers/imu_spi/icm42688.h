@@ -16,8 +16,7 @@ namespace facet {
 struct IcmPacket {
     static constexpr std::size_t kSize = 20;
 
-    bool empty = false;  ///< the FIFO had nothing (more)
-    bool fsync = false;  ///< `time` is the delay from the FSYNC edge to this sample, not the sample's time
+    bool empty = false;                               ///< the FIFO had nothing (more)
     Eigen::Vector3d rate = Eigen::Vector3d::Zero();   ///< (rad/s)
     Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< (m/s^2)
     double temperature_c = 0.0;
@@ -32,7 +31,6 @@ Result<IcmPacket> parse_icm_packet(std::span<const std::uint8_t, IcmPacket::kSiz
 struct Icm42688Options {
     std::uint16_t rate_hz = 1000;  ///< 200, 500, 1000 or 2000
     std::uint8_t watermark = 1;    ///< packets for one data-ready edge, 1 to 50
-    bool fsync = false;            ///< pin 9 is the FSYNC input, on rising edges
     bool self_test = true;
 };
 
@@ -68,7 +66,7 @@ private:
     RegisterBus bus_;
     Clock& clock_;
     Icm42688Options options_;
-    double ratio_ = 1.0;
+    double ratio_ = 1.0;  ///< host seconds per chip second, filtered
     bool any_edge_ = false;
     Timestamp edge_stamp_;
     std::int64_t edge_time_us_ = 0;

@@ -76,15 +76,6 @@ SourceCounters ImuSpi::counters() const {
     return result;
 }
 
-Status ImuSpi::next_fsync(TriggerEdge& edge) {
-    if (fsync_.empty()) {
-        return Status::kNotReady;
-    }
-    edge = fsync_.front();
-    fsync_.pop_front();
-    return Status::kOk;
-}
-
 Status ImuSpi::pop(ImuSample& sample) {
     ImuSample ready;
     while (ok(assembler_.pop(ready))) {
@@ -123,9 +114,6 @@ void ImuSpi::take(const SpiMeasurement& measurement) {
     counters_.lost += measurement.lost;
     if (measurement.temperature_c == measurement.temperature_c) {
         temperature_c_ = measurement.temperature_c;
-    }
-    if (measurement.fsync_edge) {
-        fsync_.push({*measurement.fsync_edge - options_.latency, ++fsync_count_, true});
     }
     const Timestamp stamp = measurement.stamp - options_.latency;
     if (measurement.force) {

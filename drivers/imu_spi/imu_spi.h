@@ -9,7 +9,6 @@
 #include "drivers/common/outage.h"
 #include "drivers/common/retry_gate.h"
 #include "drivers/imu_spi/spi_imu_chip.h"
-#include "platform/base/ring_buffer.h"
 #include "platform/port/imu_source.h"
 
 namespace facet {
@@ -29,8 +28,6 @@ struct ImuSpiOptions {
 /// next() with a zero timeout. Thread-bound. Heap in start() and for problem texts.
 class ImuSpi final : public ImuSource {
 public:
-    static constexpr std::size_t kMaxFsyncEdges = 16;
-
     /// Everything is borrowed and must outlive the source. @param data_ready  nullptr to poll
     ImuSpi(SpiImuChip& chip, TriggerSource* data_ready, Clock& clock, ImuSpiOptions options);
 
@@ -43,10 +40,6 @@ public:
     SourceCounters counters() const override;
     std::string_view problem() const override { return outage_.problem; }
     double temperature_c() const override { return temperature_c_; }
-
-    /// Strobes seen by the chip's FSYNC pin, oldest first: the newest kMaxFsyncEdges, older ones are dropped.
-    /// @return kNotReady if there is none.
-    Status next_fsync(TriggerEdge& edge);
 
 private:
     Status open();
@@ -62,8 +55,6 @@ private:
     ImuSpiOptions options_;
     ImuAssembler assembler_;
     RetryGate retry_;
-    RingBuffer<TriggerEdge, kMaxFsyncEdges> fsync_;
-    std::uint32_t fsync_count_ = 0;
     SourceCounters counters_;
     Outage outage_;
     double temperature_c_ = std::numeric_limits<double>::quiet_NaN();

@@ -23,8 +23,7 @@ struct SpiMeasurement {
     std::optional<Eigen::Vector3d> rate;   ///< (rad/s)
     std::optional<Eigen::Vector3d> force;  ///< (m/s^2)
     double temperature_c = std::numeric_limits<double>::quiet_NaN();
-    std::uint32_t lost = 0;               ///< measurements missing before this one
-    std::optional<Timestamp> fsync_edge;  ///< instant of a strobe at the chip's FSYNC pin just before this measurement
+    std::uint32_t lost = 0;  ///< measurements missing before this one
 };
 
 /// Room for a whole 2 KB FIFO of 20-byte packets.
