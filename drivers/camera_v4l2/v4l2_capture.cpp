@@ -249,13 +249,4 @@ Status V4l2Capture::set_control(std::string_view name, std::int64_t value, std::
     return Status::kNotFound;
 }
 
-int V4l2Capture::export_buffer(std::uint32_t index) {
-    v4l2_exportbuffer request{};
-    request.type = type();
-    request.index = index;
-    request.flags = O_RDONLY | O_CLOEXEC;
-    const int result = io_.ioctl(fd_, VIDIOC_EXPBUF, &request);
-    return result < 0 ? result : request.fd;
-}
-
 }  // namespace facet

@@ -33,7 +33,7 @@ struct V4l2Buffer {
 };
 
 /// The V4L2 streaming protocol (kernel documentation "Streaming I/O (Memory Mapping)"), with the single-planar or the
-/// multi-planar API, whichever the node has. Buffers may be exported as DMABUF descriptors. Thread-bound. Heap on failure.
+/// multi-planar API, whichever the node has. Thread-bound. Heap on failure.
 class V4l2Capture {
 public:
     static constexpr std::uint32_t kMaxBuffers = 8;
@@ -59,11 +59,7 @@ public:
     /// @return kNotFound if there is none, kInvalidArgument if the value is out of range (the words give the range).
     Status set_control(std::string_view name, std::int64_t value, std::string& problem);
 
-    /// A DMABUF descriptor of a buffer, owned by the caller; -errno if the driver cannot.
-    int export_buffer(std::uint32_t index);
-
     std::size_t stride() const { return stride_; }
-    bool multiplanar() const { return multiplanar_; }
 
 private:
     Status fail(std::string_view what, int result, std::string& problem);

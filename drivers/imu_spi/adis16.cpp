@@ -254,7 +254,6 @@ Status Adis16::read(const TriggerEdge& edge, SpiMeasurements& out) {
     SpiMeasurement measurement;
     measurement.stamp = edge.stamp;
     FACET_TRY(count(words, edge, measurement));
-    diagnosis_ = words[0];
     measurement.rate = vector_at(words, 1, variant_.rate_scale);
     measurement.force = vector_at(words, 4, variant_.force_scale);
     std::uint16_t temperature = words[variant_.is_16448 ? adis16448::kTemperature : adis1647x::kTemperature];

@@ -55,8 +55,6 @@ public:
     std::string_view problem() const override { return bus_.problem(); }
 
     double rate_hz() const;
-    /// DIAG_STAT of the last good burst.
-    std::uint16_t diagnosis() const { return diagnosis_; }
 
 private:
     static constexpr std::size_t kMaxWords = 13;
@@ -76,7 +74,6 @@ private:
     Clock& clock_;
     Adis16Options options_;
     const Adis16Variant& variant_;
-    std::uint16_t diagnosis_ = 0;
     bool any_read_ = false;
     std::uint16_t counter_ = 0;
     std::uint32_t edge_sequence_ = 0;

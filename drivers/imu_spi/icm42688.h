@@ -49,9 +49,6 @@ public:
     bool newest_edge_only() const override { return false; }
     std::string_view problem() const override { return bus_.device().problem(); }
 
-    /// Host seconds for a chip second, filtered.
-    double clock_ratio() const { return ratio_; }
-
 private:
     static constexpr std::size_t kMaxPackets = 100;
 

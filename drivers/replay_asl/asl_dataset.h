@@ -63,7 +63,6 @@ public:
     std::size_t frame_count() const { return pairs_.size(); }
     /// Stamp of the first frame of the log, before the window of the options is applied, camera shift included.
     Timestamp log_begin() const { return log_begin_; }
-    const std::string& root() const { return root_; }  ///< the folder with cam0
 
 private:
     struct ImageRow {
@@ -94,7 +93,6 @@ private:
 
     AslOptions options_;
     AslWarningSink sink_;
-    std::string root_;
     std::array<std::string, 2> camera_csv_;
     Timestamp log_begin_;
 

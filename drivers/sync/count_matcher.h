@@ -50,11 +50,8 @@ public:
     /// Frames in order, each until it gets something else than kWait.
     Outcome match(const SyncEvent& frame, Match& result);
 
-    bool locked() const { return offset_.has_value(); }
     /// Times that a believed assignment was replaced.
     std::uint32_t corrections() const { return corrections_; }
-    bool any_event() const { return !events_.empty(); }
-    Timestamp newest_event() const { return events_.back().stamp; }
 
 private:
     enum class Search : std::uint8_t { kFound, kTooEarly, kNone };

@@ -97,7 +97,6 @@ public:
 
     /// Findings of a kind since construction, reported or not.
     std::uint64_t count(SyncFault fault) const { return counts_[static_cast<std::size_t>(fault)]; }
-    bool locked(SyncCamera camera) const { return stream(camera).matcher.locked(); }
 
 private:
     struct Pending {
