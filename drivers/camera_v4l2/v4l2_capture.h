@@ -26,9 +26,9 @@ struct V4l2Buffer {
     std::uint32_t index = 0;
     std::uint32_t sequence = 0;
     Timestamp stamp;
-    bool error = false;              ///< the driver marked it: content not to be used
-    bool start_of_exposure = false;  ///< what the stamp is of; else end of frame
-    bool monotonic = true;           ///< the stamp's clock; else it is unknown or copied
+    bool error = false;              ///< marked bad by the driver: do not use the content
+    bool start_of_exposure = false;  ///< the stamp is of the start of exposure; else of the end of frame
+    bool monotonic = true;           ///< the stamp is from the monotonic clock; else from an unknown one
     std::span<const std::uint8_t> bytes;
 };
 
@@ -44,7 +44,9 @@ public:
     V4l2Capture& operator=(const V4l2Capture&) = delete;
 
     /// Opens, negotiates exactly the size and format asked for, maps and queues the buffers, starts streaming.
-    /// @return kNotFound if there is no such node, kInvalidArgument if it cannot do what is asked, kIo otherwise; closed then.
+    /// @return kNotFound if there is no such node, kInvalidArgument if it cannot do what is asked, kIo otherwise;
+    ///         closed
+    ///         on failure
     Status open(const V4l2CaptureOptions& options, std::string& problem);
     void close();
     bool is_open() const { return fd_ >= 0; }

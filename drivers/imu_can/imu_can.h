@@ -30,10 +30,10 @@ struct ImuCanCounters {
     std::uint64_t overflows = 0;     ///< frames lost because the socket was full
 };
 
-/// Frames -> decoder -> ImuAssembler -> samples. After bus-off the kernel restarts the controller (`ip link set can0 type
-/// can ... restart-ms 100`); the source reports that in problem(), waits, and continues with the first good frame. If the
-/// interface goes down or disappears, the socket is reopened once every retry period. Thread-bound. Heap in start() and
-/// for problem texts.
+/// Frames -> decoder -> ImuAssembler -> samples. After bus-off the kernel restarts the controller (`ip link set can0
+/// type can ... restart-ms 100`); the source reports that in problem(), waits, and continues with the first good frame.
+/// If the interface goes down or disappears, the socket is reopened once every retry period. Thread-bound. Heap in
+/// start() and for problem texts.
 class ImuCan final : public ImuSource, private Reopenable {
 public:
     /// Everything is borrowed and must outlive the source.

@@ -8,7 +8,7 @@
 namespace facet {
 namespace {
 
-// Register map: TDK data sheet DS-000347 (ICM-42688-P), sections 13-14 (banks 0 and 1) and 6 (FIFO packets); FIFO packet,
+// Register map: TDK data sheet DS-000347 (ICM-42688-P), sections 13 (bank 0) and 6 (FIFO packets); FIFO packet,
 // header bits and self-test limits compared with PX4's ICM42688P and TDK's Icm426xxSelfTest sources.
 constexpr std::uint8_t kDeviceConfig = 0x11;
 constexpr std::uint8_t kIntConfig = 0x14;

@@ -23,9 +23,9 @@ struct IcmPacket {
     std::uint16_t time = 0;  ///< microseconds, wraps
 };
 
-/// Reads a packet: header; force and rate bits [19:4], big-endian; temperature (16 bits, 132.48 LSB/K, 0 at 25 deg C); time;
-/// for each axis a byte with force and rate bits [3:0]. In this format the ranges are always 16 g and 2000 deg/s for 2^19.
-/// @return kCorrupt if the header is not that of such a packet, or a value is the chip's mark for "invalid".
+/// Parses a packet: header; force and rate bits [19:4], big-endian; temperature (16 bits, 132.48 LSB/K, 0 at 25 deg C);
+/// time; for each axis a byte with force and rate bits [3:0]. In this format 2^19 is always 16 g and 2000 deg/s.
+/// @return kCorrupt if the header is not that of such a packet, or a value is the chip's mark for "invalid"
 Result<IcmPacket> parse_icm_packet(std::span<const std::uint8_t, IcmPacket::kSize> bytes);
 
 struct Icm42688Options {

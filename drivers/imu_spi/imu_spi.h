@@ -22,9 +22,9 @@ struct ImuSpiOptions {
     int max_corrupt = 20;  ///< consecutive bad readings after which the chip is reset, as after a brown-out
 };
 
-/// Data-ready edges -> chip -> ImuAssembler -> samples in B. Without a data-ready line the chip is polled and samples are
-/// stamped on arrival, which is good enough for bench tests only. Opening and reopening take a few hundred milliseconds,
-/// also in next() with a zero timeout. Thread-bound. Heap in start() and for problem texts.
+/// Data-ready edges -> chip -> ImuAssembler -> samples in B. Without a data-ready line the chip is polled and samples
+/// are stamped on arrival, which is good enough for bench tests only. Opening and reopening take a few hundred
+/// milliseconds, also in next() with a zero timeout. Thread-bound. Heap in start() and for problem texts.
 class ImuSpi final : public ImuSource, private Reopenable {
 public:
     /// Everything is borrowed and must outlive the source. @param data_ready  nullptr to poll

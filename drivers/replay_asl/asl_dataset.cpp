@@ -253,7 +253,7 @@ bool AslDataset::give_imu(ImuSample& sample) {
         const ImuRow row = *imu_ahead_;
         ImuRow next;
         imu_ahead_ = next_imu(next) ? std::optional<ImuRow>(next) : std::nullopt;
-        // Until the first sample is given: drop frames that precede it, and data long before the first frame.
+        // Before the first sample is delivered: drop frames that precede it, and data long before the first frame.
         while (!imu_given_.has_value() && next_pair_ < pairs_.size() && pairs_[next_pair_].left.stamp < row.stamp) {
             warn(AslWarningKind::kUncovered, camera_csv_[0], pairs_[next_pair_++].left.line,
                  "frame is before the first inertial sample; frame skipped");

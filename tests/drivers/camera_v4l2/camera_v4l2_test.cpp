@@ -242,7 +242,7 @@ TEST_CASE("controls are set by name, also after the node came back") {
     h.kernel.present = false;
     CameraFrame frame;
     CHECK(h.camera.next({}, frame) == Status::kIo);
-    CHECK(h.camera.problem() == "/dev/video0: gives no frames: No such device");
+    CHECK(h.camera.problem() == "/dev/video0: delivers no frames: No such device");
     CHECK(h.camera.next({}, frame) == Status::kNotReady);
     h.kernel.present = true;
     h.pass_time();
@@ -264,7 +264,7 @@ TEST_CASE("a node that cannot do what is asked says what it can") {
     CameraV4l2Harness h;
     h.kernel.format = V4L2_PIX_FMT_YUYV;
     CHECK(h.camera.start() == Status::kInvalidArgument);
-    CHECK(h.camera.problem() == "/dev/video0: gives 8x4 YUYV instead of what is asked for");
+    CHECK(h.camera.problem() == "/dev/video0: gives 8x4 YUYV instead of the size and format requested");
     CHECK_FALSE(h.kernel.streaming);
     CameraV4l2Harness missing;
     missing.kernel.present = false;
