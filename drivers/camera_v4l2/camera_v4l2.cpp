@@ -7,7 +7,7 @@
 namespace facet {
 
 CameraV4l2::CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options)
-    : clock_(clock), options_(std::move(options)), capture_(io), retry_(options_.retry_period) {
+    : options_(std::move(options)), capture_(io), life_(*this, clock, options_.retry_period, counters_) {
     if (options_.capture.width > 0 && options_.capture.height > 0) {
         image_bytes_ =
             static_cast<std::size_t>(options_.capture.width) * static_cast<std::size_t>(options_.capture.height);
@@ -15,47 +15,23 @@ CameraV4l2::CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options optio
     }
 }
 
-Status CameraV4l2::open() {
+Status CameraV4l2::open(std::string& problem) {
+    if (image_bytes_ == 0) {
+        problem = options_.capture.device + ": width and height must be given";
+        return Status::kInvalidArgument;
+    }
     any_sequence_ = false;  // drivers count from zero again
-    FACET_TRY(capture_.open(options_.capture, outage_.problem));
+    FACET_TRY(capture_.open(options_.capture, problem));
     for (const CameraControl& control : options_.controls) {
-        if (const Status status = capture_.set_control(control.name, control.value, outage_.problem); !ok(status)) {
-            capture_.close();
+        if (const Status status = capture_.set_control(control.name, control.value, problem); !ok(status)) {
             return status == Status::kNotFound ? Status::kInvalidArgument : status;
         }
     }
     return Status::kOk;
 }
 
-Status CameraV4l2::start() {
-    if (started_) {
-        return Status::kOk;
-    }
-    outage_.clear();
-    if (image_bytes_ == 0) {
-        outage_.problem = options_.capture.device + ": width and height must be given";
-        return Status::kInvalidArgument;
-    }
-    FACET_TRY(open());
-    started_ = true;
-    return Status::kOk;
-}
-
-void CameraV4l2::stop() {
-    capture_.close();
-    started_ = false;
-}
-
-Status CameraV4l2::fail(std::string problem) {
-    if (capture_.is_open()) {
-        capture_.close();
-        retry_.close(clock_.now());
-    }
-    return outage_.begin(std::move(problem), counters_);
-}
-
 void CameraV4l2::follow_sequence(std::uint32_t sequence) {
-    // Some drivers leave the sequence at zero; a step backwards is a driver's restart, no gap.
+    // Some drivers leave the sequence at zero; a step backwards is a restart of the driver, not a gap.
     const auto step = static_cast<std::int32_t>(sequence - sequence_);
     if (any_sequence_ && step > 1) {
         counters_.lost += static_cast<std::uint64_t>(step - 1);
@@ -75,7 +51,7 @@ bool CameraV4l2::is_good(const V4l2Buffer& buffer) {
 Status CameraV4l2::take_all(Duration timeout, V4l2Buffer& newest) {
     std::optional<V4l2Buffer> kept;
     bool bad = false;
-    // No more rounds than there are buffers: a fast camera must not hold the caller here.
+    // No more rounds than there are buffers: a fast camera must not keep the caller here.
     for (std::uint32_t round = 0; round < V4l2Capture::kMaxBuffers; ++round) {
         V4l2Buffer buffer;
         std::string words;
@@ -84,7 +60,7 @@ Status CameraV4l2::take_all(Duration timeout, V4l2Buffer& newest) {
             break;
         }
         if (!ok(status)) {
-            return fail(std::move(words));
+            return life_.fail(std::move(words));
         }
         follow_sequence(buffer.sequence);
         const bool good = is_good(buffer);
@@ -98,7 +74,7 @@ Status CameraV4l2::take_all(Duration timeout, V4l2Buffer& newest) {
             bad = true;
         }
         if (back && !ok(capture_.queue(back->index, words))) {
-            return fail(std::move(words));
+            return life_.fail(std::move(words));
         }
     }
     if (!kept) {
@@ -124,8 +100,7 @@ Timestamp CameraV4l2::midpoint(const V4l2Buffer& buffer) const {
 Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     camera_counters_.not_monotonic += buffer.monotonic ? 0 : 1;
     const Timestamp stamp = midpoint(buffer);
-    if (any_delivered_ && stamp <= last_stamp_) {
-        ++counters_.discarded;
+    if (!order_.allows(stamp, counters_.discarded)) {
         return Status::kNotReady;
     }
     SlotLease slot = slots_.take();
@@ -138,10 +113,9 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     const RawImage image{buffer.bytes,      options_.capture.format,  options_.capture.width, options_.capture.height,
                          capture_.stride(), options_.significant_bits};
     FACET_TRY(unpack(image, {out, image_bytes_}));
-    outage_.end(counters_);
+    life_.works();
+    order_.delivered(stamp);
     ++counters_.delivered;
-    last_stamp_ = stamp;
-    any_delivered_ = true;
     frame.stamp = stamp;
     frame.sequence = buffer.sequence;
     frame.image = {out, options_.capture.width, options_.capture.height, options_.capture.width};
@@ -151,26 +125,16 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
 }
 
 Status CameraV4l2::next(Duration timeout, CameraFrame& frame) {
-    if (!started_) {
-        return Status::kNotReady;
-    }
-    if (!capture_.is_open()) {
-        if (!retry_.pass(clock_.now())) {
-            return Status::kNotReady;
-        }
-        if (!ok(open())) {
-            return fail(outage_.problem);
-        }
-    }
+    FACET_TRY(life_.check());
     V4l2Buffer newest;
     FACET_TRY(take_all(timeout, newest));
     const Status delivered = deliver(newest, frame);
     std::string words;
     if (!ok(capture_.queue(newest.index, words)) && !ok(delivered)) {
-        return fail(std::move(words));
+        return life_.fail(std::move(words));
     }
-    // A queue that fails after a good frame fails again at the next call, which then says so.
-    return delivered == Status::kInvalidArgument ? fail(options_.capture.device + ": impossible image size")
+    // Queueing that fails after a good frame fails again in the next call, which then reports it.
+    return delivered == Status::kInvalidArgument ? life_.fail(options_.capture.device + ": impossible image size")
                                                  : delivered;
 }
 

@@ -55,15 +55,6 @@ void unpack_row(const RawImage& image, const std::uint8_t* in, std::uint8_t* out
 
 std::uint32_t fourcc(PixelFormat format) { return kFormats[static_cast<std::size_t>(format)].fourcc; }
 
-std::optional<PixelFormat> pixel_format(std::uint32_t fourcc) {
-    for (const Named& known : kFormats) {
-        if (known.fourcc == fourcc) {
-            return known.format;
-        }
-    }
-    return std::nullopt;
-}
-
 std::optional<PixelFormat> pixel_format(std::string_view name) {
     while (name.ends_with(' ')) {
         name.remove_suffix(1);

@@ -24,8 +24,7 @@ enum class PixelFormat : std::uint8_t {
 
 /// The kernel's four-character code.
 std::uint32_t fourcc(PixelFormat format);
-/// By code, or by name as in "GREY", "Y10 ", "Y10", "Y10P".
-std::optional<PixelFormat> pixel_format(std::uint32_t fourcc);
+/// By name as in "GREY", "Y10 ", "Y10", "Y10P".
 std::optional<PixelFormat> pixel_format(std::string_view name);
 
 /// Bytes that a row of this many pixels fills. Y10P rows need widths that are multiples of 4.

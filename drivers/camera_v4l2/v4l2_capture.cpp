@@ -69,14 +69,14 @@ Status V4l2Capture::negotiate(const V4l2CaptureOptions& options, std::string& pr
     v4l2_capability capability{};
     int result = io_.ioctl(fd_, VIDIOC_QUERYCAP, &capability);
     if (result < 0) {
-        const Status failed = fail("is no video device", result, problem);
+        const Status failed = fail("not a video device", result, problem);
         return result == -ENOTTY ? Status::kInvalidArgument : failed;
     }
     const std::uint32_t can =
         (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability.device_caps : capability.capabilities;
     multiplanar_ = (can & V4L2_CAP_VIDEO_CAPTURE) == 0 && (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0;
     if ((can & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) == 0 || (can & V4L2_CAP_STREAMING) == 0) {
-        (void)fail("is no capture device that streams", 0, problem);
+        (void)fail("not a capture device with streaming I/O", 0, problem);
         return Status::kInvalidArgument;
     }
     v4l2_format format{};
@@ -107,7 +107,8 @@ Status V4l2Capture::negotiate(const V4l2CaptureOptions& options, std::string& pr
     if (got_width != width || got_height != height || got_format != fourcc(options.format) ||
         (multiplanar_ && many.num_planes != 1)) {
         (void)fail("gives " + std::to_string(got_width) + "x" + std::to_string(got_height) + " " +
-                       std::string(reinterpret_cast<const char*>(&got_format), 4) + " instead of what is asked for",
+                       std::string(reinterpret_cast<const char*>(&got_format), 4) +
+                       " instead of the size and format requested",
                    0, problem);
         return Status::kInvalidArgument;
     }
@@ -123,7 +124,7 @@ Status V4l2Capture::map_buffers(const V4l2CaptureOptions& options, std::string& 
     request.memory = V4L2_MEMORY_MMAP;
     int result = io_.ioctl(fd_, VIDIOC_REQBUFS, &request);
     if (result < 0 || request.count < 2) {
-        return fail("gives no buffers", result < 0 ? result : -ENOMEM, problem);
+        return fail("provides no buffers", result < 0 ? result : -ENOMEM, problem);
     }
     const std::uint32_t count = std::min(request.count, kMaxBuffers);
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -181,7 +182,7 @@ Status V4l2Capture::queue(std::uint32_t index, std::string& problem) {
         buffer.length = 1;
     }
     const int result = io_.ioctl(fd_, VIDIOC_QBUF, &buffer);
-    return result < 0 ? fail("does not take a buffer back", result, problem) : Status::kOk;
+    return result < 0 ? fail("does not accept a buffer back", result, problem) : Status::kOk;
 }
 
 Status V4l2Capture::dequeue(Duration timeout, V4l2Buffer& buffer, std::string& problem) {
@@ -202,7 +203,7 @@ Status V4l2Capture::dequeue(Duration timeout, V4l2Buffer& buffer, std::string& p
         return Status::kNotReady;
     }
     if (result < 0 || raw.index >= buffer_count_) {
-        (void)fail("gives no frames", result < 0 ? result : -EINVAL, problem);
+        (void)fail("delivers no frames", result < 0 ? result : -EINVAL, problem);
         return Status::kIo;
     }
     const std::size_t used = multiplanar_ ? plane.bytesused : raw.bytesused;
@@ -247,15 +248,6 @@ Status V4l2Capture::set_control(std::string_view name, std::int64_t value, std::
     }
     (void)fail("has no control " + std::string(name), 0, problem);
     return Status::kNotFound;
-}
-
-int V4l2Capture::export_buffer(std::uint32_t index) {
-    v4l2_exportbuffer request{};
-    request.type = type();
-    request.index = index;
-    request.flags = O_RDONLY | O_CLOEXEC;
-    const int result = io_.ioctl(fd_, VIDIOC_EXPBUF, &request);
-    return result < 0 ? result : request.fd;
 }
 
 }  // namespace facet

@@ -26,14 +26,14 @@ struct V4l2Buffer {
     std::uint32_t index = 0;
     std::uint32_t sequence = 0;
     Timestamp stamp;
-    bool error = false;              ///< the driver marked it: content not to be used
-    bool start_of_exposure = false;  ///< what the stamp is of; else end of frame
-    bool monotonic = true;           ///< the stamp's clock; else it is unknown or copied
+    bool error = false;              ///< marked bad by the driver: do not use the content
+    bool start_of_exposure = false;  ///< the stamp is of the start of exposure; else of the end of frame
+    bool monotonic = true;           ///< the stamp is from the monotonic clock; else from an unknown one
     std::span<const std::uint8_t> bytes;
 };
 
 /// The V4L2 streaming protocol (kernel documentation "Streaming I/O (Memory Mapping)"), with the single-planar or the
-/// multi-planar API, whichever the node has. Buffers may be exported as DMABUF descriptors. Thread-bound. Heap on failure.
+/// multi-planar API, whichever the node has. Thread-bound. Heap on failure.
 class V4l2Capture {
 public:
     static constexpr std::uint32_t kMaxBuffers = 8;
@@ -44,7 +44,9 @@ public:
     V4l2Capture& operator=(const V4l2Capture&) = delete;
 
     /// Opens, negotiates exactly the size and format asked for, maps and queues the buffers, starts streaming.
-    /// @return kNotFound if there is no such node, kInvalidArgument if it cannot do what is asked, kIo otherwise; closed then.
+    /// @return kNotFound if there is no such node, kInvalidArgument if it cannot do what is asked, kIo otherwise;
+    ///         closed
+    ///         on failure
     Status open(const V4l2CaptureOptions& options, std::string& problem);
     void close();
     bool is_open() const { return fd_ >= 0; }
@@ -59,11 +61,7 @@ public:
     /// @return kNotFound if there is none, kInvalidArgument if the value is out of range (the words give the range).
     Status set_control(std::string_view name, std::int64_t value, std::string& problem);
 
-    /// A DMABUF descriptor of a buffer, owned by the caller; -errno if the driver cannot.
-    int export_buffer(std::uint32_t index);
-
     std::size_t stride() const { return stride_; }
-    bool multiplanar() const { return multiplanar_; }
 
 private:
     Status fail(std::string_view what, int result, std::string& problem);

@@ -30,7 +30,7 @@ std::size_t ImuAssembler::force_at_or_after(Timestamp t) const {
     return i;
 }
 
-Status ImuAssembler::pop(ImuSample& sample) {
+Status ImuAssembler::join(ImuSample& sample) {
     while (!rates_.empty()) {
         const Measurement rate = rates_.front();
         const std::size_t after = force_at_or_after(rate.stamp);
@@ -53,6 +53,17 @@ Status ImuAssembler::pop(ImuSample& sample) {
         sample = {rate.stamp, rate.value, a.value + part * (b.value - a.value)};
         forces_.pop_front(after - 1);  // a stays: the next rate may lie behind it too
         return Status::kOk;
+    }
+    return Status::kNotReady;
+}
+
+Status ImuAssembler::pop(ImuSample& sample) {
+    ImuSample joined;
+    while (ok(join(joined))) {
+        if (order_.pass(joined.stamp, counters_.out_of_order)) {
+            sample = joined;
+            return Status::kOk;
+        }
     }
     return Status::kNotReady;
 }

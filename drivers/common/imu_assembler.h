@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "drivers/common/increasing_stamps.h"
 #include "platform/base/ring_buffer.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
@@ -11,19 +12,20 @@
 namespace facet {
 
 struct ImuAssemblerCounters {
-    std::uint64_t out_of_order = 0;  ///< measurements with a stamp not after the one before of their kind
-    std::uint64_t unpaired = 0;      ///< rates with no forces close enough on both sides: dropped
+    std::uint64_t out_of_order = 0;  ///< measurements and samples whose stamps did not increase: dropped
+    std::uint64_t unpaired = 0;      ///< rates without forces close enough on both sides: dropped
     std::uint64_t overflowed = 0;    ///< rates dropped because no force came for too long
 };
 
 /// Two streams on one clock, in any interleaving, become samples at the stamps of the angular rates:
 ///   a(t) = a0 + (t - t0) / (t1 - t0) * (a1 - a0),  t0 <= t <= t1 the stamps of the neighbouring forces.
-/// Rates keep their own stamps because attitude is more sensitive to time than velocity is. A rate waits until a force at
-/// or after it has come; it is dropped if the forces around it are further apart than max_gap.
-/// When full (kCapacity rates wait): the oldest is dropped and counted. Thread-bound. No heap.
+/// Rates keep their own stamps because attitude is more sensitive to time than velocity is. A rate waits until a force
+/// at or after it has come; it is dropped if the forces around it are further apart than max_gap. The stamps of samples
+/// strictly increase, also across clear(). When full (kCapacity rates wait): the oldest is dropped and counted.
+/// Thread-bound. No heap.
 class ImuAssembler {
 public:
-    /// Rates that may wait: forces may come in bursts of this many rates' time.
+    /// Rates that may wait: the longest burst of rates between two forces.
     static constexpr std::size_t kCapacity = 64;
 
     explicit ImuAssembler(Duration max_gap = Duration::from_seconds(0.05)) : max_gap_(max_gap) {}
@@ -32,10 +34,11 @@ public:
     Status add_rate(Timestamp stamp, const Eigen::Vector3d& w_B);
     Status add_force(Timestamp stamp, const Eigen::Vector3d& a_B);
 
-    /// Next complete sample, in order of time. @return kNotReady if there is none yet.
+    /// Next complete sample, in order of time.
+    /// @return kNotReady if there is none yet
     Status pop(ImuSample& sample);
 
-    /// Forgets what waits, not the counters.
+    /// Forgets waiting measurements; keeps the counters and the stamp of the last sample.
     void clear();
     const ImuAssemblerCounters& counters() const { return counters_; }
 
@@ -46,10 +49,12 @@ private:
     };
     /// Index of the first force at or after t; size if none.
     std::size_t force_at_or_after(Timestamp t) const;
+    Status join(ImuSample& sample);
 
     Duration max_gap_;
     RingBuffer<Measurement, kCapacity> rates_;
     RingBuffer<Measurement, kCapacity> forces_;
+    IncreasingStamps order_;
     ImuAssemblerCounters counters_;
 };
 

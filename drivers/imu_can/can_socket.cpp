@@ -42,7 +42,7 @@ Status CanSocket::open(const CanSocketOptions& options, std::span<const CanFilte
     hardware_stamps_ = options.hardware_stamps;
     overflows_ = 0;
     if (options.interface.empty() || options.interface.size() >= IFNAMSIZ || filters.size() > kMaxFilters) {
-        problem = "'" + options.interface + "' is no name of a CAN interface";
+        problem = "'" + options.interface + "' is not a valid CAN interface name";
         return Status::kInvalidArgument;
     }
     const int fd = io_.socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK, CAN_RAW);
@@ -67,7 +67,7 @@ Status CanSocket::set_up(const CanSocketOptions& options, std::span<const CanFil
     if (options.fd) {
         result = set(SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on);
         if (result < 0) {
-            return fail("no CAN FD", result, problem);
+            return fail("CAN FD is not supported", result, problem);
         }
     }
     std::array<can_filter, kMaxFilters> kernel_filters{};
@@ -84,15 +84,15 @@ Status CanSocket::set_up(const CanSocketOptions& options, std::span<const CanFil
     const can_err_mask_t errors = CAN_ERR_BUSOFF | CAN_ERR_RESTARTED | CAN_ERR_CRTL | CAN_ERR_TX_TIMEOUT;
     result = set(SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
     if (result < 0) {
-        return fail("no error frames", result, problem);
+        return fail("error frames cannot be enabled", result, problem);
     }
     const int stamping = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE |
                          (hardware_stamps_ ? SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE : 0);
     result = set(SOL_SOCKET, SO_TIMESTAMPING, &stamping, sizeof stamping);
     if (result < 0) {
-        return fail("no time stamps", result, problem);
+        return fail("time stamps cannot be enabled", result, problem);
     }
-    // Only a diagnostic: older kernels may lack it.
+    // For diagnosis only: older kernels may lack it.
     (void)set(SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
     sockaddr_can address{};
     address.can_family = AF_CAN;

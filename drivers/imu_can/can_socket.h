@@ -19,8 +19,8 @@ struct CanSocketOptions {
 };
 
 /// Receives frames; classic and FD. Time stamps come from SO_TIMESTAMPING (Documentation/networking/timestamping.rst):
-/// software stamps are CLOCK_REALTIME at the interrupt, hardware ones the controller's clock. Thread-bound. Heap in open
-/// on failure only.
+/// software stamps are CLOCK_REALTIME at the interrupt, hardware ones the controller's clock. Thread-bound. Heap in
+/// open on failure only.
 class CanSocket {
 public:
     explicit CanSocket(KernelIo& io) : io_(io) {}
@@ -35,7 +35,8 @@ public:
     bool is_open() const { return fd_ >= 0; }
 
     /// @param timeout  zero: do not wait
-    /// @return kNotReady after the timeout; kCorrupt for a frame of impossible size; kIo if the interface is down or gone
+    /// @return kNotReady after the timeout; kCorrupt for a frame of impossible size; kIo if the interface is down or
+    ///         gone
     ///         (error() has the errno).
     Status receive(Duration timeout, CanFrame& frame);
 

@@ -54,7 +54,7 @@ Status DbcDecoder::bind(const DbcFile& database, const std::array<CanSignalName,
         return Status::kInvalidArgument;
     }
     if (map_.j1939 && !message->extended) {
-        error = std::string(what) + ": message '" + message->name + "' has no 29-bit identifier, as J1939 demands";
+        error = std::string(what) + ": message '" + message->name + "' has no 29-bit identifier, which J1939 requires";
         return Status::kInvalidArgument;
     }
     quantity.message = *message;
@@ -159,7 +159,7 @@ Status DbcDecoder::decode(const CanFrame& frame, CanMeasurement& measurement) {
         return Status::kNotFound;
     }
     CanMeasurement result;
-    // A multiplexed message may hold only one of the two; neither is not for us.
+    // A multiplexed message may hold only one of the two, or neither: then there is nothing to decode.
     Status status = Status::kNotFound;
     if (is_rate) {
         status = read(rate_, frame, result.rate);

@@ -105,7 +105,7 @@ private:
         }
         if (std::find(std::begin(kSkipped), std::end(kSkipped), word) != std::end(kSkipped) || word == "SG_MUL_VAL_") {
             if (word == "SG_MUL_VAL_") {
-                return fail("extended multiplexing (SG_MUL_VAL_) is not understood");
+                return fail("extended multiplexing (SG_MUL_VAL_) is not supported");
             }
             return lexer_.skip_past_semicolon() || fail("no ';' at the end of " + word);
         }
@@ -154,11 +154,11 @@ private:
             return true;
         }
         if (mark.back() == 'M') {
-            return fail("extended multiplexing ('" + mark + "') is not understood");
+            return fail("extended multiplexing ('" + mark + "') is not supported");
         }
         signal.multiplex = DbcSignal::Multiplex::kValue;
         return (mark.front() == 'm' && parse_number(std::string_view(mark).substr(1), signal.multiplex_value)) ||
-               fail("'" + mark + "' is no multiplexer mark (M or m<number>)");
+               fail("'" + mark + "' is not a multiplexer mark (M or m<number>)");
     }
 
     bool signal() {
@@ -207,7 +207,7 @@ private:
             return fail("signal " + signal.name + " does not fit into message " + message.name);
         }
         if (message.find(signal.name) != nullptr) {
-            return fail("signal " + signal.name + " is twice in message " + message.name);
+            return fail("signal " + signal.name + " appears twice in message " + message.name);
         }
         if (signal.scale == 0.0) {
             return fail("signal " + signal.name + " has a scale of 0");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Reads CAN databases (DBC): which bits of which frame mean what.
+// Reads CAN databases (DBC): the layout of signals in frames.
 #pragma once
 
 #include <cstdint>
@@ -52,7 +52,7 @@ struct DbcMessage {
     Result<double> value(const DbcSignal& signal, std::span<const std::uint8_t> data) const;
 };
 
-/// A parsed database. BO_, SG_ and SIG_VALTYPE_ are understood, all other statements are passed over. Extended
+/// A parsed database. BO_, SG_ and SIG_VALTYPE_ are read, all other statements are skipped. Extended
 /// multiplexing (SG_MUL_VAL_, "m0M") is refused. Thread-bound. Heap in parse.
 class DbcFile {
 public:

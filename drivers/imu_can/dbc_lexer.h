@@ -8,11 +8,11 @@
 
 namespace facet {
 
-/// Decimal digits, all of them; false if there is anything else or the number is too large.
+/// Parses decimal digits; false if there is any other character or the number is too large.
 bool parse_number(std::string_view digits, std::uint64_t& value);
 
-/// Reads from left to right over blanks and line ends. Every function that returns false leaves its output untouched and
-/// has read nothing. Thread-bound. The text must outlive the lexer.
+/// Reads from left to right and skips blanks and line ends. A function that returns false leaves its output untouched
+/// and consumes nothing. Thread-bound. The text must outlive the lexer.
 class DbcLexer {
 public:
     explicit DbcLexer(std::string_view text);

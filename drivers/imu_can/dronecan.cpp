@@ -125,7 +125,7 @@ Status DroneCanDecoder::take(const CanFrame& frame, std::span<const std::uint8_t
         return interrupted ? Status::kCorrupt : appended;
     }
     if (!receiving_) {
-        return Status::kNotFound;  // the start was not for us or got lost, which was told then
+        return Status::kNotFound;  // the start was addressed to others, or lost and reported then
     }
     if (toggle == toggle_ && (tail & kTransferMask) == transfer_) {
         return Status::kNotReady;  // sent twice by a controller that missed the acknowledgement

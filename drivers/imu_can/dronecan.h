@@ -18,17 +18,17 @@ double float16_to_double(std::uint16_t bits);
 
 struct DroneCanOptions {
     int node_id = -1;  ///< only from this node; -1 for the first one heard
-    /// Use the integrals, divided by their interval, when the node fills them: they have 24 bits of mantissa against 11 of
-    /// the latest values, and are free of aliasing. Their stamp is then the middle of the interval.
+    /// Use the integrals, divided by their interval, when the node fills them: they have 24 bits of mantissa where the
+    /// latest values have 11, and are free of aliasing. Their stamp is then the middle of the interval.
     bool use_integrals = true;
 };
 
 /// Reassembles transfers of message 1003 of one node, checks them and reads them.
-/// Transport: DroneCAN specification 4.1 "CAN bus transport layer": identifier = priority (5 bits), message type (16), 0,
-/// source node (7); the last byte of every frame has start, end, toggle and a 5-bit transfer number; transfers of several
-/// frames start with a CRC over the type's signature and the payload. Message: dsdl uavcan/equipment/ahrs/1003.RawIMU,
-/// little-endian: stamp 56 bits, interval f32, rate f16[3], rate integral f32[3], force f16[3], force integral f32[3],
-/// then a covariance that is not used. Thread-bound. No heap after construction.
+/// Transport: DroneCAN specification 4.1 "CAN bus transport layer": identifier = priority (5 bits), message type (16),
+/// 0, source node (7); the last byte of every frame has start, end, toggle and a 5-bit transfer number; transfers of
+/// several frames start with a CRC over the type's signature and the payload. Message: dsdl
+/// uavcan/equipment/ahrs/1003.RawIMU, little-endian: stamp 56 bits, interval f32, rate f16[3], rate integral f32[3],
+/// force f16[3], force integral f32[3], then a covariance that is not used. Thread-bound. No heap after construction.
 class DroneCanDecoder final : public CanDecoder {
 public:
     static constexpr std::uint16_t kMessageType = 1003;

@@ -14,33 +14,14 @@ ImuCan::ImuCan(KernelIo& io, const Clock& clock, CanDecoder& decoder, ImuCanOpti
       options_(std::move(options)),
       socket_(io),
       assembler_(options_.max_force_gap),
-      retry_(options_.retry_period) {}
+      life_(*this, clock, options_.retry_period, counters_) {}
 
-Status ImuCan::open() {
+Status ImuCan::open(std::string& problem) {
     decoder_.reset();
     assembler_.clear();
     const std::vector<CanFilter> filters = decoder_.filters();
-    return socket_.open(options_.socket, filters, outage_.problem);
+    return socket_.open(options_.socket, filters, problem);
 }
-
-Status ImuCan::start() {
-    if (started_) {
-        return Status::kOk;
-    }
-    outage_.clear();
-    FACET_TRY(open());
-    started_ = true;
-    return Status::kOk;
-}
-
-void ImuCan::stop() {
-    socket_.close();
-    started_ = false;
-}
-
-Status ImuCan::fail(std::string problem) { return outage_.begin(std::move(problem), counters_); }
-
-void ImuCan::recovered() { outage_.end(counters_); }
 
 SourceCounters ImuCan::counters() const {
     SourceCounters result = counters_;
@@ -49,27 +30,12 @@ SourceCounters ImuCan::counters() const {
     return result;
 }
 
-Status ImuCan::pop(ImuSample& sample) {
-    ImuSample ready;
-    while (ok(assembler_.pop(ready))) {
-        if (any_delivered_ && ready.stamp <= last_stamp_) {
-            ++counters_.discarded;  // the wall clock was set back
-            continue;
-        }
-        any_delivered_ = true;
-        last_stamp_ = ready.stamp;
-        ++counters_.delivered;
-        sample = ready;
-        return Status::kOk;
-    }
-    return Status::kNotReady;
-}
-
 Status ImuCan::take_error(const CanFrame& frame) {
     if ((frame.id & CAN_ERR_BUSOFF) != 0) {
         ++can_counters_.bus_off;
         decoder_.reset();
-        return fail(options_.socket.interface + ": bus-off; the kernel restarts the controller if restart-ms is set");
+        return life_.fail_without_closing(options_.socket.interface +
+                                          ": bus-off; the kernel restarts the controller if restart-ms is set");
     }
     can_counters_.error_frames += (frame.id & CAN_ERR_RESTARTED) != 0 ? 0 : 1;
     return Status::kNotReady;
@@ -91,7 +57,7 @@ Status ImuCan::take(CanFrame& frame) {
     if (!ok(decoded)) {
         return decoded == Status::kCorrupt ? decoded : Status::kNotReady;
     }
-    recovered();
+    life_.works();
     counters_.lost += measurement.lost;
     if (measurement.temperature_c == measurement.temperature_c) {
         temperature_c_ = measurement.temperature_c;
@@ -107,21 +73,11 @@ Status ImuCan::take(CanFrame& frame) {
 }
 
 Status ImuCan::next(Duration timeout, ImuSample& sample) {
-    if (!started_) {
-        return Status::kNotReady;
-    }
     const Timestamp deadline = clock_.now() + timeout;
-    if (!socket_.is_open()) {
-        if (!retry_.pass(clock_.now())) {
-            return Status::kNotReady;
-        }
-        std::string before = outage_.problem;
-        if (!ok(open())) {
-            return fail(outage_.problem.empty() ? std::move(before) : outage_.problem);
-        }
-    }
+    FACET_TRY(life_.check());
     for (;;) {
-        if (ok(pop(sample))) {
+        if (ok(assembler_.pop(sample))) {
+            ++counters_.delivered;
             return Status::kOk;
         }
         const Duration left = deadline - clock_.now();
@@ -129,10 +85,7 @@ Status ImuCan::next(Duration timeout, ImuSample& sample) {
         const Status received = socket_.receive(left.ns > 0 ? left : Duration{}, frame);
         can_counters_.overflows = socket_.overflows();
         if (received == Status::kIo) {
-            const std::string words = std::strerror(socket_.error());
-            socket_.close();
-            retry_.close(clock_.now());
-            return fail(options_.socket.interface + ": " + words);
+            return life_.fail(options_.socket.interface + ": " + std::strerror(socket_.error()));
         }
         if (received == Status::kCorrupt) {
             ++counters_.corrupt;

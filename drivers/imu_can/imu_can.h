@@ -5,9 +5,8 @@
 #include <string>
 
 #include "drivers/common/axis_map.h"
+#include "drivers/common/device_life.h"
 #include "drivers/common/imu_assembler.h"
-#include "drivers/common/outage.h"
-#include "drivers/common/retry_gate.h"
 #include "drivers/imu_can/can_decoder.h"
 #include "drivers/imu_can/can_socket.h"
 #include "platform/port/imu_source.h"
@@ -17,59 +16,55 @@ namespace facet {
 struct ImuCanOptions {
     CanSocketOptions socket;
     AxisMap axes;
-    Duration latency;  ///< from measurement to the frame's reception stamp: bus, filter of the sensor; taken off
+    /// From measurement to the frame's reception stamp (the sensor's filter, the bus); subtracted from the stamps.
+    Duration latency;
     Duration max_force_gap = Duration::from_seconds(0.05);  ///< see ImuAssembler
     Duration retry_period = Duration::from_seconds(0.5);
 };
 
 /// Counters beyond those of every source.
 struct ImuCanCounters {
-    std::uint64_t error_frames = 0;  ///< controller warnings, passive states, time-outs
+    std::uint64_t error_frames = 0;  ///< controller warnings, error-passive states, timeouts
     std::uint64_t bus_off = 0;       ///< times the controller left the bus
-    std::uint64_t unstamped = 0;     ///< frames without a kernel time stamp: stamped on arrival here
+    std::uint64_t unstamped = 0;     ///< frames without a kernel time stamp: stamped on arrival
     std::uint64_t overflows = 0;     ///< frames lost because the socket was full
 };
 
-/// Frames -> decoder -> ImuAssembler -> samples. After bus-off the controller is restarted by the kernel (`ip link set
-/// can0 type can ... restart-ms 100`); the source says so in problem(), waits, and goes on with the first good frame. An
-/// interface that goes down or away is reopened every retry period. Thread-bound. Heap in start() and for problem texts.
-class ImuCan final : public ImuSource {
+/// Frames -> decoder -> ImuAssembler -> samples. After bus-off the kernel restarts the controller (`ip link set can0
+/// type can ... restart-ms 100`); the source reports that in problem(), waits, and continues with the first good frame.
+/// If the interface goes down or disappears, the socket is reopened once every retry period. Thread-bound. Heap in
+/// start() and for problem texts.
+class ImuCan final : public ImuSource, private Reopenable {
 public:
     /// Everything is borrowed and must outlive the source.
     ImuCan(KernelIo& io, const Clock& clock, CanDecoder& decoder, ImuCanOptions options);
 
-    Status start() override;
-    void stop() override;
+    Status start() override { return life_.start(); }
+    void stop() override { life_.stop(); }
     Status next(Duration timeout, ImuSample& sample) override;
     ClockDomain clock() const override {
         return options_.socket.hardware_stamps ? ClockDomain::kHardware : ClockDomain::kRealtime;
     }
     SourceCounters counters() const override;
-    std::string_view problem() const override { return outage_.problem; }
+    std::string_view problem() const override { return life_.problem(); }
     double temperature_c() const override { return temperature_c_; }
     const ImuCanCounters& can_counters() const { return can_counters_; }
 
 private:
-    Status open();
-    Status pop(ImuSample& sample);
+    Status open(std::string& problem) override;
+    void close() override { socket_.close(); }
     Status take(CanFrame& frame);
     Status take_error(const CanFrame& frame);
-    Status fail(std::string problem);
-    void recovered();
 
     const Clock& clock_;
     CanDecoder& decoder_;
     ImuCanOptions options_;
     CanSocket socket_;
     ImuAssembler assembler_;
-    RetryGate retry_;
     SourceCounters counters_;
     ImuCanCounters can_counters_;
-    Outage outage_;
+    DeviceLife life_;
     double temperature_c_ = std::numeric_limits<double>::quiet_NaN();
-    Timestamp last_stamp_;
-    bool any_delivered_ = false;
-    bool started_ = false;
 };
 
 }  // namespace facet

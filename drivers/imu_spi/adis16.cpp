@@ -7,8 +7,8 @@
 namespace facet {
 namespace {
 
-// Registers, bits, scales and times as in Linux' drivers/iio/imu/adis16400.c (ADIS16448) and adis16475.c (the others), and
-// in PX4's ADIS16448 driver for CRC, self-test and stall time; both follow Analog Devices' data sheets.
+// Registers, bits, scales and times as in Linux' drivers/iio/imu/adis16400.c (ADIS16448) and adis16475.c (the others),
+// and in PX4's ADIS16448 driver for CRC, self-test and stall time; both follow Analog Devices' data sheets.
 constexpr std::uint8_t kWrite = 0x80;
 namespace adis16448 {
 constexpr std::uint8_t kMscCtrl = 0x34;
@@ -47,7 +47,7 @@ constexpr double kSelfTest_s = 0.020;
 }  // namespace adis1647x
 constexpr std::uint16_t kSoftwareReset = 1U << 7;
 
-// Rate: 25 LSB/(deg/s) [16448, +-1000 deg/s], 10 [16470 and 16475-3, +-2000], 40 [16475-2, +-500], 160 [16475-1, +-125].
+// Rate: 25 LSB/(deg/s) [16448, +-1000 deg/s], 10 [16470, 16475-3, +-2000], 40 [16475-2, +-500], 160 [16475-1, +-125].
 // Force: 1200 LSB/g [16448], 800 [16470, +-40 g], 4000 [16475, +-8 g].
 constexpr std::array<Adis16Variant, 5> kVariants{{
     {"ADIS16448", 0x4040, kRadPerDeg / 25.0, kStandardGravity / 1200.0, 0.07386, 31.0, 819.2, true, -1},
@@ -140,7 +140,8 @@ Status Adis16::reset_and_identify(std::string& problem) {
     std::uint16_t range = 0;
     FACET_TRY(read_register(adis1647x::kRangMdl, range));
     if (((range >> 2) & 3U) != static_cast<unsigned>(variant_.range_code)) {
-        problem = std::string(variant_.name) + ": the chip has another range (RANG_MDL " + std::to_string(range) + ")";
+        problem =
+            std::string(variant_.name) + ": the chip has a different range (RANG_MDL " + std::to_string(range) + ")";
         return Status::kNotFound;
     }
     return Status::kOk;
@@ -175,7 +176,7 @@ Status Adis16::set_up(std::string& problem) {
         }
     }
     if (status == Status::kCorrupt) {
-        problem = std::string(variant_.name) + ": a setting did not stay";
+        problem = std::string(variant_.name) + ": a setting was not retained";
         return Status::kIo;
     }
     return status;
@@ -234,8 +235,7 @@ Status Adis16::count(const Words& words, const TriggerEdge& edge, SpiMeasurement
         }
         measurement.lost = any_read_ ? step - 1U : 0;
         if (any_read_ && edges > 0 && step == edges + 1) {
-            // Read so late that the next sample had taken the place of the one that the edge belongs to. Its own edge
-            // will bring nothing new.
+            // Read so late that the next sample had replaced the one of this edge; the next edge will find nothing new.
             measurement.stamp = measurement.stamp + Duration::from_seconds(1.0 / rate_hz());
         }
         counter_ = counter;
@@ -254,7 +254,6 @@ Status Adis16::read(const TriggerEdge& edge, SpiMeasurements& out) {
     SpiMeasurement measurement;
     measurement.stamp = edge.stamp;
     FACET_TRY(count(words, edge, measurement));
-    diagnosis_ = words[0];
     measurement.rate = vector_at(words, 1, variant_.rate_scale);
     measurement.force = vector_at(words, 4, variant_.force_scale);
     std::uint16_t temperature = words[variant_.is_16448 ? adis16448::kTemperature : adis1647x::kTemperature];

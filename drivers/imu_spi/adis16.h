@@ -34,15 +34,15 @@ struct Adis16Options {
     bool self_test = true;
 };
 
-/// CRC of the ADIS16448's burst: polynomial 0x1021 applied to the least significant bit first, initial 0xFFFF, words from
-/// XGYRO_OUT to TEMP_OUT, their low bytes first, inverted and byte-swapped at the end.
+/// CRC of the ADIS16448's burst: polynomial 0x1021 applied to the least significant bit first, initial 0xFFFF, words
+/// from XGYRO_OUT to TEMP_OUT, their low bytes first, inverted and byte-swapped at the end.
 std::uint16_t adis16448_crc(std::span<const std::uint16_t> words);
 /// Sum of all bytes of the words from DIAG_STAT to DATA_CNTR.
 std::uint16_t adis1647x_checksum(std::span<const std::uint16_t> words);
 
 /// Burst read after each data-ready edge. A wrong checksum, a failure flag or an empty bus drops the sample (kCorrupt).
-/// The counter, where there is one, tells lost samples and repeated ones, and shows when a sample came so late that the
-/// next one was read in its place: then the stamp is moved on by a period. Thread-bound.
+/// The counter, where there is one, reveals lost and repeated samples, and whether a read was so late that it got the
+/// next sample instead: then the stamp is advanced by a period. Thread-bound.
 class Adis16 final : public SpiImuChip {
 public:
     Adis16(SpiDevice& bus, Clock& clock, const Adis16Options& options)
@@ -55,8 +55,6 @@ public:
     std::string_view problem() const override { return bus_.problem(); }
 
     double rate_hz() const;
-    /// DIAG_STAT of the last good burst.
-    std::uint16_t diagnosis() const { return diagnosis_; }
 
 private:
     static constexpr std::size_t kMaxWords = 13;
@@ -76,7 +74,6 @@ private:
     Clock& clock_;
     Adis16Options options_;
     const Adis16Variant& variant_;
-    std::uint16_t diagnosis_ = 0;
     bool any_read_ = false;
     std::uint16_t counter_ = 0;
     std::uint32_t edge_sequence_ = 0;

@@ -9,8 +9,9 @@ namespace facet {
 namespace {
 
 // Bosch data sheet BST-BMI088-DS001 rev. 1.3, sections 4.6 (self-test), 5.3 (accelerometer) and 5.5 (gyroscope). The
-// procedure of the self-test names 0xA7 for ACC_CONF, which is 50 Hz, and "1.6 kHz", which is 0xAC: the latter is used. The
-// factor 1.5 of the accelerometer's scale is missing in that revision's formula but follows from the ranges (3 g ... 24 g).
+// self-test procedure gives 0xA7 for ACC_CONF, which is 50 Hz, and "1.6 kHz", which is 0xAC: the latter is used. The
+// factor 1.5 of the accelerometer's scale is missing in that revision's formula but follows from the ranges (3 to 24
+// g).
 namespace accel {
 constexpr std::uint8_t kChipId = 0x00;
 constexpr std::uint8_t kData = 0x12;  // 6 bytes of data and 3 of sensor time
@@ -111,7 +112,7 @@ Status Bmi088::start_accelerometer(SelfTest test, std::string& problem) {
     std::uint8_t range = 0xFF;
     FACET_TRY(accel_.read(accel::kRange, range));
     if ((range & 0x03U) != options_.force_range_code) {
-        problem = "BMI088 accelerometer: the range did not stay";
+        problem = "BMI088 accelerometer: the range was not retained";
         return Status::kIo;
     }
     return Status::kOk;
@@ -162,7 +163,7 @@ Status Bmi088::start_gyro(SelfTest test, std::string& problem) {
     FACET_TRY(gyro_.read(gyro::kBandwidth, bandwidth));
     // Bit 7 always reads 1.
     if ((bandwidth | 0x80U) != gyro_rate_code(options_.gyro_rate_hz)) {
-        problem = "BMI088 gyroscope: the rate did not stay";
+        problem = "BMI088 gyroscope: the rate was not retained";
         return Status::kIo;
     }
     return Status::kOk;

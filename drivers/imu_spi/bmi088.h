@@ -17,8 +17,8 @@ struct Bmi088Options {
 };
 
 /// At each data-ready edge of the gyroscope both dies are read. A rate carries the edge's stamp. The accelerometer runs
-/// at 1600 Hz on its own clock; its 24-bit sensor time (39.0625 us), read with the data, says how old they are: samples fall
-/// on multiples of 16 ticks. Its stamps and the gyroscope's differ; ImuAssembler interpolates. Thread-bound.
+/// at 1600 Hz on its own clock; the 24-bit sensor time (39.0625 us), read with the data, gives their age: samples fall
+/// on multiples of 16 ticks. The stamps of the two dies differ; ImuAssembler interpolates. Thread-bound.
 class Bmi088 final : public SpiImuChip {
 public:
     /// @param clock  monotonic, in which the edges are stamped too

@@ -8,7 +8,7 @@
 namespace facet {
 namespace {
 
-// Register map: TDK data sheet DS-000347 (ICM-42688-P), sections 13-14 (banks 0 and 1) and 6 (FIFO packets); FIFO packet,
+// Register map: TDK data sheet DS-000347 (ICM-42688-P), sections 13 (bank 0) and 6 (FIFO packets); FIFO packet,
 // header bits and self-test limits compared with PX4's ICM42688P and TDK's Icm426xxSelfTest sources.
 constexpr std::uint8_t kDeviceConfig = 0x11;
 constexpr std::uint8_t kIntConfig = 0x14;
@@ -30,7 +30,6 @@ constexpr std::uint8_t kIntSource0 = 0x65;
 constexpr std::uint8_t kSelfTestConfig = 0x70;
 constexpr std::uint8_t kWhoAmI = 0x75;
 constexpr std::uint8_t kBankSelect = 0x76;
-constexpr std::uint8_t kBank1IntfConfig5 = 0x7B;
 
 constexpr std::uint8_t kIdentity = 0x47;
 constexpr std::uint8_t kSoftReset = 0x01;
@@ -40,19 +39,15 @@ constexpr std::uint8_t kStream = 0x40;
 constexpr std::uint8_t kCountRecordsBigEndian = 0x70;  // FIFO_COUNT_REC, both big-endian bits
 constexpr std::uint8_t kLowNoiseBoth = 0x0F;
 constexpr std::uint8_t kTimeMicroseconds = 0x21;  // TMST_EN, resolution 1 us, absolute; bit 5 is reserved and set
-constexpr std::uint8_t kTimeFsync = 0x02;
-constexpr std::uint8_t kHighResolution = 0x3F;  // watermark by threshold, 20 bits, time, temperature, rate, force
-constexpr std::uint8_t kFsyncTagTemperature = 0x10;
+constexpr std::uint8_t kHighResolution = 0x3F;    // watermark by threshold, 20 bits, time, temperature, rate, force
 constexpr std::uint8_t kFifoThresholdToInt1 = 0x04;
 constexpr std::uint8_t kSelfTestAll = 0x7F;  // power for it, three gyroscope and three accelerometer axes
-constexpr std::uint8_t kPin9Fsync = 0x02;
 
 constexpr std::uint8_t kHeaderEmpty = 0x80;
 constexpr std::uint8_t kHeaderKind = 0xF0;
 constexpr std::uint8_t kHeader20Bit = 0x70;  // force, rate and their extension
 constexpr std::uint8_t kHeaderTime = 0x0C;
 constexpr std::uint8_t kHeaderOdrTime = 0x08;
-constexpr std::uint8_t kHeaderFsyncTime = 0x0C;
 
 constexpr double kRateScale = 2000.0 * kRadPerDeg / 524288.0;
 constexpr double kForceScale = 16.0 * kStandardGravity / 524288.0;
@@ -91,8 +86,7 @@ Result<IcmPacket> parse_icm_packet(std::span<const std::uint8_t, IcmPacket::kSiz
         packet.empty = true;
         return header == 0xFF ? Result<IcmPacket>(Status::kCorrupt) : Result<IcmPacket>(packet);
     }
-    const std::uint8_t time_kind = header & kHeaderTime;
-    if ((header & kHeaderKind) != kHeader20Bit || (time_kind != kHeaderOdrTime && time_kind != kHeaderFsyncTime)) {
+    if ((header & kHeaderKind) != kHeader20Bit || (header & kHeaderTime) != kHeaderOdrTime) {
         return Status::kCorrupt;
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -104,7 +98,6 @@ Result<IcmPacket> parse_icm_packet(std::span<const std::uint8_t, IcmPacket::kSiz
         packet.force[static_cast<Eigen::Index>(axis)] = force * kForceScale;
         packet.rate[static_cast<Eigen::Index>(axis)] = rate * kRateScale;
     }
-    packet.fsync = time_kind == kHeaderFsyncTime;
     packet.temperature_c = big16(bytes, 13) / 132.48 + 25.0;
     packet.time = static_cast<std::uint16_t>((bytes[15] << 8) | bytes[16]);
     return packet;
@@ -174,17 +167,10 @@ Status Icm42688::flush() {
 }
 
 Status Icm42688::set_up(std::string& problem) {
-    const std::uint8_t time = kTimeMicroseconds | (options_.fsync ? kTimeFsync : 0);
-    const std::uint8_t fsync = options_.fsync ? kFsyncTagTemperature : 0;
-    if (options_.fsync) {
-        FACET_TRY(bus_.write(kBankSelect, 1));
-        FACET_TRY(bus_.write(kBank1IntfConfig5, kPin9Fsync));
-        FACET_TRY(bus_.write(kBankSelect, 0));
-    }
     const std::array<std::array<std::uint8_t, 2>, 9> settings{{{kIntConfig, kInt1PushPullHigh},
-                                                               {kIntConfig1, 0},  // as the data sheet demands
-                                                               {kTmstConfig, time},
-                                                               {kFsyncConfig, fsync},
+                                                               {kIntConfig1, 0},  // as the data sheet requires
+                                                               {kTmstConfig, kTimeMicroseconds},
+                                                               {kFsyncConfig, 0},  // no tags in the packets
                                                                {kFifoConfig2, options_.watermark},
                                                                {kFifoConfig2 + 1, 0},
                                                                {kFifoConfig1, kHighResolution},
@@ -260,11 +246,9 @@ Status Icm42688::read(const TriggerEdge& edge, SpiMeasurements& out) {
         }
         SpiMeasurement m;
         const auto step_us = static_cast<std::uint16_t>(packet.value().time - static_cast<std::uint16_t>(time_us_));
-        const std::int64_t before_us = time_us_;
-        // A packet with an FSYNC delay has no time of its own: it follows the one before by a period.
-        time_us_ += packet.value().fsync ? std::llround(nominal_us()) : std::int64_t{step_us};
+        time_us_ += step_us;
         if (any_packet_) {
-            const double periods = static_cast<double>(time_us_ - before_us) / nominal_us();
+            const double periods = step_us / nominal_us();
             m.lost = periods > 1.5 ? static_cast<std::uint32_t>(std::lround(periods) - 1) : 0;
         }
         any_packet_ = true;
@@ -272,9 +256,6 @@ Status Icm42688::read(const TriggerEdge& edge, SpiMeasurements& out) {
         m.force = packet.value().force;
         m.temperature_c = packet.value().temperature_c;
         times_us[out.size() - first] = time_us_;
-        if (packet.value().fsync) {
-            m.fsync_edge = Timestamp{-std::int64_t{packet.value().time} * 1000};  // relative to the sample, for now
-        }
         FACET_TRY(out.try_push_back(m));
     }
     const std::size_t got = out.size() - first;
@@ -285,11 +266,7 @@ Status Icm42688::read(const TriggerEdge& edge, SpiMeasurements& out) {
     follow_clock(edge, times_us[at_edge]);
     for (std::size_t i = 0; i < got; ++i) {
         const double offset_ns = static_cast<double>(times_us[i] - times_us[at_edge]) * ratio_ * 1e3;
-        SpiMeasurement& m = out[first + i];
-        m.stamp = edge.stamp + Duration{std::llround(offset_ns)};
-        if (m.fsync_edge) {
-            m.fsync_edge = m.stamp + Duration{m.fsync_edge->ns};
-        }
+        out[first + i].stamp = edge.stamp + Duration{std::llround(offset_ns)};
     }
     return corrupt ? Status::kCorrupt : Status::kOk;
 }

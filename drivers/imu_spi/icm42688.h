@@ -16,23 +16,21 @@ namespace facet {
 struct IcmPacket {
     static constexpr std::size_t kSize = 20;
 
-    bool empty = false;  ///< the FIFO had nothing (more)
-    bool fsync = false;  ///< `time` is the delay from the FSYNC edge to this sample, not the sample's time
+    bool empty = false;                               ///< the FIFO had nothing (more)
     Eigen::Vector3d rate = Eigen::Vector3d::Zero();   ///< (rad/s)
     Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< (m/s^2)
     double temperature_c = 0.0;
     std::uint16_t time = 0;  ///< microseconds, wraps
 };
 
-/// Reads a packet: header; force and rate bits [19:4], big-endian; temperature (16 bits, 132.48 LSB/K, 0 at 25 deg C); time;
-/// for each axis a byte with force and rate bits [3:0]. In this format the ranges are always 16 g and 2000 deg/s for 2^19.
-/// @return kCorrupt if the header is not that of such a packet, or a value is the chip's mark for "invalid".
+/// Parses a packet: header; force and rate bits [19:4], big-endian; temperature (16 bits, 132.48 LSB/K, 0 at 25 deg C);
+/// time; for each axis a byte with force and rate bits [3:0]. In this format 2^19 is always 16 g and 2000 deg/s.
+/// @return kCorrupt if the header is not that of such a packet, or a value is the chip's mark for "invalid"
 Result<IcmPacket> parse_icm_packet(std::span<const std::uint8_t, IcmPacket::kSize> bytes);
 
 struct Icm42688Options {
     std::uint16_t rate_hz = 1000;  ///< 200, 500, 1000 or 2000
     std::uint8_t watermark = 1;    ///< packets for one data-ready edge, 1 to 50
-    bool fsync = false;            ///< pin 9 is the FSYNC input, on rising edges
     bool self_test = true;
 };
 
@@ -51,9 +49,6 @@ public:
     bool newest_edge_only() const override { return false; }
     std::string_view problem() const override { return bus_.device().problem(); }
 
-    /// Host seconds for a chip second, filtered.
-    double clock_ratio() const { return ratio_; }
-
 private:
     static constexpr std::size_t kMaxPackets = 100;
 
@@ -68,7 +63,7 @@ private:
     RegisterBus bus_;
     Clock& clock_;
     Icm42688Options options_;
-    double ratio_ = 1.0;
+    double ratio_ = 1.0;  ///< host seconds per chip second, filtered
     bool any_edge_ = false;
     Timestamp edge_stamp_;
     std::int64_t edge_time_us_ = 0;

@@ -12,93 +12,48 @@ ImuSpi::ImuSpi(SpiImuChip& chip, TriggerSource* data_ready, Clock& clock, ImuSpi
       clock_(clock),
       options_(std::move(options)),
       assembler_(options_.max_force_gap),
-      retry_(options_.retry_period) {}
+      life_(*this, clock, options_.retry_period, counters_) {}
 
-Status ImuSpi::open() {
+Status ImuSpi::open(std::string& problem) {
     assembler_.clear();
     corrupt_in_a_row_ = 0;
+    // A chip that is reopened in flight is not tested again.
+    const SelfTest test = life_.is_started() ? SelfTest::kSkip : SelfTest::kRun;
     std::string words;
-    if (const Status status = chip_.configure(tested_ ? SelfTest::kSkip : SelfTest::kRun, words); !ok(status)) {
-        chip_.close();
-        outage_.problem = options_.name + ": " + words;
+    if (const Status status = chip_.configure(test, words); !ok(status)) {
+        problem = options_.name + ": " + words;
         return status;
     }
     if (data_ready_ != nullptr) {
         if (const Status status = data_ready_->start(); !ok(status)) {
-            chip_.close();
-            outage_.problem = options_.name + ": data-ready line: " + std::string(data_ready_->problem());
+            problem = options_.name + ": data-ready line: " + std::string(data_ready_->problem());
             return status;
         }
-        // Edges of the time before the chip was set up mean nothing.
+        // Edges from before the chip was set up are meaningless.
         TriggerEdge stale;
         while (ok(data_ready_->next({}, stale))) {
         }
     }
     next_poll_ = clock_.now();
-    tested_ = true;
-    open_ = true;
     return Status::kOk;
 }
 
-Status ImuSpi::start() {
-    if (started_) {
-        return Status::kOk;
-    }
-    outage_.clear();
-    FACET_TRY(open());
-    started_ = true;
-    return Status::kOk;
-}
+Status ImuSpi::start() { return life_.start(); }
 
 void ImuSpi::stop() {
     if (data_ready_ != nullptr) {
         data_ready_->stop();
     }
-    chip_.close();
-    started_ = false;
-    tested_ = false;
-    open_ = false;
+    life_.stop();
 }
 
-Status ImuSpi::fail(std::string problem) {
-    if (open_) {
-        chip_.close();
-        open_ = false;
-        retry_.close(clock_.now());
-    }
-    return outage_.begin(std::move(problem), counters_);
-}
+Status ImuSpi::fail(std::string_view problem) { return life_.fail(options_.name + ": " + std::string(problem)); }
 
 SourceCounters ImuSpi::counters() const {
     SourceCounters result = counters_;
     const ImuAssemblerCounters& a = assembler_.counters();
     result.discarded += a.out_of_order + a.unpaired + a.overflowed;
     return result;
-}
-
-Status ImuSpi::next_fsync(TriggerEdge& edge) {
-    if (fsync_.empty()) {
-        return Status::kNotReady;
-    }
-    edge = fsync_.front();
-    fsync_.pop_front();
-    return Status::kOk;
-}
-
-Status ImuSpi::pop(ImuSample& sample) {
-    ImuSample ready;
-    while (ok(assembler_.pop(ready))) {
-        if (any_delivered_ && ready.stamp <= last_stamp_) {
-            ++counters_.discarded;
-            continue;
-        }
-        any_delivered_ = true;
-        last_stamp_ = ready.stamp;
-        ++counters_.delivered;
-        sample = ready;
-        return Status::kOk;
-    }
-    return Status::kNotReady;
 }
 
 Status ImuSpi::wait_for_edge(Timestamp deadline, TriggerEdge& edge) {
@@ -124,9 +79,6 @@ void ImuSpi::take(const SpiMeasurement& measurement) {
     if (measurement.temperature_c == measurement.temperature_c) {
         temperature_c_ = measurement.temperature_c;
     }
-    if (measurement.fsync_edge) {
-        fsync_.push({*measurement.fsync_edge - options_.latency, ++fsync_count_, true});
-    }
     const Timestamp stamp = measurement.stamp - options_.latency;
     if (measurement.force) {
         (void)assembler_.add_force(stamp, options_.axes.apply(*measurement.force));
@@ -140,7 +92,7 @@ Status ImuSpi::read(const TriggerEdge& edge) {
     SpiMeasurements measurements;
     const Status status = chip_.read(edge, measurements);
     if (status == Status::kIo) {
-        return fail(options_.name + ": " + std::string(chip_.problem()));
+        return fail(chip_.problem());
     }
     for (const SpiMeasurement& measurement : measurements) {
         take(measurement);
@@ -148,38 +100,29 @@ Status ImuSpi::read(const TriggerEdge& edge) {
     if (status == Status::kCorrupt) {
         ++counters_.corrupt;
         if (++corrupt_in_a_row_ >= options_.max_corrupt) {
-            return fail(options_.name + ": " + std::to_string(corrupt_in_a_row_) + " bad readings in a row");
+            return fail(std::to_string(corrupt_in_a_row_) + " bad readings in a row");
         }
         return Status::kCorrupt;
     }
     if (!measurements.empty()) {
         corrupt_in_a_row_ = 0;
-        outage_.end(counters_);
+        life_.works();
     }
     return Status::kNotReady;
 }
 
 Status ImuSpi::next(Duration timeout, ImuSample& sample) {
-    if (!started_) {
-        return Status::kNotReady;
-    }
     const Timestamp deadline = clock_.now() + timeout;
-    if (!open_) {
-        if (!retry_.pass(clock_.now())) {
-            return Status::kNotReady;
-        }
-        if (!ok(open())) {
-            return fail(outage_.problem);
-        }
-    }
+    FACET_TRY(life_.check());
     for (;;) {
-        if (ok(pop(sample))) {
+        if (ok(assembler_.pop(sample))) {
+            ++counters_.delivered;
             return Status::kOk;
         }
         TriggerEdge edge;
         const Status waited = wait_for_edge(deadline, edge);
         if (waited == Status::kIo) {
-            return fail(options_.name + ": data-ready line: " + std::string(data_ready_->problem()));
+            return fail("data-ready line: " + std::string(data_ready_->problem()));
         }
         FACET_TRY(waited);
         if (const Status taken = read(edge); taken != Status::kNotReady) {

@@ -23,8 +23,7 @@ struct SpiMeasurement {
     std::optional<Eigen::Vector3d> rate;   ///< (rad/s)
     std::optional<Eigen::Vector3d> force;  ///< (m/s^2)
     double temperature_c = std::numeric_limits<double>::quiet_NaN();
-    std::uint32_t lost = 0;               ///< measurements missing before this one
-    std::optional<Timestamp> fsync_edge;  ///< instant of a strobe at the chip's FSYNC pin just before this measurement
+    std::uint32_t lost = 0;  ///< measurements missing before this one
 };
 
 /// Room for a whole 2 KB FIFO of 20-byte packets.
@@ -38,16 +37,17 @@ class SpiImuChip {
 public:
     virtual ~SpiImuChip() = default;
 
-    /// Opens, resets, identifies, tests (unless told otherwise here or by its options) and sets up the chip; takes a few
-    /// hundred milliseconds.
-    /// @return kNotFound if there is no such bus or another chip answers, kIo if the bus or the self-test fails; `problem`
-    ///         says what.
+    /// Opens, resets, identifies, tests (unless skipped here or by the chip's options) and sets up the chip; takes a
+    /// few hundred milliseconds.
+    /// @param problem  set on failure
+    /// @return kNotFound if there is no such bus or another chip answers, kIo if the bus or the self-test fails
     virtual Status configure(SelfTest test, std::string& problem) = 0;
     virtual void close() = 0;
 
     /// Reads what is there after a data-ready edge; appends to `out` in order of time.
-    /// @return kNotReady if nothing is new, kCorrupt if what came is not to be trusted (`out` may still have gained good
-    ///         measurements), kIo if the bus fails.
+    /// @return kNotReady if there is nothing new, kCorrupt if the data cannot be trusted (`out` may still have gained
+    ///         good
+    ///         measurements), kIo if the bus fails
     virtual Status read(const TriggerEdge& edge, SpiMeasurements& out) = 0;
 
     /// Whether only the newest of several waiting edges is of use, because the chip keeps one measurement.

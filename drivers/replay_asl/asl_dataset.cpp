@@ -55,18 +55,18 @@ Status AslDataset::open(const std::string& path, const AslOptions& options, AslW
     *this = AslDataset();
     options_ = options;
     sink_ = std::move(sink);
-    root_ = find_root(path);
-    if (root_.empty()) {
+    const std::string root = find_root(path);
+    if (root.empty()) {
         error = path + ": no such folder";
         return Status::kIo;
     }
-    camera_csv_ = {(fs::path(root_) / "cam0" / "data.csv").string(), (fs::path(root_) / "cam1" / "data.csv").string()};
+    camera_csv_ = {(fs::path(root) / "cam0" / "data.csv").string(), (fs::path(root) / "cam1" / "data.csv").string()};
 
     std::vector<ImageRow> left;
     std::vector<ImageRow> right;
     FACET_TRY(load_images(camera_csv_[0], left, error));
     FACET_TRY(load_images(camera_csv_[1], right, error));
-    const std::string imu_path = (fs::path(root_) / "imu0" / "data.csv").string();
+    const std::string imu_path = (fs::path(root) / "imu0" / "data.csv").string();
     if (!imu_csv_.open(imu_path)) {
         error = imu_path + ": cannot be read";
         return Status::kIo;
@@ -253,7 +253,7 @@ bool AslDataset::give_imu(ImuSample& sample) {
         const ImuRow row = *imu_ahead_;
         ImuRow next;
         imu_ahead_ = next_imu(next) ? std::optional<ImuRow>(next) : std::nullopt;
-        // Until the first sample is given: drop frames that precede it, and data long before the first frame.
+        // Before the first sample is delivered: drop frames that precede it, and data long before the first frame.
         while (!imu_given_.has_value() && next_pair_ < pairs_.size() && pairs_[next_pair_].left.stamp < row.stamp) {
             warn(AslWarningKind::kUncovered, camera_csv_[0], pairs_[next_pair_++].left.line,
                  "frame is before the first inertial sample; frame skipped");

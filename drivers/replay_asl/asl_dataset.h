@@ -17,7 +17,7 @@
 
 namespace facet {
 
-/// Size in pixels an image must have; zero for any.
+/// Required size of an image (px); zero for any.
 struct ImageSize {
     int width = 0;
     int height = 0;
@@ -27,11 +27,11 @@ struct ImageSize {
 struct AslOptions {
     Duration pair_tolerance = Duration::from_seconds(1e-3);  ///< largest difference of the stamps of one stereo pair
     Duration imu_gap = Duration::from_seconds(0.05);         ///< a longer step between inertial samples is a gap
-    Duration imu_lead = Duration::from_seconds(2.0);         ///< inertial data given before the first frame
-    Duration frame_delay;        ///< frames are given when inertial data are this far past their stamp, or at an end
-    Duration camera_time_shift;  ///< added to image stamps: t_imu = t_cam + shift
-    Duration start;              ///< frames are given from this long after the first one
-    std::optional<Duration> length;  ///< and only for this long; all if empty
+    Duration imu_lead = Duration::from_seconds(2.0);         ///< inertial data delivered before the first frame
+    Duration frame_delay;            ///< a frame comes when inertial data are this far past its stamp, or have ended
+    Duration camera_time_shift;      ///< added to image stamps: t_imu = t_cam + shift
+    Duration start;                  ///< skips frames up to this long after the first one
+    std::optional<Duration> length;  ///< of the window of frames after start; all if empty
     ImageSize left_size;
     ImageSize right_size;
     bool decode_images = true;  ///< else frames come with empty views, and no image file is opened
@@ -41,29 +41,29 @@ struct AslOptions {
 ///   AslDataset log;
 ///   if (!ok(log.open("MH_01_easy", {}, print_warning, error))) { ... }
 ///   for (;;) switch (log.next(imu, frame)) { case kImu: ...; case kFrame: ...; case kEnd: return; }
-/// Bad data never stops the run: each bad row or image goes to the sink with file and line, and is skipped.
-/// Image lists are read at open, inertial rows and images as they are asked for. Thread-bound.
+/// Bad data never stops the run: each bad row or image is reported to the sink with file and line, and skipped.
+/// Image lists are read at open, inertial rows and images on demand. Thread-bound.
 class AslDataset {
 public:
     enum class Event : std::uint8_t { kImu, kFrame, kEnd };
 
-    /// The folder with cam0, cam1 and imu0: `path`/mav0 if there is one, else `path`. Empty if `path` is no folder.
+    /// The folder with cam0, cam1 and imu0: `path`/mav0 if there is one, else `path`. Empty if `path` is not a folder.
     static std::string find_root(const std::string& path);
 
-    /// Opens a folder that holds mav0/ or is it.
-    /// @return kIo with `error` naming the path if it is not there or a data.csv cannot be read or has no valid row.
+    /// Opens a folder that contains mav0/ or is mav0/ itself.
+    /// @return kIo with `error` naming the path if it does not exist, or a data.csv cannot be read or has no valid row
     Status open(const std::string& path, const AslOptions& options, AslWarningSink sink, std::string& error);
 
-    /// Next sample in order of time. A frame comes right after the first inertial sample at or after its stamp plus the
-    /// delay of the options, which is when an estimator can use it, or at the end of the inertial data; frames that inertial data never reach are skipped with a warning. A frame's views
-    /// stay valid until the next call; the right one is empty if the right image is missing or bad.
+    /// Next sample in order of time. A frame comes right after the first inertial sample at or after its stamp plus
+    /// frame_delay, which is when an estimator can use it, or at the end of the inertial data; frames after the last
+    /// inertial sample are skipped with a warning. A frame's views stay valid until the next call; the right one is
+    /// empty if the right image is missing or bad.
     Event next(ImuSample& imu, StereoFrame& frame);
 
-    /// Frames that will be given if none is bad.
+    /// Number of frames that will be delivered if none is bad.
     std::size_t frame_count() const { return pairs_.size(); }
-    /// Stamp of the first frame of the log, before the window of the options is applied, camera shift included.
+    /// Stamp of the first frame of the log, including the camera shift, whatever part of the log the options select.
     Timestamp log_begin() const { return log_begin_; }
-    const std::string& root() const { return root_; }  ///< the folder with cam0
 
 private:
     struct ImageRow {
@@ -94,7 +94,6 @@ private:
 
     AslOptions options_;
     AslWarningSink sink_;
-    std::string root_;
     std::array<std::string, 2> camera_csv_;
     Timestamp log_begin_;
 
@@ -105,8 +104,8 @@ private:
     std::vector<std::string_view> fields_;
     IncreasingRows<ImuRow> imu_filter_;
     std::optional<ImuRow> imu_ahead_;
-    std::optional<Timestamp> imu_before_;  // of the last row read, for gaps
-    std::optional<Timestamp> imu_given_;   // of the last sample handed out
+    std::optional<Timestamp> imu_before_;  // stamp of the last row read, to find gaps
+    std::optional<Timestamp> imu_given_;   // stamp of the last sample delivered
 
     PngDecoder decoder_;
     std::array<GreyImage, 2> images_;

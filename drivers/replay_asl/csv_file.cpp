@@ -24,7 +24,7 @@ bool CsvFile::open(const std::string& path) {
     stream_.close();
     stream_.clear();
     stream_.open(path, std::ios::binary);
-    // A folder opens for reading but gives no byte: peek tells them apart, and an empty file just ends.
+    // A folder can be opened, but reading from it fails; an empty file merely ends.
     if (!stream_) {
         return false;
     }

@@ -10,20 +10,21 @@
 
 namespace facet {
 
-/// A CSV file as logs have it: comma-separated, comments from '#', blank lines, LF or CRLF, the last newline optional, a
-/// byte order mark tolerated. Blank and comment lines are passed over but counted. Thread-bound. Heap: a line buffer.
+/// A CSV file as found in logs: comma-separated, comment lines with '#', blank lines, LF or CRLF, the last newline
+/// optional, a byte order mark tolerated. Blank and comment lines are skipped but counted. Thread-bound. Heap: a line
+/// buffer.
 class CsvFile {
 public:
     /// @return false if the file cannot be opened for reading.
     bool open(const std::string& path);
 
     /// Next row with content. Its fields (trimmed) stay valid until the next call.
-    /// @return false at the end of the file or on a read error (see failed).
+    /// @return false at the end of the file or on a read error (see failed)
     bool next(std::vector<std::string_view>& fields);
 
     /// True if reading stopped because of an input/output error rather than the end.
     bool failed() const { return stream_.bad(); }
-    std::int64_t line() const { return line_; }  ///< of the row given last, from 1
+    std::int64_t line() const { return line_; }  ///< of the row returned last, from 1
     const std::string& path() const { return path_; }
 
 private:
@@ -33,7 +34,7 @@ private:
     std::int64_t line_ = 0;
 };
 
-/// Whole-field conversions, locale-free; false if the field is not entirely that kind of number.
+/// Conversions of whole fields, independent of the locale; false if the field is anything but such a number.
 bool parse_int64(std::string_view field, std::int64_t& value);
 /// Accepts what strtod does in the C locale except hexadecimal; "nan" and "inf" count as numbers.
 bool parse_double(std::string_view field, double& value);

@@ -20,23 +20,24 @@ struct GroundTruthState {
     Timestamp stamp;
     Eigen::Vector3d p_W_B = Eigen::Vector3d::Zero();  ///< (m)
     Eigen::Quaterniond q_W_B = Eigen::Quaterniond::Identity();
-    bool has_motion = false;                               ///< the three below are known
+    bool has_motion = false;                               ///< the next three are known
     Eigen::Vector3d v_W_B = Eigen::Vector3d::Zero();       ///< (m/s)
     Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();   ///< (rad/s)
     Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();  ///< (m/s^2)
 };
 
-/// Path of the ground-truth table of a dataset: DATASET/[mav0/]state_groundtruth_estimate0/data.csv, or `path` itself if
-/// it is a file. Empty if there is none.
+/// Path of the ground-truth table of a dataset: DATASET/[mav0/]state_groundtruth_estimate0/data.csv, or `path` itself
+/// if it is a file. Empty if there is none.
 std::string find_ground_truth(const std::string& path);
 
 /// Reads a table of 17 columns (t[ns], p, q wxyz, v, bg, ba) or 8 (t[ns], p, q wxyz). Bad rows (malformed, not finite,
-/// quaternion norm off 1 by more than 1 %, stamp not increasing) go to the sink and are skipped.
-/// @return kIo with `error` set if the file cannot be read or holds no valid row; kOk otherwise.
+/// quaternion norm off 1 by more than 1 %, stamp not increasing) are reported to the sink and skipped.
+/// @return kIo with `error` set if the file cannot be read or contains no valid row
 Status read_ground_truth(const std::string& csv_path, const AslWarningSink& sink, std::vector<GroundTruthState>& states,
                          std::string& error);
 
-/// The state at a stamp: all linearly, rotation by slerp. Empty outside the table, and within a hole longer than `max_gap`.
+/// The state at a stamp: linear interpolation, slerp for rotation. Empty outside the table and in gaps longer than
+/// `max_gap`.
 std::optional<GroundTruthState> interpolate(std::span<const GroundTruthState> truth, Timestamp t,
                                             Duration max_gap = Duration::from_seconds(0.5));
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Keeps the rows of a table whose stamps increase, and names those that do not.
+// Keeps the rows of a table whose stamps increase, and reports the others.
 #pragma once
 
 #include <optional>
@@ -10,14 +10,14 @@
 
 namespace facet {
 
-/// Filter over rows with `Timestamp stamp` and `std::int64_t line`. It looks one row ahead, so that a single stamp far in
-/// the future costs one row and not the rest of the log. Thread-bound.
+/// Filter over rows with `Timestamp stamp` and `std::int64_t line`. It looks one row ahead, so that a single stamp far
+/// in the future costs one row and not the rest of the log. Thread-bound.
 template <class Row>
 class IncreasingRows {
 public:
-    /// Next row whose stamp is after that of the row given before.
+    /// Next row whose stamp is after that of the row returned before.
     /// @param read  bool(Row&): the next row of the file, false at its end
-    /// @param warn  void(AslWarningKind, std::int64_t line, const char* message), called for each row left out
+    /// @param warn  void(AslWarningKind, std::int64_t line, const char* message), called for each row skipped
     /// @return false at the end
     template <class Read, class Warn>
     bool next(const Read& read, const Warn& warn, Row& out) {

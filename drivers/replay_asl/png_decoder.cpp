@@ -16,7 +16,7 @@ constexpr png_fixed_point kRedWeight = 29900;  // of 100000, ITU-R BT.601
 constexpr png_fixed_point kGreenWeight = 58700;
 constexpr std::size_t kMessageLength = 128;
 
-/// What libpng reads from, and where it leaves its message.
+/// What libpng reads from, and where it stores its message.
 struct PngBytes {
     const std::uint8_t* data = nullptr;
     std::size_t size = 0;
@@ -41,7 +41,7 @@ void keep_error(png_structp png, png_const_charp message) {
 
 void ignore_warning(png_structp /*png*/, png_const_charp /*message*/) {}
 
-/// Reads the header and sets the conversions to 8-bit grey. No object with a destructor may live here: libpng jumps out.
+/// Reads the header and sets the conversions to 8-bit grey. No object here may have a destructor: libpng jumps out.
 bool read_header(png_structp png, png_infop info, png_uint_32& width, png_uint_32& height, std::size_t& row_bytes) {
     if (setjmp(png_jmpbuf(png)) != 0) {
         return false;
@@ -63,7 +63,7 @@ bool read_header(png_structp png, png_infop info, png_uint_32& width, png_uint_3
     return true;
 }
 
-/// Reads all pixels and the rest of the file. As above: nothing with a destructor.
+/// Reads all pixels and the rest of the file. No destructors here either.
 bool read_pixels(png_structp png, png_bytepp rows) {
     if (setjmp(png_jmpbuf(png)) != 0) {
         return false;
@@ -124,7 +124,7 @@ Status PngDecoder::decode(const std::string& path, int expected_width, int expec
     PngBytes source{.data = file_.data(), .size = file_.size()};
     PngReader reader(source);
     if (reader.png == nullptr || reader.info == nullptr) {
-        error_ = "libpng cannot be started";
+        error_ = "libpng cannot be initialised";
         return Status::kCorrupt;
     }
     png_uint_32 width = 0;

@@ -26,9 +26,9 @@ struct GreyImage {
 class PngDecoder {
 public:
     /// Decodes a file; image's storage is reused.
-    /// @param expected_width, expected_height  size the image must have (px); 0 for any up to 16384
+    /// @param expected_width, expected_height  required size (px); 0 for any up to 16384
     /// @return kNotFound if the file cannot be read, kCorrupt if it is not a complete, intact PNG, kInvalidArgument if
-    ///         its size is another one (image then holds the size found and no pixels). error() says more.
+    ///         its size differs (image then has the size found and no pixels). error() has the details.
     Status decode(const std::string& path, int expected_width, int expected_height, GreyImage& image);
 
     const std::string& error() const { return error_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the reader of a recorded log complains of while it goes on.
+// Problems that the reader of a recorded log reports and works around.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 namespace facet {
 
 enum class AslWarningKind : std::uint8_t {
-    kMalformedRow,  ///< a CSV row that is not as many numbers as it must be; the row is skipped
+    kMalformedRow,  ///< a CSV row with a wrong number of fields or a field that is not a number; the row is skipped
     kNotFinite,     ///< a NaN or infinite number; the row is skipped
-    kDuplicate,     ///< the stamp of the row before; the row is skipped
-    kOutOfOrder,    ///< a stamp before that of the row before; the row is skipped
-    kMissingRight,  ///< no right image within the tolerance; the frame comes without a right view
+    kDuplicate,     ///< the stamp of the previous row; the row is skipped
+    kOutOfOrder,    ///< a stamp before that of the previous row; the row is skipped
+    kMissingRight,  ///< no right image within the tolerance; the frame has no right view
     kMissingLeft,   ///< a right image without a left one; it is skipped
     kMissingFile,   ///< an image that cannot be read
     kCorruptImage,  ///< a truncated or damaged PNG
-    kWrongSize,     ///< an image of another size than its camera's
+    kWrongSize,     ///< an image whose size differs from its camera's
     kImuGap,        ///< inertial samples missing before this row
     kUncovered,     ///< a frame after the last inertial sample, or before the first
     kCount

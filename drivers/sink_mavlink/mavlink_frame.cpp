@@ -22,7 +22,7 @@ constexpr std::uint8_t kStateActive = 4;
 constexpr std::uint8_t kProtocolVersion = 3;
 constexpr std::size_t kHeaderSize = 10;
 
-/// Little-endian payload in order of size, as MAVLink lays it out.
+/// Little-endian payload; MAVLink orders fields by size, largest first.
 class Payload {
 public:
     template <class T>
@@ -54,7 +54,7 @@ private:
 
 void wrap(std::span<const std::uint8_t> payload, std::uint32_t id, std::uint8_t crc_extra,
           const MavlinkAddress& address, std::uint8_t sequence, MavlinkFrame& frame) {
-    // Zeros at the end are cut off, but at least one byte stays.
+    // Trailing zeros are cut off, except the first byte.
     std::size_t size = payload.size();
     while (size > 1 && payload[size - 1] == 0) {
         --size;
@@ -113,7 +113,8 @@ Status encode_odometry(const Odometry& odometry, const MavlinkAddress& address, 
     velocity_covariance.topLeftCorner<3, 3>() = R_B_W * odometry.v_covariance * R_B_W.transpose();
     velocity_covariance.bottomRightCorner<3, 3>() = odometry.w_covariance;
 
-    // D q D^-1 with D a half turn about x: y and z of the quaternion change sign. One sign of the two is sent.
+    // D q D^-1 with D a half turn about x: y and z of the quaternion change sign. Of q and -q, the one with w >= 0 is
+    // sent.
     Eigen::Vector4d q_wxyz(odometry.q_W_B.w(), odometry.q_W_B.x(), -odometry.q_W_B.y(), -odometry.q_W_B.z());
     q_wxyz = q_wxyz.normalized() * (q_wxyz[0] < 0.0 ? -1.0 : 1.0);
 

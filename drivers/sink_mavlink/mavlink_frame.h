@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// MAVLink 2 frames of the two messages that we send.
+// MAVLink 2 frames of the two messages that are sent.
 #pragma once
 
 #include <array>
@@ -23,16 +23,17 @@ struct MavlinkAddress {
 /// A whole frame: header 10, payload up to 255, checksum 2 bytes.
 using MavlinkFrame = FixedVector<std::uint8_t, 267>;
 
-/// ODOMETRY (331), frames LOCAL_FRD and BODY_FRD, estimator type VIO; Source: MAVLink common.xml, serialization guide.
+/// ODOMETRY (331), frames LOCAL_FRD and BODY_FRD, estimator type VIO. Source: MAVLink common.xml, serialization guide.
 ///   p_F = D p_W,  v_b = D R_W_B^T v_W,  q_F_b = D q_W_B D,  D = diag(1, -1, -1)
-/// W (z up, yaw zero at the start) and B (x forward, y left, z up) are turned about x into FRD frames. The velocity is in the
-/// child frame. Covariances are upper triangles, rows x y z roll pitch yaw; orientation is perturbed on the right, in B, as
-/// ours is, and position in the local frame. Velocity's is rotated into B; the cross terms with rates are zero.
+/// W (z up, yaw zero at the start) and B (x forward, y left, z up) are turned about x into FRD frames. The velocity is
+/// in the child frame. Covariances are upper triangles with rows x y z roll pitch yaw; orientation is perturbed on the
+/// right, in B, as in the estimator, and position in the local frame. The covariance of velocity is rotated into B; its
+/// cross terms with the rates are zero.
 /// @return kInvalidArgument if a number is not finite or a variance not positive: frame untouched. Reentrant. No heap.
 Status encode_odometry(const Odometry& odometry, const MavlinkAddress& address, std::uint8_t sequence,
                        MavlinkFrame& frame);
 
-/// HEARTBEAT (0) of an onboard controller without autopilot. Reentrant. No heap.
+/// HEARTBEAT (0) of an onboard controller that is not an autopilot. Reentrant. No heap.
 void encode_heartbeat(const MavlinkAddress& address, std::uint8_t sequence, MavlinkFrame& frame);
 
 }  // namespace facet

@@ -37,7 +37,7 @@ Status SinkMavlink::open_udp(std::string& problem) {
     address.sin_family = AF_INET;
     address.sin_port = htons(options_.udp_port);
     if (inet_pton(AF_INET, options_.udp_host.c_str(), &address.sin_addr) != 1 || options_.udp_port == 0) {
-        problem = "mavlink: '" + name() + "' is no IPv4 address and port";
+        problem = "mavlink: '" + name() + "' is not an IPv4 address and port";
         return Status::kInvalidArgument;
     }
     fd_ = io_.socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK, 0);
@@ -55,7 +55,7 @@ Status SinkMavlink::open_serial(std::string& problem) {
         problem = "mavlink: " + options_.serial + ": cannot be opened: " + std::strerror(-fd_);
         return fd_ == -ENOENT || fd_ == -ENODEV || fd_ == -ENXIO ? Status::kNotFound : Status::kIo;
     }
-    // termios2 takes any baud rate as a number. No line discipline: bytes go out as they are.
+    // termios2 accepts any baud rate as a number. Raw mode: bytes are sent unchanged.
     termios2 line{};
     int result = io_.ioctl(fd_, TCGETS2, &line);
     if (result >= 0) {
@@ -68,7 +68,7 @@ Status SinkMavlink::open_serial(std::string& problem) {
     }
     if (result < 0) {
         problem = "mavlink: " + options_.serial + ": " +
-                  (result == -ENOTTY ? std::string("is no serial line") : std::string(std::strerror(-result)));
+                  (result == -ENOTTY ? std::string("not a serial line") : std::string(std::strerror(-result)));
         return result == -ENOTTY ? Status::kInvalidArgument : Status::kIo;
     }
     return Status::kOk;
@@ -101,12 +101,12 @@ Status SinkMavlink::write() {
 Status SinkMavlink::send(const Odometry& odometry) {
     if (fd_ < 0 && !options_.serial.empty() && retry_.pass(clock_.now())) {
         std::string unused;
-        (void)open(unused);  // without it the write below fails and is counted
+        (void)open(unused);  // if it fails, so does the write below, which is counted
     }
     if (clock_.now() >= next_heartbeat_) {
         next_heartbeat_ = clock_.now() + options_.heartbeat_period;
         encode_heartbeat(options_.address, sequence_++, frame_);
-        (void)write();  // counted; the odometry's own status tells
+        (void)write();  // a failure is counted, and shows in the odometry's own status
     }
     FACET_TRY(encode_odometry(odometry, options_.address, sequence_, frame_));
     ++sequence_;

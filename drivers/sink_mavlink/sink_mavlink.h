@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Estimates to a flight controller by MAVLink over UDP or a serial line.
+// Sends estimates to a flight controller by MAVLink over UDP or a serial line.
 #pragma once
 
 #include <string>
@@ -13,17 +13,17 @@ namespace facet {
 
 struct SinkMavlinkOptions {
     MavlinkAddress address;
-    std::string udp_host = "127.0.0.1";  ///< IPv4 in digits
+    std::string udp_host = "127.0.0.1";  ///< IPv4 address in digits
     std::uint16_t udp_port = 14540;
     std::string serial;  ///< device such as /dev/ttyS1, 8N1 without flow control; empty: UDP
     int baud = 921600;
     Duration heartbeat_period = Duration::from_seconds(1.0);
-    Duration retry_period = Duration::from_seconds(1.0);  ///< a serial line that failed is opened again
+    Duration retry_period = Duration::from_seconds(1.0);  ///< pause before a failed serial line is reopened
 };
 
-/// Sends ODOMETRY at every estimate and HEARTBEAT once a second, never blocking: what a full channel does not take is dropped
-/// and counted, on a serial line possibly in the middle of a frame, which its checksum tells the receiver. Thread-bound. Heap
-/// on failure of open only.
+/// Sends ODOMETRY at every estimate and HEARTBEAT once a second, and never blocks: what a full channel does not accept
+/// is dropped and counted. A serial line may cut a frame off in the middle; the receiver notices by the checksum.
+/// Thread-bound. Heap only if open fails.
 class SinkMavlink final : public OdometrySink {
 public:
     SinkMavlink(KernelIo& io, const Clock& clock, SinkMavlinkOptions options);
@@ -31,8 +31,10 @@ public:
     SinkMavlink(const SinkMavlink&) = delete;
     SinkMavlink& operator=(const SinkMavlink&) = delete;
 
-    /// @return kInvalidArgument if the address is none, kNotFound if there is no such serial device, kIo if the system refuses;
-    ///         `problem` has the words.
+    /// @param problem  set on failure
+    /// @return kInvalidArgument if the address is invalid, kNotFound if there is no such serial device, kIo if the
+    ///         system
+    ///         refuses
     Status open(std::string& problem);
     void close();
     Status send(const Odometry& odometry) override;
@@ -40,7 +42,7 @@ public:
     std::uint64_t sent() const { return sent_; }
     std::uint64_t dropped() const { return dropped_; }
 
-    /// Of the channel, for the user.
+    /// Name of the channel, for messages.
     std::string name() const;
 
 private:

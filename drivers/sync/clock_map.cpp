@@ -14,7 +14,7 @@ void ClockMap::restart(Timestamp source, Timestamp host) {
     last_source_ = source;
     p_oo_ = options_.pair_sigma_s * options_.pair_sigma_s;
     p_od_ = 0.0;
-    // What was learnt of the drift outlives a step of the offset.
+    // The drift estimate survives a step of the offset.
     p_dd_ = std::max(p_dd_, used_ == 0 ? options_.drift_sigma * options_.drift_sigma : 0.0);
     used_ = std::max(used_, 1);
     outliers_in_a_row_ = 0;
@@ -22,7 +22,7 @@ void ClockMap::restart(Timestamp source, Timestamp host) {
 
 Status ClockMap::add(Timestamp source, Timestamp host) {
     if (counters_.pairs > 0 && source <= last_seen_) {
-        // The source itself was set back: what follows is a new epoch.
+        // The source clock was set back: a new epoch begins.
         if (last_seen_ - source > options_.step) {
             last_seen_ = source;
             ++counters_.steps;

@@ -7,7 +7,7 @@
 namespace facet {
 namespace {
 
-/// Events are interpolated where their mean distance is off the nominal period by less than this share.
+/// A missing event is interpolated if the mean spacing there deviates from the period by less than this fraction.
 constexpr double kUneven = 0.2;
 
 /// a - b on the circle of 32-bit counts.
@@ -54,7 +54,7 @@ CountMatcher::Search CountMatcher::by_count(std::uint32_t sequence, Match& resul
             const SyncEvent& after = events_[i + 1];
             const auto steps = static_cast<double>(count_difference(after.sequence, at_or_before.sequence));
             const double span_ns = static_cast<double>((after.stamp - at_or_before.stamp).ns);
-            // Another event is missing there, one that was not counted.
+            // An uncounted event is missing there too.
             if (std::abs(span_ns / steps / static_cast<double>(options_.period.ns) - 1.0) > kUneven) {
                 return Search::kNone;
             }
@@ -111,7 +111,7 @@ CountMatcher::Outcome CountMatcher::match(const SyncEvent& frame, Match& result)
         result = match;
         return Outcome::kMatched;
     }
-    // By count the event is still to come; by time it must not be over yet.
+    // By count the event is still to come; by time it must not be overdue.
     if (found == Search::kTooEarly && (events_.empty() || events_.back().stamp - target <= Duration{half_ns})) {
         return Outcome::kWait;
     }

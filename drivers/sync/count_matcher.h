@@ -19,42 +19,39 @@ struct SyncEvent {
 struct CountMatcherOptions {
     Duration period = Duration::from_seconds(0.05);  ///< nominal, between events
     Duration delay;                                  ///< nominal, from an event's stamp to its frame's
-    bool use_sequence = true;                        ///< false: the frames' count is no good, pair by time alone
-    int votes = 5;  ///< frames in a row that must agree before an assignment is believed
+    bool use_sequence = true;                        ///< false: the frames' count is unusable, pair by time alone
+    int votes = 5;  ///< consecutive frames that must agree before an assignment is accepted
 };
 
-/// A frame k belongs to event k + n with a constant n, as long as both count what they lose. n is found by time: votes
-/// frames in a row that lie nearest to the events k + n, within 0.4 periods. From then on count decides, and time checks:
-/// a frame more than half a period from its event is in doubt and not assigned; when votes doubtful frames agree on another
-/// n, that one is taken and counted as a correction. So a stale frame in a camera's buffer, or an edge that vanished
-/// without a trace, costs `votes` frames and no wrong stamp. Thread-bound. No heap.
+/// Frame k belongs to event k + n with a constant n, as long as both sides count what they lose. n is found by time:
+/// `votes` consecutive frames must lie nearest to the events k + n, within 0.4 periods. From then on the count decides
+/// and time checks: a frame more than half a period from its event is doubtful and not assigned; when `votes` doubtful
+/// frames agree on another n, that one is adopted and counted as a correction. Thus a stale frame in a camera's buffer,
+/// or an edge lost without a trace, costs `votes` frames but never gives a wrong stamp. Thread-bound. No heap.
 class CountMatcher {
 public:
-    /// Events remembered: more than frames can lag behind.
+    /// Events kept: more than frames can lag behind.
     static constexpr std::size_t kEvents = 64;
 
     enum class Outcome : std::uint8_t {
         kMatched,
-        kWait,     ///< the event may still come: ask again for the same frame
-        kDoubtful  ///< not assigned: not believed yet, or count and time disagree
+        kWait,     ///< the event may still come: call again with the same frame
+        kDoubtful  ///< not assigned: no assignment accepted yet, or count and time disagree
     };
     struct Match {
         SyncEvent event;
-        bool interpolated = false;  ///< the event itself is missing; its stamp is from its neighbours
+        bool interpolated = false;  ///< the event is missing; its stamp is interpolated between its neighbours
     };
 
     explicit CountMatcher(const CountMatcherOptions& options = {}) : options_(options) {}
 
-    /// Events in order; others are ignored.
+    /// Adds events in order; those out of order are ignored.
     void add_event(const SyncEvent& event);
-    /// Frames in order, each until it gets something else than kWait.
+    /// Call with frames in order, and with each one until the outcome is not kWait.
     Outcome match(const SyncEvent& frame, Match& result);
 
-    bool locked() const { return offset_.has_value(); }
-    /// Times that a believed assignment was replaced.
+    /// How often an accepted assignment was replaced.
     std::uint32_t corrections() const { return corrections_; }
-    bool any_event() const { return !events_.empty(); }
-    Timestamp newest_event() const { return events_.back().stamp; }
 
 private:
     enum class Search : std::uint8_t { kFound, kTooEarly, kNone };

@@ -34,7 +34,7 @@ const char* to_string(SyncFault fault) {
 }
 
 Synchroniser::Synchroniser(const SynchroniserOptions& options) : options_(options) {
-    // The right camera of a rig without trigger is matched to the left one's frames.
+    // Without a trigger, the right camera is matched to the left camera's frames.
     const Duration right_reference = options.has_trigger ? Duration{} : options.left_delay;
     stream(SyncCamera::kLeft).matcher =
         CountMatcher({options.period, options.left_delay, options.use_sequence, options.votes});
@@ -126,7 +126,7 @@ Status Synchroniser::check(SyncCamera camera, const CameraFrame& frame) {
     return Status::kOk;
 }
 
-/// A count that does not rise although time has passed begins anew: what it lacks, time tells.
+/// A count that does not rise although time has passed has restarted: the offset follows from the time.
 std::uint32_t Synchroniser::base_for(const Stream& s, const CameraFrame& frame) const {
     const Duration passed = frame.stamp - s.last.stamp;
     if (!s.any || is_after(frame.sequence + s.base, s.last.sequence) || passed.ns <= options_.period.ns / 2) {
@@ -146,7 +146,7 @@ Status Synchroniser::add(SyncCamera camera, CameraFrame frame) {
     s.base = base;
     s.last = added;
     if (s.pending.full()) {
-        // Waiting for an edge, for the left image, or for inertial samples: the reasons differ.
+        // It waits for an edge, for the left image, or for inertial samples; the report says which.
         const Pending& oldest = s.pending.front();
         const Timestamp needed = oldest.assigned ? oldest.event.stamp : oldest.frame.stamp;
         const bool lonely = camera == SyncCamera::kRight && any_imu_ && newest_imu_ >= needed;
@@ -185,11 +185,11 @@ void Synchroniser::assign(SyncCamera camera) {
             continue;
         }
         CountMatcher::Match match;
-        // The exposure is part of what lies between the start of exposure, which events are, and the midpoint.
+        // Events are starts of exposure; a frame's stamp is the midpoint of its exposure.
         const Duration half = options_.has_trigger ? Duration{p.frame.exposure.ns / 2} : Duration{};
         const CountMatcher::Outcome outcome = s.matcher.match({p.frame.sequence, p.frame.stamp - half}, match);
         if (outcome == CountMatcher::Outcome::kWait) {
-            return;  // frames are asked for in order
+            return;  // frames are matched in order
         }
         if (s.matcher.corrections() != s.corrections) {
             report(SyncFault::kPairingCorrected, camera, p.frame.stamp, s.matcher.corrections() - s.corrections);
@@ -197,7 +197,7 @@ void Synchroniser::assign(SyncCamera camera) {
             s.corrections = s.matcher.corrections();
         }
         if (outcome == CountMatcher::Outcome::kDoubtful) {
-            // Assigned ones before it stay; this one goes. It is the first unassigned one.
+            // This is the first unassigned frame: it is dropped, the assigned ones before it stay.
             report(SyncFault::kDoubtful, camera, p.frame.stamp);
             p.frame = {};
             for (std::size_t k = i; k > 0; --k) {
@@ -229,12 +229,12 @@ bool Synchroniser::pair_is_due(const Pending& left, const Pending*& right) {
             return true;
         }
         if (is_after(front.event.sequence, left.event.sequence)) {
-            return true;  // the right stream has gone on without it
+            return true;  // the right stream is already past it
         }
         report(SyncFault::kMissingLeft, SyncCamera::kLeft, front.frame.stamp);
         (void)take_front(r);
     }
-    // Time goes by inertial samples, which come whatever the cameras do.
+    // Time is measured by inertial samples, which arrive whatever the cameras do.
     return newest_imu_ - left.event.stamp > options_.pair_wait;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Puts left images, right images and trigger edges together, and lets them pass when inertial samples cover them.
+// Joins left images, right images and trigger edges, and releases them once inertial samples cover them.
 #pragma once
 
 #include <array>
@@ -16,24 +16,24 @@ namespace facet {
 
 enum class SyncCamera : std::uint8_t { kLeft, kRight, kNone };
 
-/// What a synchroniser finds wrong, by name.
+/// What a synchroniser can find wrong.
 enum class SyncFault : std::uint8_t {
     kEpochMismatch,     ///< stamps so far from the inertial ones that the clocks have different epochs: refused
-    kDuplicate,         ///< a stamp or count twice: refused
-    kOutOfOrder,        ///< a stamp before the one before: refused
+    kDuplicate,         ///< the same stamp or count twice: refused
+    kOutOfOrder,        ///< a stamp before the previous one: refused
     kGap,               ///< frames or edges missing; value: how many
     kMissingLeft,       ///< a right image without a left one: dropped
-    kMissingRight,      ///< a left image without a right one: goes on alone
-    kEdgeInterpolated,  ///< the edge was lost; its instant is taken from its neighbours
-    kDoubtful,          ///< count and time disagree, or are not believed yet: dropped
-    kPairingCorrected,  ///< frames were assigned to the wrong edges and no longer are; value: new corrections
+    kMissingRight,      ///< a left image without a right one: delivered alone
+    kEdgeInterpolated,  ///< the edge was lost; its instant is interpolated between its neighbours
+    kDoubtful,          ///< count and time disagree, or no assignment is accepted yet: dropped
+    kPairingCorrected,  ///< frames had been assigned to the wrong edges; value: how many corrections
     kTriggerSilent,     ///< frames but no edges
-    kUncovered,         ///< dropped because inertial samples did not come
+    kUncovered,         ///< dropped because no inertial samples arrived
     kCount
 };
 const char* to_string(SyncFault fault);
 
-/// One finding. Repeated findings of one kind are reported once until the kind has been absent.
+/// One finding. Repeated findings of one kind are reported once, until the fault has cleared.
 struct SyncReport {
     SyncFault fault = SyncFault::kCount;
     SyncCamera camera = SyncCamera::kNone;
@@ -44,12 +44,12 @@ struct SyncReport {
 struct SynchroniserOptions {
     Duration period = Duration::from_seconds(0.05);  ///< of the cameras
     bool has_trigger = true;                         ///< else the left camera is the reference
-    bool use_sequence = true;                        ///< the cameras count frames
+    bool use_sequence = true;                        ///< the cameras number their frames
     Duration left_delay;                             ///< nominal, from the exposure midpoint to the left frame's stamp
     Duration right_delay;                            ///< the same for the right one
     Duration trigger_delay;                          ///< from the edge to the start of exposure
     Duration pair_wait = Duration::from_seconds(0.1);    ///< longest wait for a right image, in inertial time
-    Duration epoch_limit = Duration::from_seconds(5.0);  ///< larger differences are other epochs
+    Duration epoch_limit = Duration::from_seconds(5.0);  ///< a larger difference means different epochs
     Duration trigger_silence = Duration::from_seconds(0.5);
     int votes = 5;  ///< see CountMatcher
 };
@@ -62,18 +62,18 @@ struct SyncedFrame {
     std::uint32_t event = 0;
 };
 
-/// All stamps are on one clock (ClockMap). Each camera is assigned to events (edges, or the left camera's frames) by a
-/// CountMatcher; images of one event are a pair. A camera's count that falls back (its node was opened again) is
-/// carried on by the time that has passed. Give it things as they come, in any interleaving of the streams, then:
+/// All stamps are on one clock (ClockMap). A CountMatcher assigns each camera's frames to events (edges, or the left
+/// camera's frames); images of one event are a pair. When a camera's count falls back (its node was reopened), it is
+/// continued by the time that has passed. Add everything as it arrives, in any interleaving of the streams, then:
 ///   while (ok(sync.pop(pair))) { ... }
 ///   while (ok(sync.pop_report(report))) { ... }
-/// A pair comes out when an inertial stamp at or after its own was given, never before; stamps strictly increase. When
+/// A pair is delivered once an inertial stamp at or after its own has been added; stamps strictly increase. When
 /// kPending images of a camera wait, the oldest is dropped. A dropped image's slot is free at once. Thread-bound. No
 /// heap.
 class Synchroniser {
 public:
     static constexpr std::size_t kPending = 4;   ///< images that wait, of each camera
-    static constexpr std::size_t kReports = 32;  ///< older ones are lost
+    static constexpr std::size_t kReports = 32;  ///< that wait; when full, the oldest is lost
 
     explicit Synchroniser(const SynchroniserOptions& options = {});
 
@@ -82,16 +82,15 @@ public:
     Status add_right(CameraFrame frame) { return add(SyncCamera::kRight, std::move(frame)); }
     /// @return kOutOfOrder or kInvalidArgument: ignored.
     Status add_edge(const TriggerEdge& edge);
-    /// Stamp of the newest inertial sample that the estimator has.
+    /// The stamp of the newest inertial sample that the estimator has.
     void add_imu(Timestamp stamp);
 
     /// @return kNotReady if no pair is ready.
     Status pop(SyncedFrame& frame);
     Status pop_report(SyncReport& report);
 
-    /// Findings of a kind since construction, reported or not.
+    /// Number of findings of a kind since construction, reported or not.
     std::uint64_t count(SyncFault fault) const { return counts_[static_cast<std::size_t>(fault)]; }
-    bool locked(SyncCamera camera) const { return stream(camera).matcher.locked(); }
 
 private:
     struct Pending {

@@ -32,7 +32,7 @@ Status GpioLine::find(int chip, const GpioLineName& name, std::uint32_t& offset,
     gpiochip_info info{};
     const int result = io_.ioctl(chip, GPIO_GET_CHIPINFO_IOCTL, &info);
     if (result < 0) {
-        return fail(label_, "is no GPIO chip", result, problem);
+        return fail(label_, "not a GPIO chip", result, problem);
     }
     if (name.offset >= 0) {
         offset = static_cast<std::uint32_t>(name.offset);
@@ -76,7 +76,7 @@ Status GpioLine::open(const GpioLineName& name, std::uint64_t flags, std::uint32
             request.config.attrs[0].attr.debounce_period_us = debounce_us;
         }
         const int result = io_.ioctl(chip, GPIO_V2_GET_LINE_IOCTL, &request);
-        status = result < 0 ? fail(label_, result == -EBUSY ? "somebody else has it" : "refused", result, problem)
+        status = result < 0 ? fail(label_, result == -EBUSY ? "in use by another program" : "refused", result, problem)
                             : Status::kOk;
     }
     // The line has a descriptor of its own.
@@ -97,7 +97,7 @@ Status GpioLine::open_input(const GpioLineName& name, const GpioInputSettings& s
         case ClockDomain::kRealtime: flags |= GPIO_V2_LINE_FLAG_EVENT_CLOCK_REALTIME; break;
         case ClockDomain::kHardware: flags |= kFlagClockHte; break;
         case ClockDomain::kDevice:
-            problem = describe(name) + ": edges have no clock of a device";
+            problem = describe(name) + ": edges cannot be stamped by a device's clock";
             return Status::kInvalidArgument;
     }
     return open(name, flags, settings.debounce_us, problem);

@@ -35,8 +35,10 @@ public:
     GpioLine(const GpioLine&) = delete;
     GpioLine& operator=(const GpioLine&) = delete;
 
-    /// @return kNotFound if there is no such chip or line, kInvalidArgument if the clock is none of the three, kIo otherwise
-    ///         (line in use, no right, no such clock); `problem` has the words.
+    /// @param problem  set on failure
+    /// @return kNotFound if there is no such chip or line, kInvalidArgument if edges cannot be stamped by that clock,
+    ///         kIo
+    ///         otherwise (line in use, no permission, clock not available)
     Status open_input(const GpioLineName& name, const GpioInputSettings& settings, std::string& problem);
     /// As an output, low.
     Status open_output(const GpioLineName& name, std::string& problem);

@@ -11,36 +11,13 @@
 namespace facet {
 
 TriggerGpio::TriggerGpio(KernelIo& io, const Clock& clock, TriggerGpioOptions options)
-    : io_(io), clock_(clock), options_(std::move(options)), line_(io), retry_(options_.retry_period) {}
+    : io_(io), options_(std::move(options)), line_(io), life_(*this, clock, options_.retry_period, counters_) {}
 
-Status TriggerGpio::open() {
+Status TriggerGpio::open(std::string& problem) {
     waiting_.clear();
     kernel_sequence_ = 0;
     base_ = last_sequence_;
-    return line_.open_input(options_.line, options_.input, outage_.problem);
-}
-
-Status TriggerGpio::start() {
-    if (started_) {
-        return Status::kOk;
-    }
-    outage_.clear();
-    FACET_TRY(open());
-    started_ = true;
-    return Status::kOk;
-}
-
-void TriggerGpio::stop() {
-    line_.close();
-    started_ = false;
-}
-
-Status TriggerGpio::fail(std::string problem) {
-    if (line_.is_open()) {
-        line_.close();
-        retry_.close(clock_.now());
-    }
-    return outage_.begin(std::move(problem), counters_);
+    return line_.open_input(options_.line, options_.input, problem);
 }
 
 Status TriggerGpio::read(Duration timeout) {
@@ -48,17 +25,17 @@ Status TriggerGpio::read(Duration timeout) {
     if (ready == 0) {
         return Status::kNotReady;
     }
-    std::array<gpio_v2_line_event, kEventsARead> events{};
+    std::array<gpio_v2_line_event, kEventsPerRead> events{};
     const std::int64_t size = ready < 0 ? ready : io_.read(line_.fd(), events.data(), sizeof events);
     if (size == -EAGAIN) {
         return Status::kNotReady;
     }
     if (size <= 0) {
-        return fail(options_.line.chip + ": " + (size < 0 ? std::strerror(static_cast<int>(-size)) : "closed"));
+        return life_.fail(options_.line.chip + ": " + (size < 0 ? std::strerror(static_cast<int>(-size)) : "closed"));
     }
     for (std::size_t i = 0; i < static_cast<std::size_t>(size) / sizeof(gpio_v2_line_event); ++i) {
         const gpio_v2_line_event& event = events[i];
-        // Counted from 1 since the request.
+        // The kernel counts from 1 when the line is requested.
         counters_.lost += event.line_seqno - kernel_sequence_ - 1U;
         kernel_sequence_ = event.line_seqno;
         waiting_.push({{static_cast<std::int64_t>(event.timestamp_ns)},
@@ -72,13 +49,10 @@ bool TriggerGpio::take(TriggerEdge& edge) {
     while (!waiting_.empty()) {
         const TriggerEdge next = waiting_.front();
         waiting_.pop_front();
-        if (any_delivered_ && next.stamp <= last_stamp_) {
-            ++counters_.discarded;  // two edges within the clock's resolution, or a clock that was set back
-            continue;
+        if (!order_.pass(next.stamp, counters_.discarded)) {
+            continue;  // two edges within the clock's resolution, or a clock that was set back
         }
-        outage_.end(counters_);
-        any_delivered_ = true;
-        last_stamp_ = next.stamp;
+        life_.works();
         last_sequence_ = next.sequence;
         ++counters_.delivered;
         edge = next;
@@ -88,17 +62,7 @@ bool TriggerGpio::take(TriggerEdge& edge) {
 }
 
 Status TriggerGpio::next(Duration timeout, TriggerEdge& edge) {
-    if (!started_) {
-        return Status::kNotReady;
-    }
-    if (!line_.is_open()) {
-        if (!retry_.pass(clock_.now())) {
-            return Status::kNotReady;
-        }
-        if (!ok(open())) {
-            return fail(outage_.problem);
-        }
-    }
+    FACET_TRY(life_.check());
     if (take(edge)) {
         return Status::kOk;
     }

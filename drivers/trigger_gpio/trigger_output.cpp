@@ -32,7 +32,7 @@ Status PwmTrigger::write(const std::string& file, std::int64_t value, std::strin
 
 Status PwmTrigger::start(const TriggerPulse& pulse, std::string& problem) {
     if (!is_possible(pulse)) {
-        problem = "trigger: the pulse must be shorter than its period, and that at most 10 s";
+        problem = "trigger: the pulse must be shorter than its period, and the period at most 10 s";
         return Status::kInvalidArgument;
     }
     // Busy means that it is exported already.
@@ -66,7 +66,7 @@ Status GpioTriggerOutput::open(std::string& problem) {
 
 Status GpioTriggerOutput::run(const TriggerPulse& pulse, const std::atomic<bool>& stopping, std::string& problem) {
     if (!is_possible(pulse)) {
-        problem = "trigger: the pulse must be shorter than its period, and that at most 10 s";
+        problem = "trigger: the pulse must be shorter than its period, and the period at most 10 s";
         return Status::kInvalidArgument;
     }
     FACET_TRY(open(problem));

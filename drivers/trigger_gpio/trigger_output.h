@@ -37,18 +37,18 @@ private:
     bool running_ = false;
 };
 
-/// Pulses made by software on a GPIO line: as regular as the thread is scheduled, so wire the line back to an input whose
-/// edges are stamped. Runs in a Worker. Thread-bound to it, except pulses().
+/// Pulses made by software on a GPIO line: as regular as the thread is scheduled, so wire the line back to an input
+/// whose edges are stamped. Runs in a Worker. Thread-bound to it, except pulses().
 class GpioTriggerOutput {
 public:
     GpioTriggerOutput(KernelIo& io, Clock& clock, GpioLineName line)
         : clock_(clock), name_(std::move(line)), line_(io) {}
 
-    /// Takes the line, so that what is wrong with it is known before run(), which otherwise takes it.
+    /// Requests the line, so that problems show before run(), which otherwise requests it itself.
     Status open(std::string& problem);
 
-    /// Pulses until `stopping`, then lets go of the line. The n-th pulse rises at start + n * period, whatever the ones
-    /// before did; one that would be late by a period or more is left out and counted.
+    /// Pulses until `stopping`, then releases the line. The n-th pulse rises at start + n * period, however late
+    /// earlier ones were; a pulse that would be late by a period or more is skipped and counted.
     Status run(const TriggerPulse& pulse, const std::atomic<bool>& stopping, std::string& problem);
 
     std::uint64_t pulses() const { return pulses_.load(std::memory_order_relaxed); }

@@ -115,7 +115,7 @@ TEST_CASE("no permission, no camera, and a chip that does not answer are told ap
     kernel.devices = {{"/dev/video0", -EACCES}, {"/dev/video1", 8}, {"/dev/spidev0.0", FakeBench::kSpi}};
     const std::vector<ProbeLine> lines = probe(kernel, spi_vehicle());
     CHECK(line_of(lines, "left camera").text.find("Permission denied") != std::string::npos);
-    CHECK(line_of(lines, "right camera").text.find("is no video device") != std::string::npos);
+    CHECK(line_of(lines, "right camera").text.find("not a video device") != std::string::npos);
     INFO(line_of(lines, "imu").text);
     CHECK(line_of(lines, "imu").finding == Finding::kWrong);
     CHECK(line_of(lines, "imu").text.find("adis16448: ") == 0);

@@ -234,7 +234,7 @@ TEST_CASE("controls are set by name, also after the node came back") {
     h.kernel.present = false;
     CameraFrame frame;
     CHECK(h.camera.next({}, frame) == Status::kIo);
-    CHECK(h.camera.problem() == "/dev/video0: gives no frames: No such device");
+    CHECK(h.camera.problem() == "/dev/video0: delivers no frames: No such device");
     CHECK(h.camera.next({}, frame) == Status::kNotReady);
     h.kernel.present = true;
     h.pass_time();
@@ -256,7 +256,7 @@ TEST_CASE("a node that cannot do what is asked says what it can") {
     CameraV4l2Harness h;
     h.kernel.format = V4L2_PIX_FMT_YUYV;
     CHECK(h.camera.start() == Status::kInvalidArgument);
-    CHECK(h.camera.problem() == "/dev/video0: gives 8x4 YUYV instead of what is asked for");
+    CHECK(h.camera.problem() == "/dev/video0: gives 8x4 YUYV instead of the size and format requested");
     CHECK_FALSE(h.kernel.streaming);
     CameraV4l2Harness missing;
     missing.kernel.present = false;
@@ -270,13 +270,12 @@ TEST_CASE("a node that cannot do what is asked says what it can") {
     CHECK(few.camera.start() == Status::kIo);
 }
 
-TEST_CASE("buffers can be exported, and waiting lasts as long as asked") {
+TEST_CASE("waiting for a buffer lasts as long as asked") {
     ManualClock clock;
     test::FakeCamera kernel(clock);
     V4l2Capture capture(kernel);
     std::string problem;
     REQUIRE(ok(capture.open({"/dev/video0", 8, 4, PixelFormat::kGrey, 4}, problem)));
-    CHECK(capture.export_buffer(0) == 77);
     V4l2Buffer buffer;
     CHECK(capture.dequeue({3'000'000}, buffer, problem) == Status::kNotReady);
     CHECK(clock.now().ns == 3'000'000);

@@ -109,14 +109,20 @@ TEST_CASE("images that do not fit are refused, and nothing is written") {
 }
 
 TEST_CASE("formats by name and code") {
-    for (const char* name : {"GREY", "Y10", "Y10P", "Y12", "Y16", "YUYV"}) {
-        const auto format = pixel_format(std::string_view(name));
+    for (const std::string_view code : {"GREY", "Y10 ", "Y10P", "Y12 ", "Y16 ", "YUYV"}) {
+        const auto format = pixel_format(code);
         REQUIRE(format);
-        CHECK(pixel_format(fourcc(*format)) == format);
+        CHECK(pixel_format(code.substr(0, code.find(' '))) == format);
+        // The first letter is the lowest byte.
+        std::uint32_t letters = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            letters |= static_cast<std::uint32_t>(code[i]) << (8 * i);
+        }
+        CHECK(fourcc(*format) == letters);
     }
-    CHECK(pixel_format(std::string_view("Y10 ")) == PixelFormat::kY10);
-    CHECK_FALSE(pixel_format(std::string_view("MJPG")));
-    CHECK(fourcc(PixelFormat::kGrey) == 0x59455247);  // "GREY", first letter lowest
+    CHECK(pixel_format("Y10 ") == PixelFormat::kY10);
+    CHECK_FALSE(pixel_format("MJPG"));
+    CHECK(fourcc(PixelFormat::kGrey) == 0x59455247);
 }
 
 }  // namespace

@@ -3,8 +3,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "drivers/common/retry_gate.h"
-
 namespace facet {
 namespace {
 
@@ -25,16 +23,6 @@ TEST_CASE("what is no rotation is refused, and the map stays as it was") {
         CHECK(map.parse(bad) == Status::kInvalidArgument);
     }
     CHECK(map.apply({1, 2, 3}) == Eigen::Vector3d(3, 1, 2));
-}
-
-TEST_CASE("a retry gate opens once a period") {
-    RetryGate gate({100});
-    CHECK(gate.pass({0}));
-    CHECK_FALSE(gate.pass({99}));
-    CHECK(gate.pass({100}));
-    gate.close({150});
-    CHECK_FALSE(gate.pass({249}));
-    CHECK(gate.pass({250}));
 }
 
 }  // namespace

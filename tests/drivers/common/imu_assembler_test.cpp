@@ -66,6 +66,23 @@ TEST_CASE("rates without forces on both sides, or across a gap, are dropped") {
     CHECK(assembler.counters().out_of_order == 2);
 }
 
+TEST_CASE("samples keep their order when the clock is set back and everything that waits is forgotten") {
+    ImuAssembler assembler;
+    ImuSample sample;
+    (void)assembler.add_rate({100}, kZero);
+    (void)assembler.add_force({100}, kZero);
+    REQUIRE(assembler.pop(sample) == Status::kOk);
+    assembler.clear();
+    for (const std::int64_t ns : {50, 100, 101}) {
+        (void)assembler.add_rate({ns}, kZero);
+        (void)assembler.add_force({ns}, kZero);
+    }
+    REQUIRE(assembler.pop(sample) == Status::kOk);
+    CHECK(sample.stamp.ns == 101);
+    CHECK(assembler.counters().out_of_order == 2);
+    CHECK(assembler.pop(sample) == Status::kNotReady);
+}
+
 TEST_CASE("when forces stay away, the oldest rates are dropped and counted") {
     ImuAssembler assembler;
     for (int i = 0; i < 70; ++i) {

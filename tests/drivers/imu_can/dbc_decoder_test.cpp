@@ -144,7 +144,7 @@ TEST_CASE("a map that does not fit the database is refused in words") {
     map = one_message_map();
     map.j1939 = true;
     CHECK(decoder.configure(file, map, error) == Status::kInvalidArgument);
-    CHECK(error == "angular rate: message 'Imu' has no 29-bit identifier, as J1939 demands");
+    CHECK(error == "angular rate: message 'Imu' has no 29-bit identifier, which J1939 requires");
 }
 
 }  // namespace

@@ -166,16 +166,15 @@ TEST_CASE("each error names the line and what is wrong") {
           "a.dbc:3: expected (scale,offset) [min|max] \"unit\" in signal x");
     CHECK(error_of(head + " SG_ x : 0|8@1+ (0,0) [0|0] \"\" N\n") == "a.dbc:3: signal x has a scale of 0");
     CHECK(error_of(head + " SG_ x m0M : 0|8@1+ (1,0) [0|0] \"\" N\n") ==
-          "a.dbc:3: extended multiplexing ('m0M') is not understood");
+          "a.dbc:3: extended multiplexing ('m0M') is not supported");
     CHECK(error_of(head + " SG_ x q : 0|8@1+ (1,0) [0|0] \"\" N\n") ==
-          "a.dbc:3: 'q' is no multiplexer mark (M or m<number>)");
+          "a.dbc:3: 'q' is not a multiplexer mark (M or m<number>)");
     CHECK(error_of(head + "BO_ 2 M: 8 N\n") == "a.dbc:3: message M has the name or identifier of another message");
     CHECK(error_of("BO_ 2048 M: 8 N\n") == "a.dbc:1: identifier 2048 of message M is out of range");
     CHECK(error_of("BO_ 1 M: 65 N\n") == "a.dbc:1: message M is longer than 64 bytes");
     CHECK(error_of(head + "CM_ \"never ends;\n") == "a.dbc:3: no ';' at the end of CM_");
     CHECK(error_of(head + "SIG_VALTYPE_ 1 x : 1;") == "a.dbc:3: SIG_VALTYPE_ of the unknown signal x");
-    CHECK(error_of(head + "SG_MUL_VAL_ 1 a b 0-0;") ==
-          "a.dbc:3: extended multiplexing (SG_MUL_VAL_) is not understood");
+    CHECK(error_of(head + "SG_MUL_VAL_ 1 a b 0-0;") == "a.dbc:3: extended multiplexing (SG_MUL_VAL_) is not supported");
 }
 
 TEST_CASE("a damaged file never crashes the reader, and a failed parse keeps the old content") {

@@ -210,7 +210,7 @@ TEST_CASE("another chip, another range, a failed self-test are named") {
     CHECK(problem == "ADIS16470: product id is 16475, expected 16470");
     Adis16 range(wrong, other.clock, {Adis16Model::k16475Dash3, 0, true});
     CHECK(range.configure(SelfTest::kRun, problem) == Status::kNotFound);
-    CHECK(problem == "ADIS16475-3: the chip has another range (RANG_MDL 4)");
+    CHECK(problem == "ADIS16475-3: the chip has a different range (RANG_MDL 4)");
     for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470}) {
         AdisHarness h(model);
         h.device.failing_self_test = true;

@@ -181,7 +181,7 @@ TEST_CASE("an address that is none is refused in words") {
     SinkMavlink sink(kernel, clock, options);
     std::string problem;
     CHECK(sink.open(problem) == Status::kInvalidArgument);
-    CHECK(problem == "mavlink: 'autopilot:14540' is no IPv4 address and port");
+    CHECK(problem == "mavlink: 'autopilot:14540' is not an IPv4 address and port");
 }
 
 /// The far end of a serial line: a pseudo-terminal of the kernel.
@@ -266,7 +266,7 @@ TEST_CASE("a serial line that is none, is not there, or vanishes") {
     options.serial = "/dev/null";
     SinkMavlink null(io, clock, options);
     CHECK(null.open(problem) == Status::kInvalidArgument);
-    CHECK(problem == "mavlink: /dev/null: is no serial line");
+    CHECK(problem == "mavlink: /dev/null: not a serial line");
 
     options.serial = autopilot->path();
     SinkMavlink sink(io, clock, options);

@@ -240,7 +240,7 @@ TEST_CASE("GPIO failures have words") {
     CHECK(problem_of({"/dev/gpiochip0", 4, ""}, false) == "/dev/gpiochip0 line 4: the chip has only 4 lines");
     CHECK(problem_of({"/dev/gpiochip0", -1, "NOPE"}, false) == "/dev/gpiochip0 line 'NOPE': no line has this name");
     CHECK(problem_of({"/dev/gpiochip0", 1, ""}, true) ==
-          "/dev/gpiochip0 line 1: somebody else has it: Device or resource busy");
+          "/dev/gpiochip0 line 1: in use by another program: Device or resource busy");
 }
 
 TEST_CASE("software pulses keep their grid, and leave out what is too late") {

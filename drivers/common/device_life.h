@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Opens a source's device, notices its outages and reopens it after a pause.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "drivers/common/retry_gate.h"
+#include "platform/base/status.h"
+#include "platform/port/clock.h"
+#include "platform/port/source.h"
+
+namespace facet {
+
+/// What a DeviceLife opens and closes; a source implements it for its device.
+class Reopenable {
+public:
+    /// Opens and configures the device. What it has opened when it fails is closed by the caller.
+    /// @param problem  set on failure: what is wrong, with the device's name
+    virtual Status open(std::string& problem) = 0;
+    /// Closes the device; nothing happens if it is closed already.
+    virtual void close() = 0;
+
+protected:
+    ~Reopenable() = default;
+};
+
+/// The life cycle that Source promises, for any device:
+///   stopped  --start()-->  open  --fail()-->  waiting  --check(), once every retry period-->  open
+/// An error is counted when an outage begins, a recovery when a good sample ends it. A source calls check() at the
+/// beginning of every next() and works() at every good sample. Thread-bound. Heap for problem texts only.
+class DeviceLife {
+public:
+    /// Everything is borrowed and must outlive this object. @param counters  errors and recoveries are counted here
+    DeviceLife(Reopenable& device, const Clock& clock, Duration retry_period, SourceCounters& counters)
+        : device_(device), clock_(clock), counters_(counters), retry_(retry_period) {}
+    DeviceLife(const DeviceLife&) = delete;
+    DeviceLife& operator=(const DeviceLife&) = delete;
+
+    /// Opens the device and forgets earlier problems. kOk if started already.
+    /// @return on failure the status of Reopenable::open; stopped then
+    Status start();
+    /// Closes the device, whatever its state. An outage that has not ended is not counted as a recovery.
+    void stop();
+
+    /// Makes the device ready to be read: one that has failed is reopened if an attempt is due.
+    /// @return kNotReady if stopped, or waiting for the next attempt; kIo if this attempt failed
+    Status check();
+    /// The device has failed: closes it. @return kIo
+    Status fail(std::string problem);
+    /// The device has failed but recovers by itself: it stays open. @return kIo
+    Status fail_without_closing(std::string problem);
+    /// A good sample came: an outage has ended.
+    void works();
+
+    /// From a successful start() to stop(), whether or not the device is failing.
+    bool is_started() const { return state_ != State::kStopped; }
+    /// The last problem since start(), also after its outage has ended; empty if there has been none.
+    std::string_view problem() const { return problem_; }
+
+private:
+    enum class State : std::uint8_t { kStopped, kOpen, kWaiting };
+
+    Status open();
+
+    Reopenable& device_;
+    const Clock& clock_;
+    SourceCounters& counters_;
+    RetryGate retry_;
+    State state_ = State::kStopped;
+    bool is_failing_ = false;
+    std::string problem_;
+};
+
+}  // namespace facet

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/common/device_life.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/support/scripted_source.h"
+
+namespace facet {
+namespace {
+
+/// A device that opens unless the test says otherwise.
+class FakeDevice final : public Reopenable {
+public:
+    Status open(std::string& problem) override {
+        ++attempts;
+        if (!ok(answer)) {
+            problem = "dev0: attempt " + std::to_string(attempts);
+            return answer;
+        }
+        is_open = true;
+        return Status::kOk;
+    }
+    void close() override { is_open = false; }
+
+    Status answer = Status::kOk;
+    int attempts = 0;
+    bool is_open = false;
+};
+
+struct DeviceUnderTest {
+    ManualClock clock{{1'000}};
+    FakeDevice device;
+    SourceCounters counters;
+    DeviceLife life{device, clock, {100}, counters};
+};
+
+TEST_CASE("a device is opened once by start and closed by stop, and only in between is it ready") {
+    DeviceUnderTest d;
+    CHECK(d.life.check() == Status::kNotReady);
+    CHECK_FALSE(d.life.is_started());
+    CHECK(d.life.start() == Status::kOk);
+    CHECK(d.life.start() == Status::kOk);
+    CHECK(d.device.attempts == 1);
+    CHECK(d.life.is_started());
+    CHECK(d.life.check() == Status::kOk);
+    d.life.stop();
+    d.life.stop();
+    CHECK_FALSE(d.device.is_open);
+    CHECK(d.life.check() == Status::kNotReady);
+    CHECK(d.life.start() == Status::kOk);
+    CHECK(d.device.attempts == 2);
+    CHECK(d.counters.errors == 0);
+}
+
+TEST_CASE("a start that fails passes on why, leaves nothing open and is not retried by itself") {
+    DeviceUnderTest d;
+    // A device that fails half-way through its configuration.
+    d.device.is_open = true;
+    d.device.answer = Status::kInvalidArgument;
+    CHECK(d.life.start() == Status::kInvalidArgument);
+    CHECK(d.life.problem() == "dev0: attempt 1");
+    CHECK_FALSE(d.device.is_open);
+    d.clock.advance({1'000});
+    CHECK(d.life.check() == Status::kNotReady);
+    CHECK(d.device.attempts == 1);
+    CHECK(d.counters.errors == 0);  // no outage: it has never worked
+    d.device.answer = Status::kOk;
+    CHECK(d.life.start() == Status::kOk);
+    CHECK(d.life.problem().empty());
+}
+
+TEST_CASE("a device that fails is closed and reopened, at most once every retry period") {
+    DeviceUnderTest d;
+    REQUIRE(ok(d.life.start()));
+    CHECK(d.life.fail("dev0: gone") == Status::kIo);
+    CHECK_FALSE(d.device.is_open);
+    CHECK(d.life.is_started());
+    // WHEN the device stays away
+    d.device.answer = Status::kNotFound;
+    d.clock.advance({99});
+    CHECK(d.life.check() == Status::kNotReady);
+    CHECK(d.device.attempts == 1);
+    CHECK(d.life.problem() == "dev0: gone");
+    d.clock.advance({1});
+    CHECK(d.life.check() == Status::kIo);
+    CHECK(d.life.problem() == "dev0: attempt 2");
+    CHECK(d.life.check() == Status::kNotReady);
+    // THEN the next attempt is a period after the last one
+    d.device.answer = Status::kOk;
+    d.clock.advance({99});
+    CHECK(d.life.check() == Status::kNotReady);
+    d.clock.advance({1});
+    CHECK(d.life.check() == Status::kOk);
+    CHECK(d.device.attempts == 3);
+    CHECK(d.device.is_open);
+}
+
+TEST_CASE("an outage is one error, and one recovery when a good sample ends it") {
+    DeviceUnderTest d;
+    REQUIRE(ok(d.life.start()));
+    d.life.works();
+    CHECK(d.counters.recoveries == 0);
+    CHECK(d.life.fail("dev0: gone") == Status::kIo);
+    d.device.answer = Status::kIo;
+    d.clock.advance({100});
+    CHECK(d.life.check() == Status::kIo);
+    d.device.answer = Status::kOk;
+    d.clock.advance({100});
+    CHECK(d.life.check() == Status::kOk);
+    CHECK(d.counters.errors == 1);
+    CHECK(d.counters.recoveries == 0);  // open, but no sample yet
+    d.life.works();
+    d.life.works();
+    CHECK(d.counters.recoveries == 1);
+    CHECK(d.life.problem() == "dev0: attempt 2");
+    CHECK(d.life.fail("dev0: gone") == Status::kIo);
+    CHECK(d.counters.errors == 2);
+}
+
+TEST_CASE("a device that recovers by itself stays open during its outage") {
+    DeviceUnderTest d;
+    REQUIRE(ok(d.life.start()));
+    CHECK(d.life.fail_without_closing("dev0: restarts") == Status::kIo);
+    CHECK(d.device.is_open);
+    CHECK(d.life.check() == Status::kOk);
+    d.life.works();
+    CHECK(d.device.attempts == 1);
+    CHECK(d.counters.errors == 1);
+    CHECK(d.counters.recoveries == 1);
+}
+
+TEST_CASE("stop forgets an outage: what works after the next start has not recovered") {
+    DeviceUnderTest d;
+    REQUIRE(ok(d.life.start()));
+    CHECK(d.life.fail("dev0: gone") == Status::kIo);
+    d.life.stop();
+    d.clock.advance({1'000});
+    CHECK(d.life.check() == Status::kNotReady);
+    REQUIRE(ok(d.life.start()));
+    CHECK(d.life.problem().empty());
+    d.life.works();
+    CHECK(d.counters.errors == 1);
+    CHECK(d.counters.recoveries == 0);
+}
+
+}  // namespace
+}  // namespace facet
