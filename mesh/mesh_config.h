@@ -4,37 +4,35 @@
 
 #include <algorithm>
 
+#include "estimator/values/capacity.h"
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// Each field: meaning [range]; why this default.
+/// Units, ranges and meanings: kMeshFields below.
 struct MeshConfig {
-    // Landmarks that give new faces.
-    double max_depth_m = 8.0;          ///< largest depth in the newest keyframe [0.5, 100]
-    double max_depth_sigma_m = 0.32;   ///< largest standard deviation along the ray [0.001, 10]
-    double max_chi2 = 4.0;             ///< largest chi-square of a landmark's sightings [0.1, 1000]
-    bool use_stereo_points = true;     ///< landmarks that a single keyframe has measured by stereo count, too
-    int recent_keyframes = 4;          ///< landmarks unseen for up to this many keyframes count if not hidden [0, 32]
-    double recent_distance_px = 12.0;  ///< least distance of such a landmark from other points in the image [0, 200]
-    // Shape of a face.
-    double min_side_ratio = 0.1;    ///< least shortest over longest side [0, 1]; the paper has 0.2
-    double min_elongation = 0.2;    ///< least extent across over extent along the ray [0, 10]; the paper's value
-    double max_side_m = 1.2;        ///< longest side [0.05, 100]; the paper has 2
-    double max_flat_side_m = 3.0;   ///< longest side with two neighbours in its plane [0.05, 100]: bare walls
-    double max_grazing_deg = 80.0;  ///< largest angle between normal and ray [1, 90]
-    // Steps of depth.
-    double step_sigmas = 3.0;          ///< a difference of depth counts beyond this many standard deviations [0, 20]
-    double max_step_slope = 2.0;       ///< largest depth step over lateral distance along a side [0.1, 100]
-    double gradient_step_slope = 0.8;  ///< the same for a side that crosses a strong image gradient [0.1, 100]
-    double strong_gradient = 60.0;     ///< grey levels over two pixels that count as strong [1, 255]
-    double coplanar_m = 0.03;          ///< a steep face is kept if its neighbours lie in its plane this closely [0, 1]
-    // Evidence, lonely faces, holes.
-    double conflict_margin_m = 0.05;  ///< a face this far in front of a tracked point is contradicted [0, 10]
-    int min_contradictions = 2;       ///< this many remove a face if they exceed half its observations [1, 1000]
-    double lonely_side_m = 0.7;       ///< a face with a longer side needs neighbours in its plane [0.05, 100]
-    int lonely_neighbours = 1;        ///< number of such neighbours [0, 3]
-    double hole_planarity_m = 0.04;   ///< a hole is filled if its ring lies in a plane this closely [0, 1]
+    double max_depth_m = 8.0;
+    double max_depth_sigma_m = 0.32;
+    double max_chi2 = 4.0;
+    bool use_stereo_points = true;
+    int recent_keyframes = 4;
+    double recent_distance_px = 12.0;
+    double min_side_ratio = 0.1;
+    double min_elongation = 0.2;
+    double max_side_m = 1.2;
+    double max_flat_side_m = 3.0;
+    double max_grazing_deg = 80.0;
+    double step_sigmas = 3.0;
+    double max_step_slope = 2.0;
+    double gradient_step_slope = 0.8;
+    double strong_gradient = 60.0;
+    double coplanar_m = 0.03;
+    double lonely_side_m = 0.7;
+    int lonely_neighbours = 1;
+    double conflict_margin_m = 0.05;
+    int min_contradictions = 2;
+    double hole_planarity_m = 0.04;
 
     /// No face has a longer side, whatever speaks for it (m).
     double longest_side_m() const { return std::max(max_side_m, max_flat_side_m); }
@@ -42,5 +40,55 @@ struct MeshConfig {
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
 };
+
+inline constexpr auto kMeshFields = std::to_array<ParameterField<MeshConfig>>({
+    {FACET_FIELD(MeshConfig, max_depth_m), "m", 0.5, 100,
+     "Landmarks farther than this from the newest keyframe give no new faces."},
+    {FACET_FIELD(MeshConfig, max_depth_sigma_m), "m", 1e-3, 10,
+     "Landmarks whose standard deviation along the ray exceeds this give no new faces."},
+    {FACET_FIELD(MeshConfig, max_chi2), "-", 0.1, 1000,
+     "Landmarks whose squared residuals per degree of freedom exceed this give no new faces: their observations "
+     "contradict each other."},
+    {FACET_FIELD(MeshConfig, use_stereo_points), "-", 0, 1,
+     "Also use landmarks that the stereo match of a single keyframe gives."},
+    {FACET_FIELD(MeshConfig, recent_keyframes), "-", 0, kMaxKeyframes,
+     "Landmarks out of sight for up to this many keyframes also give faces, unless something hides them."},
+    {FACET_FIELD(MeshConfig, recent_distance_px), "px", 0, 200,
+     "A landmark out of sight gives faces only if no other point is nearer to it in the image than this."},
+    {FACET_FIELD(MeshConfig, min_side_ratio), "-", 0, 1,
+     "Least ratio of a face's shortest side to its longest; the paper has 0.2."},
+    {FACET_FIELD(MeshConfig, min_elongation), "-", 0, 10,
+     "Least ratio of a face's extent across the ray to its extent along it; the default is the paper's."},
+    {FACET_FIELD(MeshConfig, max_side_m), "m", 0.05, 100,
+     "Longest side of a face without two neighbours in its plane; the paper has 2 m for all faces."},
+    {FACET_FIELD(MeshConfig, max_flat_side_m), "m", 0.05, 100,
+     "Longest side of a face with two neighbours in its plane, as on bare walls."},
+    {FACET_FIELD(MeshConfig, max_grazing_deg), "deg", 1, 90,
+     "Largest angle between a face's normal and the ray to it."},
+    {FACET_FIELD(MeshConfig, step_sigmas), "-", 0, 20,
+     "The depths of two corners of a face differ if they do by more than this many standard deviations."},
+    {FACET_FIELD(MeshConfig, max_step_slope), "-", 0.1, 100,
+     "Largest ratio of depth step to lateral distance along a side of a face."},
+    {FACET_FIELD(MeshConfig, gradient_step_slope), "-", 0.1, 100,
+     "Largest ratio of depth step to lateral distance along a side that crosses a strong image gradient."},
+    {FACET_FIELD(MeshConfig, strong_gradient), "-", 1, 255,
+     "An image gradient is strong above this difference of grey levels over two pixels."},
+    {FACET_FIELD(MeshConfig, coplanar_m), "m", 0, 1,
+     "A neighbour is in the plane of a face if its far corner is within this distance of it; faces that are steep or "
+     "large need such neighbours."},
+    {FACET_FIELD(MeshConfig, lonely_side_m), "m", 0.05, 100,
+     "A face with a longer side than this needs lonely_neighbours neighbours in its plane."},
+    {FACET_FIELD(MeshConfig, lonely_neighbours), "-", 0, 3,
+     "Number of neighbours in its plane that a face with a side above lonely_side_m needs."},
+    {FACET_FIELD(MeshConfig, conflict_margin_m), "m", 0, 10,
+     "A face contradicts a tracked landmark seen through it if it is in front of it by more than this, "
+     "uncertainties added."},
+    {FACET_FIELD(MeshConfig, min_contradictions), "-", 1, 1000,
+     "A face is removed when at least this many observations contradict it and they are more than half as many as "
+     "those "
+     "that confirm it."},
+    {FACET_FIELD(MeshConfig, hole_planarity_m), "m", 0, 1,
+     "A hole in the mesh is filled if the vertices around it are within this distance of a plane."},
+});
 
 }  // namespace facet

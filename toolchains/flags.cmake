@@ -57,8 +57,9 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   list(APPEND FACET_WARNINGS -Wno-array-bounds -Wno-restrict)
 endif()
 
-# Programs that use the installed library (install_library.cmake) choose their own warnings. They get the flags above that
-# code of headers must share with the library: Eigen's alignment, and the last bit of functions compiled on both sides.
+# Programs that use the installed library (install_library.cmake) choose their own warnings. They get the flags above
+# that code of headers must share with the library: Eigen's alignment, and the last bit of functions compiled on both
+# sides.
 add_library(facet_flags INTERFACE)
 target_compile_features(facet_flags INTERFACE cxx_std_20)
 target_compile_options(facet_flags INTERFACE

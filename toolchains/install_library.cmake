@@ -1,6 +1,7 @@
 # Installs estimator, mesh and plane finder as a library that other programs find with find_package(facet):
 #   cmake --install BUILD_FOLDER --component development --prefix FOLDER
-# Headers keep their paths, below include/facet. docs/example is a program that uses it. The Debian package leaves it out.
+# Headers keep their paths, below include/facet. docs/example is a program that uses it. The Debian package leaves it
+# out.
 include(CMakePackageConfigHelpers)
 
 # All that facet::estimator, facet::mesh and facet::planes consist of; CMake refuses a list that lacks one of them.

@@ -5,7 +5,10 @@
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
+
+#include "platform/base/range_check.h"
 
 namespace facet {
 namespace {
@@ -29,12 +32,12 @@ Distortion read_distortion(const YamlNode& field) {
     field.fail(fmt::format("unknown model '{}': radial-tangential (radtan), equidistant or none", name));
 }
 
-double non_negative(const YamlNode& field) {
-    const double value = field.number();
-    if (value < 0.0) {
-        field.fail(fmt::format("must not be negative, is {}", value));
-    }
-    return value;
+/// A figure of the IMU, within the range of the parameter that it becomes.
+void read_noise(const YamlNode& node, double ImuNoise::*member, ImuNoise& noise) {
+    const auto* const field =
+        std::ranges::find(kImuNoiseFields, ParameterField<ImuNoise>::Member(member), &ParameterField<ImuNoise>::member);
+    noise.*member = node.number();
+    node.require_in_range(noise.*member, field->min, field->max, field->unit);
 }
 
 /// Names the first field that makes CameraModel::validate refuse.
@@ -105,16 +108,18 @@ CameraModel read_camera(const YamlNode& camera, const std::string& coefficients_
 }
 
 ImuNoise read_imu_noise(const YamlNode& imu, const std::string& rate_key) {
-    return {.gyro_noise_rad_per_s_per_sqrt_hz = imu.at("gyroscope_noise_density").positive_number(),
-            .gyro_walk_rad_per_s2_per_sqrt_hz = non_negative(imu.at("gyroscope_random_walk")),
-            .accel_noise_m_per_s2_per_sqrt_hz = imu.at("accelerometer_noise_density").positive_number(),
-            .accel_walk_m_per_s3_per_sqrt_hz = non_negative(imu.at("accelerometer_random_walk")),
-            .rate_hz = imu.at(rate_key).positive_number()};
+    ImuNoise noise;
+    read_noise(imu.at("gyroscope_noise_density"), &ImuNoise::gyro_noise_rad_per_s_per_sqrt_hz, noise);
+    read_noise(imu.at("gyroscope_random_walk"), &ImuNoise::gyro_walk_rad_per_s2_per_sqrt_hz, noise);
+    read_noise(imu.at("accelerometer_noise_density"), &ImuNoise::accel_noise_m_per_s2_per_sqrt_hz, noise);
+    read_noise(imu.at("accelerometer_random_walk"), &ImuNoise::accel_walk_m_per_s3_per_sqrt_hz, noise);
+    read_noise(imu.at(rate_key), &ImuNoise::rate_hz, noise);
+    return noise;
 }
 
 void check_baseline(const StereoRig& rig, const YamlNode& right_extrinsics) {
     const double baseline = rig.baseline_m();
-    if (!(baseline >= kMinBaselineM && baseline <= kMaxBaselineM)) {
+    if (!in_range(baseline, kMinBaselineM, kMaxBaselineM)) {
         right_extrinsics.fail(fmt::format("baseline between the cameras is {:.4g} m, must be {} to {} m", baseline,
                                           kMinBaselineM, kMaxBaselineM));
     }

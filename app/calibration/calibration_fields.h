@@ -18,7 +18,8 @@ Se3 read_transform(const YamlNode& field);
 /// Throws InputError if a field is missing or the model is implausible.
 CameraModel read_camera(const YamlNode& camera, const std::string& coefficients_key);
 
-/// Densities and walks in continuous time, SI, and the rate under the given key. Throws InputError.
+/// Densities and walks in continuous time, SI, and the rate under the given key. Throws InputError if a field is
+/// missing or outside its range in kImuNoiseFields.
 ImuNoise read_imu_noise(const YamlNode& imu, const std::string& rate_key);
 
 /// Throws InputError if the baseline is not between 1 mm and 10 m.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/commands/info_command.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <malloc.h>
 #include <png.h>
 
@@ -34,7 +34,7 @@ void print_build() {
         "capacities   {} features per frame, {} keyframes, {} landmarks, {} planes, {} inertial samples between "
         "keyframes\n",
         kMaxFeatures, kMaxKeyframes, kMaxLandmarks, kMaxPlanes, kMaxImuSamples);
-    fmt::print("modes        s, sp, spr\n");
+    fmt::print("modes        {}\n", fmt::join(kRegularityModeNames, ", "));
 }
 
 /// Heap in use by this process.

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <set>
 #include <string_view>
-#include <type_traits>
 
 #include "app/config/config_table.h"
 #include "app/support/input_error.h"
@@ -18,48 +17,25 @@ namespace {
 
 /// A level above known keys, e.g. "frontend".
 bool is_section(const std::string& key) {
-    const std::span<const ConfigEntry> table = config_table();
-    return std::any_of(table.begin(), table.end(),
-                       [&](const ConfigEntry& e) { return std::string_view(e.key).starts_with(key + "."); });
+    return std::ranges::find(config_table(), key, &ConfigEntry::section) != config_table().end();
 }
 
 const ConfigEntry* find_entry(const std::string& key) {
-    for (const ConfigEntry& entry : config_table()) {
-        if (key == entry.key) {
-            return &entry;
-        }
-    }
-    return nullptr;
-}
-
-template <class T>
-T read_value(const YamlNode& node, const ConfigEntry& entry) {
-    double value = 0.0;
-    T typed{};
-    if constexpr (std::is_same_v<T, bool>) {
-        if (!node.raw().IsScalar() || !YAML::convert<bool>::decode(node.raw(), typed)) {
-            node.fail("must be true or false");
-        }
-        return typed;
-    } else {
-        value = node.number();
-        if (std::is_integral_v<T> && value != std::floor(value)) {
-            node.fail("must be an integer");
-        }
-        if (!(value >= entry.min && value <= entry.max)) {
-            node.fail(fmt::format("must be within [{}, {}] {}, is {}", entry.min, entry.max, entry.unit, value));
-        }
-        return static_cast<T>(value);
-    }
+    const auto at = std::ranges::find(config_table(), key, &ConfigEntry::key);
+    return at == config_table().end() ? nullptr : &*at;
 }
 
 void read_entry(const YamlNode& node, const ConfigEntry& entry, ProgramConfig& config) {
-    std::visit(
-        [&](auto* field) {
-            using T = std::remove_reference_t<decltype(field(config))>;
-            field(config) = read_value<T>(node, entry);
-        },
-        entry.field);
+    if (entry.type == ParameterType::kBool) {
+        entry.set(config, node.boolean() ? 1.0 : 0.0);
+        return;
+    }
+    const double value = node.number();
+    if (entry.type == ParameterType::kInteger && value != std::floor(value)) {
+        node.fail("must be an integer");
+    }
+    node.require_in_range(value, entry.min, entry.max, entry.unit);
+    entry.set(config, value);
 }
 
 void read_section(const YamlNode& section, ProgramConfig& config, std::set<std::string>& seen) {
@@ -83,11 +59,6 @@ void read_section(const YamlNode& section, ProgramConfig& config, std::set<std::
     }
 }
 
-std::string value_text(const ConfigEntry& entry, const ProgramConfig& config) {
-    ProgramConfig copy = config;
-    return std::visit([&](auto* field) { return fmt::format("{}", field(copy)); }, entry.field);
-}
-
 }  // namespace
 
 void load_config(const std::string& path, ProgramConfig& config) {
@@ -98,27 +69,27 @@ void load_config(const std::string& path, ProgramConfig& config) {
 }
 
 void set_config(const std::string& assignment, ProgramConfig& config) {
+    const std::string option = "--set " + assignment;
     const std::size_t equals = assignment.find('=');
-    const std::string key = assignment.substr(0, equals);
-    const ConfigEntry* entry = find_entry(key);
-    if (equals == std::string::npos || entry == nullptr) {
-        throw InputError(
-            fmt::format("--set {}: {}", assignment, equals == std::string::npos ? "must be KEY=VALUE" : "unknown key"));
+    if (equals == std::string::npos) {
+        throw InputError(option + ": must be KEY=VALUE");
     }
-    read_entry(YamlNode(YAML::Node(assignment.substr(equals + 1)), "--set", key, 1), *entry, config);
+    const ConfigEntry* entry = find_entry(assignment.substr(0, equals));
+    if (entry == nullptr) {
+        throw InputError(option + ": unknown key");
+    }
+    read_entry(YamlNode(YAML::Node(assignment.substr(equals + 1)), option, "", YamlNode::kNoLine), *entry, config);
 }
 
 std::string print_config(const ProgramConfig& config) {
     std::string text;
-    std::string section;
+    std::string_view section;
     for (const ConfigEntry& entry : config_table()) {
-        const std::string_view key = entry.key;
-        const std::size_t dot = key.rfind('.');
-        if (key.substr(0, dot) != section) {
-            section = key.substr(0, dot);
-            text += section + ":\n";
+        if (entry.section != section) {
+            section = entry.section;
+            text += entry.section + ":\n";
         }
-        const std::string setting = fmt::format("  {}: {}", key.substr(dot + 1), value_text(entry, config));
+        const std::string setting = fmt::format("  {}: {}", entry.name, value_text(entry, config));
         text += fmt::format("{:<48} # {} [{}, {}] {}\n", setting, entry.unit, entry.min, entry.max, entry.meaning);
     }
     return text;

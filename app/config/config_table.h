@@ -1,36 +1,57 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The one table of all parameters: loading, printing and validation all run from it.
+// All parameters of the program, as the tables of its configuration structs describe them.
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <variant>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "app/config/program_config.h"
 
 namespace facet {
 
-/// Access to one field of an ProgramConfig.
-using ConfigField = std::variant<int& (*)(ProgramConfig&), std::uint32_t& (*)(ProgramConfig&),
-                                 double& (*)(ProgramConfig&), bool& (*)(ProgramConfig&)>;
+/// Calls visit(name, section, fields) for every section of a configuration file, in the order in which they are
+/// printed: its name, the pointer to its struct in ProgramConfig, and the table of that struct.
+template <class Visitor>
+void for_each_section(Visitor&& visit) {
+    visit("frontend", &ProgramConfig::frontend, kFrontendFields);
+    visit("initializer", &ProgramConfig::initializer, kInitializerFields);
+    visit("window", &ProgramConfig::window, kWindowFields);
+    visit("regularity", &ProgramConfig::regularity, kRegularityFields);
+    visit("calibration", &ProgramConfig::calibration, kCalibrationFields);
+    visit("stationarity", &ProgramConfig::stationarity, kStationarityFields);
+    visit("health", &ProgramConfig::health, kHealthFields);
+    visit("imu_limits", &ProgramConfig::imu_limits, kImuLimitFields);
+    visit("imu_noise", &ProgramConfig::imu_noise, kImuNoiseFields);
+    visit("mesh", &ProgramConfig::mesh, kMeshFields);
+    visit("planes", &ProgramConfig::planes, kPlaneFields);
+}
 
-/// One parameter. A bool has min 0 and max 1.
+/// One parameter: a ParameterField of any section.
 struct ConfigEntry {
-    const char* key;  ///< as in the YAML file, dots between levels
-    ConfigField field;
-    const char* unit;  ///< "-" if none
-    double min;
-    double max;
-    const char* meaning;
+    std::string section;
+    std::string_view name;
+    ParameterType type = ParameterType::kReal;
+    std::string_view unit;  ///< "-" if there is none
+    double min = 0.0;
+    double max = 0.0;
+    std::string_view meaning;
+    std::function<double(const ProgramConfig&)> value;
+    std::function<void(ProgramConfig&, double)> set;  ///< the value must be one that the type has
+
+    /// As in a file, e.g. "frontend.max_features".
+    std::string key() const { return section + "." + std::string(name); }
 };
 
-/// All parameters, in the order in which they are printed. Entries live for ever.
-std::span<const ConfigEntry> config_table();
+/// All parameters, in the order in which they are printed. Made once, at the first call. Thread-safe.
+const std::vector<ConfigEntry>& config_table();
 
-/// Value as a number, whatever its type.
-double config_value(const ConfigEntry& entry, const ProgramConfig& config);
+/// The value as it is written in a file.
+std::string value_text(const ConfigEntry& entry, const ProgramConfig& config);
 
-/// First entry whose value is not within [min, max] or not finite; nullptr if all are.
-const ConfigEntry* find_out_of_range(const ProgramConfig& config);
+/// Why a configuration is invalid, in one line: the first parameter outside its range, or else the first condition
+/// between parameters that does not hold. Empty if it is valid.
+std::string describe_fault(const ProgramConfig& config);
 
 }  // namespace facet

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/config/vehicle_file.h"
 
-#include <fmt/core.h>
-
-#include <array>
 #include <filesystem>
 
 #include "app/config/config_file.h"
@@ -38,9 +35,8 @@ void read_estimator(const YamlNode& node, Vehicle& vehicle) {
     if (const auto config = section.find("config")) {
         load_config(beside(*config), vehicle.config);
     }
-    constexpr std::array<std::string_view, 3> kModes{"s", "sp", "spr"};
-    constexpr std::array kValues{RegularityMode::kS, RegularityMode::kSp, RegularityMode::kSpr};
-    vehicle.config.regularity.mode = kValues[section.choice("mode", kModes, 2)];
+    RegularityMode& mode = vehicle.config.regularity.mode;
+    mode = static_cast<RegularityMode>(section.choice("mode", kRegularityModeNames, static_cast<std::size_t>(mode)));
     double delay_s = vehicle.frame_delay.seconds();
     section.read("frame_delay_s", delay_s, 0.0, 0.1);
     vehicle.frame_delay = Duration::from_seconds(delay_s);
@@ -112,11 +108,9 @@ VehicleRealtime read_realtime(const YamlNode& node) {
     return realtime;
 }
 
-void require_in_range(const Vehicle& vehicle) {
-    if (const ConfigEntry* entry = find_out_of_range(vehicle.config)) {
-        throw InputError(fmt::format("{}: {} is {} {}, must be within [{}, {}] (from the calibration)", vehicle.source,
-                                     entry->key, config_value(*entry, vehicle.config), entry->unit, entry->min,
-                                     entry->max));
+void require_valid(const Vehicle& vehicle) {
+    if (const std::string fault = describe_fault(vehicle.config); !fault.empty()) {
+        throw InputError(vehicle.source + ": " + fault);
     }
 }
 
@@ -141,7 +135,7 @@ Vehicle load_vehicle(const std::string& path) {
     if (const auto estimator = root.find("estimator")) {
         read_estimator(*estimator, vehicle);
     }
-    require_in_range(vehicle);
+    require_valid(vehicle);
     vehicle.cameras = read_cameras(root.at("cameras"), vehicle.calibration);
     if (const auto trigger = root.find("trigger")) {
         vehicle.trigger = read_trigger(*trigger);

@@ -3,33 +3,25 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
-#include <iterator>
-#include <string_view>
+#include <string>
 #include <utility>
 
+#include "app/config/config_table.h"
 #include "app/support/input_error.h"
 
 namespace facet {
 namespace {
 
-/// Section of the parameters that its module refuses, also for reasons the single ranges do not tell; empty if none.
-std::string_view refused_section(const ProgramConfig& config) {
-    const std::pair<std::string_view, Status> sections[] = {
-        {"frontend", config.frontend.validate()},
-        {"initializer", config.initializer.validate()},
-        {"window", config.window.validate()},
-        {"calibration", config.calibration.validate()},
-        {"regularity", config.regularity.validate()},
-        {"stationarity", config.stationarity.validate()},
-        {"health", config.health.validate()},
-        {"imu_limits", config.imu_limits.validate()},
-        {"mesh", config.mesh.validate()},
-        {"planes", config.planes.validate()},
-        {"imu_noise", config.validate()},
-    };
-    const auto* refused = std::ranges::find_if(sections, [](const auto& section) { return !ok(section.second); });
-    return refused == std::end(sections) ? std::string_view() : refused->first;
+/// Why estimator, mesher and plane finder cannot be configured.
+std::string refusal(const ProgramConfig& config, const Calibration& calibration) {
+    if (const std::string fault = describe_fault(config); !fault.empty()) {
+        return fault;
+    }
+    const CameraIntrinsics& left = calibration.rig.left.intrinsics();
+    return fmt::format(
+        "calibration ({}): the estimator refuses these cameras; are {}x{} pixels too few for "
+        "frontend.pyramid_levels {}?",
+        calibration.source, left.width, left.height, config.frontend.pyramid_levels);
 }
 
 }  // namespace
@@ -37,18 +29,12 @@ std::string_view refused_section(const ProgramConfig& config) {
 FramePipeline::FramePipeline() : mesher_(std::make_unique<Mesher>()), planes_(std::make_unique<PlaneFinder>()) {}
 
 void FramePipeline::configure(const ProgramConfig& config, const Calibration& calibration) {
-    if (const std::string_view section = refused_section(config); !section.empty()) {
-        throw InputError(fmt::format("parameters '{}.*': one is out of range, or two contradict each other", section));
+    const bool is_configured = ok(estimator_.configure(config, calibration.rig)) &&
+                               ok(mesher_->configure(config.mesh, calibration.rig.left)) &&
+                               ok(planes_->configure(config.planes));
+    if (!is_configured) {
+        throw InputError(refusal(config, calibration));
     }
-    if (!ok(estimator_.configure(config, calibration.rig))) {
-        const CameraIntrinsics& left = calibration.rig.left.intrinsics();
-        throw InputError(
-            fmt::format("calibration ({}): the estimator refuses these cameras; are {}x{} pixels too few for "
-                        "frontend.pyramid_levels {}?",
-                        calibration.source, left.width, left.height, config.frontend.pyramid_levels));
-    }
-    FACET_ASSERT(ok(mesher_->configure(config.mesh, calibration.rig.left)));  // judged above
-    FACET_ASSERT(ok(planes_->configure(config.planes)));
     estimator_.set_stage_observer(&timer_);
 }
 

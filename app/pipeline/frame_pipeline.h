@@ -39,7 +39,7 @@ class FramePipeline {
 public:
     FramePipeline();
 
-    /// Throws InputError naming the section of the parameters, or the calibration, that cannot be used.
+    /// Throws InputError naming the parameters, or else the calibration, that cannot be used.
     void configure(const ProgramConfig& config, const Calibration& calibration);
 
     /// See Estimator.

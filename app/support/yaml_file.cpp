@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "app/support/input_error.h"
+#include "platform/base/range_check.h"
 
 namespace facet {
 namespace {
@@ -37,9 +38,21 @@ void reject_duplicates(const YAML::Node& node, const std::string& file) {
 
 }  // namespace
 
+std::string out_of_range_text(std::string_view value, double min, double max, std::string_view unit) {
+    return fmt::format("must be within [{}, {}]{}{}, is {}", min, max, unit == "-" ? "" : " ", unit == "-" ? "" : unit,
+                       value);
+}
+
+void YamlNode::require_in_range(double value, double min, double max, std::string_view unit) const {
+    if (!in_range(value, min, max)) {
+        fail(out_of_range_text(fmt::format("{}", value), min, max, unit));
+    }
+}
+
 void YamlNode::fail(const std::string& message) const {
-    throw InputError(field_.empty() ? fmt::format("{}:{}: {}", file_, line_, message)
-                                    : fmt::format("{}:{}: {}: {}", file_, line_, field_, message));
+    const std::string place = line_ == kNoLine ? file_ : fmt::format("{}:{}", file_, line_);
+    throw InputError(field_.empty() ? fmt::format("{}: {}", place, message)
+                                    : fmt::format("{}: {}: {}", place, field_, message));
 }
 
 YamlNode YamlNode::child(const YAML::Node& node, const std::string& name) const {
@@ -69,18 +82,18 @@ double YamlNode::number() const {
     return value;
 }
 
-double YamlNode::positive_number() const {
-    const double value = number();
-    if (value <= 0.0) {
-        fail(fmt::format("must be positive, is {}", value));
-    }
-    return value;
-}
-
 int YamlNode::integer() const {
     int value = 0;
     if (!node_.IsScalar() || !YAML::convert<int>::decode(node_, value)) {
         fail("must be an integer");
+    }
+    return value;
+}
+
+bool YamlNode::boolean() const {
+    bool value = false;
+    if (!node_.IsScalar() || !YAML::convert<bool>::decode(node_, value)) {
+        fail("must be true or false");
     }
     return value;
 }

@@ -6,13 +6,20 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace facet {
 
+/// "must be within [20, 512] px, is 5".
+std::string out_of_range_text(std::string_view value, double min, double max, std::string_view unit);
+
 /// A node together with where it came from, so that errors can name it. Cheap to copy. All functions throw InputError.
 class YamlNode {
 public:
+    /// The line of a value that is not from a file: errors name none.
+    static constexpr int kNoLine = 0;
+
     YamlNode(const YAML::Node& node, std::string file, std::string field, int line)
         : node_(node), file_(std::move(file)), field_(std::move(field)), line_(line) {}
 
@@ -20,14 +27,17 @@ public:
     YamlNode at(const std::string& key) const;
     bool has(const std::string& key) const { return node_.IsMap() && node_[key].IsDefined(); }
 
-    double number() const;           ///< finite
-    double positive_number() const;  ///< finite and > 0
+    double number() const;  ///< finite
     int integer() const;
+    bool boolean() const;
     std::string text() const;
     /// List of finite numbers of exactly this length.
     std::vector<double> numbers(std::size_t length) const;
     /// 4x4 matrix: a list of 4 rows (Kalibr), a list of 16 numbers, or a map with rows, cols, data (EuRoC, OpenCV).
     Eigen::Matrix4d matrix4() const;
+
+    /// Throws with value, range and unit ("-": none) unless the node's value is within [min, max].
+    void require_in_range(double value, double min, double max, std::string_view unit = "-") const;
 
     /// Throws InputError "file:line: field: message".
     [[noreturn]] void fail(const std::string& message) const;
@@ -35,7 +45,7 @@ public:
     const YAML::Node& raw() const { return node_; }
     const std::string& file() const { return file_; }
     const std::string& field() const { return field_; }
-    int line() const { return line_; }  ///< from 1
+    int line() const { return line_; }  ///< from 1, or kNoLine
 
 private:
     YamlNode child(const YAML::Node& node, const std::string& name) const;

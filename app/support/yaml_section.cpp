@@ -7,15 +7,6 @@
 #include <utility>
 
 namespace facet {
-namespace {
-
-void require_range(const YamlNode& node, double value, double low, double high) {
-    if (!(value >= low && value <= high)) {
-        node.fail(fmt::format("must be within [{}, {}], is {}", low, high, value));
-    }
-}
-
-}  // namespace
 
 YamlSection::YamlSection(YamlNode node) : node_(std::move(node)) {
     if (!node_.raw().IsMap() && !node_.raw().IsNull()) {
@@ -36,22 +27,20 @@ YamlNode YamlSection::at(const std::string& key) {
 void YamlSection::read(const std::string& key, double& value, double low, double high) {
     if (const auto field = find(key)) {
         value = field->number();
-        require_range(*field, value, low, high);
+        field->require_in_range(value, low, high);
     }
 }
 
 void YamlSection::read(const std::string& key, int& value, int low, int high) {
     if (const auto field = find(key)) {
         value = field->integer();
-        require_range(*field, value, low, high);
+        field->require_in_range(value, low, high);
     }
 }
 
 void YamlSection::read(const std::string& key, bool& value) {
     if (const auto field = find(key)) {
-        if (!field->raw().IsScalar() || !YAML::convert<bool>::decode(field->raw(), value)) {
-            field->fail("must be true or false");
-        }
+        value = field->boolean();
     }
 }
 

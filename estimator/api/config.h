@@ -26,7 +26,7 @@ struct EstimatorConfig {
     ImuLimits imu_limits;
     ImuNoise imu_noise;
 
-    /// kInvalidArgument if a field of any part is outside its range.
+    /// kInvalidArgument if a part is invalid.
     Status validate() const;
 };
 

@@ -2,28 +2,57 @@
 // Limits by which the estimator judges itself.
 #pragma once
 
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// Units, ranges and meanings: kHealthFields below.
 struct HealthConfig {
-    int few_features = 12;      ///< fewer tracked features do not hold a pose [4, 100]
-    double lost_after_s = 3.0;  ///< without vision for longer: lost [0.2, 30]; inertial data then err by decimetres
-    double max_speed_m_per_s = 20.0;            ///< faster is divergence [1, 100]
-    double max_velocity_sigma_m_per_s = 0.5;    ///< a velocity less sure than this is none [0.05, 10]
-    double max_gyro_bias_rad_per_s = 0.5;       ///< larger is divergence [0.01, 5]
-    double max_accel_bias_m_per_s2 = 2.0;       ///< larger is divergence [0.1, 10]
-    double high_vision_chi2 = 4.0;              ///< squared residual per degree of freedom: degraded [1, 100]
-    double wrong_vision_chi2 = 25.0;            ///< likewise at three keyframes in a row: lost [2, 1000]
-    double ready_velocity_sigma_m_per_s = 0.1;  ///< a start is over when velocity is known this well [0.01, 1]
-    double ready_tilt_sigma_rad = 0.05;         ///< and the direction of gravity [0.001, 0.5]
-    double grace_s = 2.0;                       ///< quality stays low for this long after a start [0, 30]
-    double vibration_m_per_s2 = 3.0;            ///< shaking of the accelerometer worth a warning [0.1, 100]
-    bool auto_reset = true;                     ///< begin anew, in flight, when lost and images are back
+    int few_features = 12;
+    double lost_after_s = 3.0;
+    double max_speed_m_per_s = 20.0;
+    double max_velocity_sigma_m_per_s = 0.5;
+    double max_gyro_bias_rad_per_s = 0.5;
+    double max_accel_bias_m_per_s2 = 2.0;
+    double high_vision_chi2 = 4.0;
+    double wrong_vision_chi2 = 25.0;
+    double ready_velocity_sigma_m_per_s = 0.1;
+    double ready_tilt_sigma_rad = 0.05;
+    double grace_s = 2.0;
+    double vibration_m_per_s2 = 3.0;
+    bool auto_reset = true;
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
 };
+
+inline constexpr auto kHealthFields = std::to_array<ParameterField<HealthConfig>>({
+    {FACET_FIELD(HealthConfig, few_features), "-", 4, 100,
+     "With fewer tracked features than this a frame does not hold the pose: degraded."},
+    {FACET_FIELD(HealthConfig, lost_after_s), "s", 0.2, 30,
+     "After this time without vision the estimator is lost; by then inertial data alone err by decimetres."},
+    {FACET_FIELD(HealthConfig, max_speed_m_per_s), "m/s", 1, 100, "An estimated speed above this is divergence: lost."},
+    {FACET_FIELD(HealthConfig, max_velocity_sigma_m_per_s), "m/s", 0.05, 10,
+     "With a standard deviation of the velocity above this the estimate is degraded; above twice this for a while, "
+     "lost."},
+    {FACET_FIELD(HealthConfig, max_gyro_bias_rad_per_s), "rad/s", 0.01, 5,
+     "An estimated gyroscope bias above this is divergence: lost."},
+    {FACET_FIELD(HealthConfig, max_accel_bias_m_per_s2), "m/s^2", 0.1, 10,
+     "An estimated accelerometer bias above this is divergence: lost."},
+    {FACET_FIELD(HealthConfig, high_vision_chi2), "-", 1, 100,
+     "With squared vision residuals per degree of freedom above this the estimate is degraded."},
+    {FACET_FIELD(HealthConfig, wrong_vision_chi2), "-", 2, 1000,
+     "Squared vision residuals per degree of freedom above this at three keyframes in a row are divergence: lost."},
+    {FACET_FIELD(HealthConfig, ready_velocity_sigma_m_per_s), "m/s", 0.01, 1,
+     "A start is complete only when the standard deviation of the velocity is below this."},
+    {FACET_FIELD(HealthConfig, ready_tilt_sigma_rad), "rad", 0.001, 0.5,
+     "A start is complete only when the standard deviation of the direction of gravity is below this."},
+    {FACET_FIELD(HealthConfig, grace_s), "s", 0, 30, "The reported quality stays low for this time after a start."},
+    {FACET_FIELD(HealthConfig, vibration_m_per_s2), "m/s^2", 0.1, 100,
+     "Vibration of the accelerometer above this raises a warning."},
+    {FACET_FIELD(HealthConfig, auto_reset), "-", 0, 1,
+     "Start again by itself, also in flight, when the estimator is lost and images are usable again."},
+});
 
 }  // namespace facet

@@ -3,39 +3,89 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
+#include "estimator/values/capacity.h"
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// Units, ranges and meanings: kFrontendFields below.
 struct FrontendConfig {
-    int max_features = 300;         ///< tracks wanted in the left image [20, 512]; the paper's value
-    int surface_points = 200;       ///< further corners that a keyframe matches in stereo, for the mesh alone [0, 384]
-    double min_distance_px = 20.0;  ///< spacing of new corners to tracks [5, 100]; the paper's value
-    int grid_columns = 12;          ///< detection cells across [1, 40]; even spread
-    int grid_rows = 8;              ///< detection cells down [1, 40]
-    double corner_quality = 1e-3;   ///< least corner score, share of the image's best [1e-6, 0.5]
-    int pyramid_levels = 3;  ///< Lucas-Kanade levels incl. full size [2, 6]; the prediction does the rest, 4 lose more
-    int window_px = 15;      ///< diameter of the patch, odd [7, 41]; 21 is 10 % more precise, but costs twice the time
-    int lk_iterations = 20;  ///< most steps a level [3, 60]
-    double lk_epsilon_px = 0.01;           ///< stop when a step is shorter [0.001, 0.5]
-    double forward_backward_px = 0.5;      ///< largest forward-backward distance [0.05, 5]
-    double stereo_epipolar_px = 1.5;       ///< largest distance to the epipolar line of a stereo match [0.1, 10]
-    double min_depth_m = 0.3;              ///< nearest stereo depth accepted [0.05, 5]
-    double ransac_threshold_px = 1.5;      ///< inlier threshold of the 2-point mono test [0.2, 10]
-    int ransac_iterations = 100;           ///< fixed number of hypotheses [10, 1000]; deterministic
-    std::uint32_t seed = 1;                ///< of the hypothesis sampler
-    double keyframe_min_interval_s = 0.2;  ///< no keyframe sooner [0.02, 2]; the paper's value
-    double keyframe_max_interval_s = 1.0;  ///< a keyframe at the latest, also when standing still [0.1, 5]
-    double keyframe_overlap = 0.7;         ///< keyframe when fewer of the last keyframe's tracks are left [0.1, 1]
-    double keyframe_disparity_px =
-        8.0;                          ///< keyframe when the rotation-compensated median disparity exceeds this [0, 100]
-    double recall_radius_px = 15.0;   ///< lost landmarks are searched this far from their prediction [0, 50]; 0: never
-    double still_disparity_px = 0.5;  ///< below: standing still [0, 5]
+    int max_features = 300;
+    int surface_points = 200;
+    double min_distance_px = 20.0;
+    int grid_columns = 12;
+    int grid_rows = 8;
+    double corner_quality = 1e-3;
+    int pyramid_levels = 3;
+    int window_px = 15;
+    int lk_iterations = 20;
+    double lk_epsilon_px = 0.01;
+    double forward_backward_px = 0.5;
+    double stereo_epipolar_px = 1.5;
+    double min_depth_m = 0.3;
+    double ransac_threshold_px = 1.5;
+    int ransac_iterations = 100;
+    std::uint32_t seed = 1;
+    double keyframe_min_interval_s = 0.2;
+    double keyframe_max_interval_s = 1.0;
+    double keyframe_overlap = 0.7;
+    double keyframe_disparity_px = 8.0;
+    double recall_radius_px = 15.0;
+    double still_disparity_px = 0.5;
 
-    /// kInvalidArgument if a field is outside its range.
+    /// The condition between fields that does not hold, as a sentence; empty if all hold.
+    std::string_view broken_rule() const;
+    /// kInvalidArgument if a field is outside its range or a condition between fields does not hold.
     Status validate() const;
 };
+
+inline constexpr auto kFrontendFields = std::to_array<ParameterField<FrontendConfig>>({
+    {FACET_FIELD(FrontendConfig, max_features), "-", 20, kMaxFeatures,
+     "Number of tracks wanted in the left image; the default is the paper's."},
+    {FACET_FIELD(FrontendConfig, surface_points), "-", 0, kMaxSurfacePoints,
+     "Number of corners beyond the tracks that each keyframe matches in stereo for the mesh alone."},
+    {FACET_FIELD(FrontendConfig, min_distance_px), "px", 5, 100,
+     "Least distance of a new corner from existing tracks; the default is the paper's."},
+    {FACET_FIELD(FrontendConfig, grid_columns), "-", 1, 40,
+     "Number of detection cells across the image; cells spread the corners evenly."},
+    {FACET_FIELD(FrontendConfig, grid_rows), "-", 1, 40,
+     "Number of detection cells down the image; cells spread the corners evenly."},
+    {FACET_FIELD(FrontendConfig, corner_quality), "-", 1e-6, 0.5,
+     "Least score of a corner as a share of the best score in the image."},
+    {FACET_FIELD(FrontendConfig, pyramid_levels), "-", 2, 6,
+     "Number of image pyramid levels for tracking, full size included; prediction covers most of the motion, "
+     "and 4 levels lose more tracks than 3."},
+    {FACET_FIELD(FrontendConfig, window_px), "px", 7, 41,
+     "Diameter of the tracked patch, an odd number; 21 px is 10 % more precise than 15 px at twice the time."},
+    {FACET_FIELD(FrontendConfig, lk_iterations), "-", 3, 60,
+     "Largest number of alignment steps on each pyramid level of a track."},
+    {FACET_FIELD(FrontendConfig, lk_epsilon_px), "px", 0.001, 0.5,
+     "Alignment of a track ends when a step is shorter than this."},
+    {FACET_FIELD(FrontendConfig, forward_backward_px), "px", 0.05, 5,
+     "A track is dropped if tracking it forward and back again misses its start by more than this."},
+    {FACET_FIELD(FrontendConfig, stereo_epipolar_px), "px", 0.1, 10,
+     "Largest distance of a stereo match from its epipolar line."},
+    {FACET_FIELD(FrontendConfig, min_depth_m), "m", 0.05, 5, "Least depth of a stereo match."},
+    {FACET_FIELD(FrontendConfig, ransac_threshold_px), "px", 0.2, 10,
+     "Largest error of an inlier in the two-point outlier test."},
+    {FACET_FIELD(FrontendConfig, ransac_iterations), "-", 10, 1000,
+     "Number of hypotheses of the outlier test; fixed, so that results and time are reproducible."},
+    {FACET_FIELD(FrontendConfig, seed), "-", 0, 4294967295.0, "Seed of the random hypotheses of the outlier test."},
+    {FACET_FIELD(FrontendConfig, keyframe_min_interval_s), "s", 0.02, 2,
+     "Least time between two keyframes; the default is the paper's."},
+    {FACET_FIELD(FrontendConfig, keyframe_max_interval_s), "s", 0.1, 5,
+     "Largest time between two keyframes, also while standing still."},
+    {FACET_FIELD(FrontendConfig, keyframe_overlap), "-", 0.1, 1,
+     "A keyframe is taken when a smaller share than this of the last keyframe's tracks is left."},
+    {FACET_FIELD(FrontendConfig, keyframe_disparity_px), "px", 0, 100,
+     "A keyframe is taken when the median disparity to the last one, rotation removed, exceeds this."},
+    {FACET_FIELD(FrontendConfig, recall_radius_px), "px", 0, 50,
+     "Lost landmarks are searched for within this distance of their predicted position; 0 turns the search off."},
+    {FACET_FIELD(FrontendConfig, still_disparity_px), "px", 0, 5,
+     "The images show standstill if the median disparity is below this."},
+});
 
 }  // namespace facet

@@ -6,8 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "platform/base/range_check.h"
-
 namespace facet {
 namespace {
 
@@ -309,12 +307,7 @@ bool fill_information(const Matrix12& covariance, InitialState& initial) {
 
 }  // namespace
 
-Status DynamicInitConfig::validate() const {
-    const bool valid = in_range(gyro_bias_sigma_rad_per_s, 1e-5, 1.0) &&
-                       in_range(accel_bias_sigma_m_per_s2, 1e-3, 5.0) && in_range(max_tilt_sigma_rad, 1e-3, 1.0) &&
-                       in_range(max_velocity_sigma_m_per_s, 1e-3, 10.0) && in_range(max_chi2_per_dof, 1.0, 100.0);
-    return valid ? Status::kOk : Status::kInvalidArgument;
-}
+Status DynamicInitConfig::validate() const { return validate_fields(kDynamicInitFields, *this); }
 
 Status initialize_in_motion(std::span<const KeyframeMotion> motions, const DynamicInitConfig& config,
                             DynamicInit& out) {

@@ -8,6 +8,7 @@
 
 #include "estimator/imu/preintegration.h"
 #include "estimator/imu/static_init.h"
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
@@ -25,16 +26,31 @@ struct KeyframeMotion {
     Eigen::Matrix3d theta_covariance = Eigen::Matrix3d::Identity();  ///< error on the right of q_Bk_Bj (rad^2)
 };
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// Units, ranges and meanings: kDynamicInitFields below.
 struct DynamicInitConfig {
-    double gyro_bias_sigma_rad_per_s = 0.1;   ///< of the bias the motions are integrated at [1e-5, 1]
-    double accel_bias_sigma_m_per_s2 = 0.1;   ///< likewise; what it leaves is the tilt's error: 0.6 deg [1e-3, 5]
-    double max_tilt_sigma_rad = 0.05;         ///< beyond: gravity not observed [1e-3, 1]
-    double max_velocity_sigma_m_per_s = 0.2;  ///< beyond: not observed [1e-3, 10]
-    double max_chi2_per_dof = 3.0;            ///< beyond: vision and IMU disagree [1, 100]
+    double gyro_bias_sigma_rad_per_s = 0.1;
+    double accel_bias_sigma_m_per_s2 = 0.1;
+    double max_tilt_sigma_rad = 0.05;
+    double max_velocity_sigma_m_per_s = 0.2;
+    double max_chi2_per_dof = 3.0;
 
+    /// kInvalidArgument if a field is outside its range.
     Status validate() const;
 };
+
+inline constexpr auto kDynamicInitFields = std::to_array<ParameterField<DynamicInitConfig>>({
+    {FACET_FIELD(DynamicInitConfig, gyro_bias_sigma_rad_per_s), "rad/s", 1e-5, 1,
+     "Standard deviation of the gyroscope bias at which the motions are integrated."},
+    {FACET_FIELD(DynamicInitConfig, accel_bias_sigma_m_per_s2), "m/s^2", 1e-3, 5,
+     "Standard deviation of the accelerometer bias at which the motions are integrated; what of it stays unobserved "
+     "tilts gravity, by 0.6 deg at 0.1 m/s^2."},
+    {FACET_FIELD(DynamicInitConfig, max_tilt_sigma_rad), "rad", 1e-3, 1,
+     "Largest standard deviation of the direction of gravity with which it counts as observed."},
+    {FACET_FIELD(DynamicInitConfig, max_velocity_sigma_m_per_s), "m/s", 1e-3, 10,
+     "Largest standard deviation of the velocity with which it counts as observed."},
+    {FACET_FIELD(DynamicInitConfig, max_chi2_per_dof), "-", 1, 100,
+     "Vision and IMU contradict each other if their squared residuals per degree of freedom exceed this."},
+});
 
 struct DynamicInit {
     InitialState initial;                 ///< at the LAST keyframe, its body the origin of W, yaw as in static_init.h

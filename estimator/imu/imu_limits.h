@@ -2,17 +2,26 @@
 // Measuring ranges of the IMU, beyond which its readings say only "at least this much".
 #pragma once
 
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// One line a field: meaning [unit] [range] and why this default. Usage: a member of the estimator's configuration,
-/// given to ImuBuffer::clear() with the rate.
+/// Units, ranges and meanings: kImuLimitFields below. Usage: a member of the estimator's configuration, given to
+/// ImuBuffer::clear() with the rate.
 struct ImuLimits {
-    double gyro_range_rad_per_s = 17.453;  ///< full scale of a gyroscope axis [0.1, 1000]; ADIS16448: 1000 deg/s
-    double accel_range_m_per_s2 = 176.58;  ///< full scale of an accelerometer axis [5, 1e5]; ADIS16448: 18 g
+    double gyro_range_rad_per_s = 17.453;
+    double accel_range_m_per_s2 = 176.58;
 
+    /// kInvalidArgument if a field is outside its range.
     Status validate() const;
 };
+
+inline constexpr auto kImuLimitFields = std::to_array<ParameterField<ImuLimits>>({
+    {FACET_FIELD(ImuLimits, gyro_range_rad_per_s), "rad/s", 0.1, 1000,
+     "Full scale of a gyroscope axis; a reading there counts as clipped. Default: ADIS16448, 1000 deg/s."},
+    {FACET_FIELD(ImuLimits, accel_range_m_per_s2), "m/s^2", 5, 1e5,
+     "Full scale of an accelerometer axis; a reading there counts as clipped. Default: ADIS16448, 18 g."},
+});
 
 }  // namespace facet

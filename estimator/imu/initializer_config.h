@@ -2,27 +2,63 @@
 // Parameters of the first state: gravity, velocity and biases from a short stretch of inertial samples.
 #pragma once
 
+#include <string_view>
+
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// Units, ranges and meanings: kInitializerFields below.
 struct InitializerConfig {
-    double min_duration_s = 0.1;  ///< inertial data needed before the first frame is taken [0.02, 2]; < 1 s by demand
-    double max_duration_s = 1.0;  ///< stretch looked at, the newest before the first frame [0.1, 5]
-    double still_gyro_std_rad_per_s = 0.03;  ///< standard deviation below: standing still [1e-4, 1]
-    double still_accel_std_m_per_s2 = 0.3;   ///< standard deviation below: standing still [1e-3, 5]
-    double still_gyro_mean_rad_per_s = 0.2;  ///< mean rate below: standing still; larger is motion, not bias [1e-3, 1]
-    double still_gravity_error_m_per_s2 = 0.7;       ///< | |mean accel| - g | below: standing still [0.01, 3]
-    double still_velocity_sigma_m_per_s = 0.05;      ///< prior when still [1e-4, 1]
-    double moving_velocity_sigma_m_per_s = 2.0;      ///< prior when moving [0.1, 50]
-    double still_tilt_sigma_rad = 0.02;              ///< gravity direction when still: accel bias over g [1e-4, 0.5]
-    double moving_tilt_sigma_rad = 0.2;              ///< gravity direction when moving [1e-3, 1]
-    double gyro_bias_sigma_rad_per_s = 0.1;          ///< prior of the gyro bias when it could not be measured [1e-4, 1]
-    double still_gyro_bias_sigma_rad_per_s = 0.005;  ///< prior of the measured gyro bias [1e-5, 1]
-    double accel_bias_sigma_m_per_s2 = 0.1;          ///< prior of the accelerometer bias [1e-3, 5]
+    double min_duration_s = 0.1;
+    double max_duration_s = 1.0;
+    double still_gyro_std_rad_per_s = 0.03;
+    double still_accel_std_m_per_s2 = 0.3;
+    double still_gyro_mean_rad_per_s = 0.2;
+    double still_gravity_error_m_per_s2 = 0.7;
+    double still_velocity_sigma_m_per_s = 0.05;
+    double moving_velocity_sigma_m_per_s = 2.0;
+    double still_tilt_sigma_rad = 0.02;
+    double moving_tilt_sigma_rad = 0.2;
+    double gyro_bias_sigma_rad_per_s = 0.1;
+    double still_gyro_bias_sigma_rad_per_s = 0.005;
+    double accel_bias_sigma_m_per_s2 = 0.1;
 
+    /// The condition between fields that does not hold, as a sentence; empty if all hold.
+    std::string_view broken_rule() const;
+    /// kInvalidArgument if a field is outside its range or a condition between fields does not hold.
     Status validate() const;
 };
+
+inline constexpr auto kInitializerFields = std::to_array<ParameterField<InitializerConfig>>({
+    {FACET_FIELD(InitializerConfig, min_duration_s), "s", 0.02, 2,
+     "Length of inertial data needed before the first frame is taken; a start must take less than a second."},
+    {FACET_FIELD(InitializerConfig, max_duration_s), "s", 0.1, 5,
+     "Length of inertial data before the first frame from which the first state is computed."},
+    {FACET_FIELD(InitializerConfig, still_gyro_std_rad_per_s), "rad/s", 1e-4, 1,
+     "The vehicle counts as still at the start only if the gyroscope's standard deviation is below this."},
+    {FACET_FIELD(InitializerConfig, still_accel_std_m_per_s2), "m/s^2", 1e-3, 5,
+     "The vehicle counts as still at the start only if the accelerometer's standard deviation is below this."},
+    {FACET_FIELD(InitializerConfig, still_gyro_mean_rad_per_s), "rad/s", 1e-3, 1,
+     "The vehicle counts as still at the start only if the mean rate is below this; more is motion, not bias."},
+    {FACET_FIELD(InitializerConfig, still_gravity_error_m_per_s2), "m/s^2", 0.01, 3,
+     "The vehicle counts as still at the start only if the mean specific force differs from g by less than this."},
+    {FACET_FIELD(InitializerConfig, still_velocity_sigma_m_per_s), "m/s", 1e-4, 1,
+     "Standard deviation of the first velocity, taken as zero, after a start at rest."},
+    {FACET_FIELD(InitializerConfig, moving_velocity_sigma_m_per_s), "m/s", 0.1, 50,
+     "Standard deviation of the first velocity, taken as zero, after a start in motion."},
+    {FACET_FIELD(InitializerConfig, still_tilt_sigma_rad), "rad", 1e-4, 0.5,
+     "Standard deviation of the direction of gravity after a start at rest; the default is a typical accelerometer "
+     "bias over g."},
+    {FACET_FIELD(InitializerConfig, moving_tilt_sigma_rad), "rad", 1e-3, 1,
+     "Standard deviation of the direction of gravity after a start in motion."},
+    {FACET_FIELD(InitializerConfig, gyro_bias_sigma_rad_per_s), "rad/s", 1e-4, 1,
+     "Standard deviation of the gyroscope bias when it could not be measured at rest."},
+    {FACET_FIELD(InitializerConfig, still_gyro_bias_sigma_rad_per_s), "rad/s", 1e-5, 1,
+     "Standard deviation of the gyroscope bias measured at rest."},
+    {FACET_FIELD(InitializerConfig, accel_bias_sigma_m_per_s2), "m/s^2", 1e-3, 5,
+     "Standard deviation of the first accelerometer bias, taken as zero."},
+});
 
 }  // namespace facet

@@ -5,17 +5,10 @@
 #include <cmath>
 
 #include "estimator/imu/stretch.h"
-#include "platform/base/range_check.h"
 
 namespace facet {
 
-Status StationarityConfig::validate() const {
-    const bool valid = in_range(duration_s, 0.1, 5.0) && in_range(margin, 1.0, 20.0) &&
-                       in_range(gyro_floor_rad_per_s, 0.0, 0.5) && in_range(accel_floor_m_per_s2, 0.0, 5.0) &&
-                       in_range(gyro_mean_rad_per_s, 1e-4, 0.5) && in_range(gravity_error_m_per_s2, 0.01, 3.0) &&
-                       in_range(gyro_drift_rad_per_s, 0.0, 0.1) && in_range(accel_drift_m_per_s2, 0.0, 1.0);
-    return valid ? Status::kOk : Status::kInvalidArgument;
-}
+Status StationarityConfig::validate() const { return validate_fields(kStationarityFields, *this); }
 
 Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const ImuNoise& noise, const ImuBias& bias,
                             const StationarityConfig& config, Stationarity& out) {

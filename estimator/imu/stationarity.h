@@ -6,23 +6,45 @@
 #include "estimator/imu/preintegration.h"
 #include "estimator/values/imu_noise.h"
 #include "estimator/values/nav_state.h"
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// Units, ranges and meanings: kStationarityFields below.
 struct StationarityConfig {
-    double duration_s = 0.5;  ///< stretch looked at [0.1, 5]: a sway of 1 Hz shows in it
-    double margin = 3.0;      ///< a deviation may be this many times the sensor's noise and the floor [1, 20]
-    double gyro_floor_rad_per_s = 0.003;  ///< shaking of a vehicle at rest: fans, wind [0, 0.5]
-    double accel_floor_m_per_s2 = 0.03;   ///< likewise [0, 5]
-    double gyro_mean_rad_per_s = 0.02;    ///< mean rate without bias: error of the bias estimate [1e-4, 0.5]
-    double gravity_error_m_per_s2 = 0.3;  ///< | |mean force without bias| - g |: bias error, scale [0.01, 3]
-    double gyro_drift_rad_per_s = 0.003;  ///< change of the mean from one half to the other beyond noise [0, 0.1]
-    double accel_drift_m_per_s2 = 0.015;  ///< likewise [0, 1]: less than the slowest sway of a hand
+    double duration_s = 0.5;
+    double margin = 3.0;
+    double gyro_floor_rad_per_s = 0.003;
+    double accel_floor_m_per_s2 = 0.03;
+    double gyro_mean_rad_per_s = 0.02;
+    double gravity_error_m_per_s2 = 0.3;
+    double gyro_drift_rad_per_s = 0.003;
+    double accel_drift_m_per_s2 = 0.015;
 
+    /// kInvalidArgument if a field is outside its range.
     Status validate() const;
 };
+
+inline constexpr auto kStationarityFields = std::to_array<ParameterField<StationarityConfig>>({
+    {FACET_FIELD(StationarityConfig, duration_s), "s", 0.1, 5,
+     "Length of the newest inertial data that are examined for rest; 0.5 s is enough to see a sway of 1 Hz."},
+    {FACET_FIELD(StationarityConfig, margin), "-", 1, 20,
+     "At rest the IMU's standard deviations are below this many times the sensor's noise combined with the floor."},
+    {FACET_FIELD(StationarityConfig, gyro_floor_rad_per_s), "rad/s", 0, 0.5,
+     "Standard deviation of the rate that fans and wind cause on a vehicle at rest."},
+    {FACET_FIELD(StationarityConfig, accel_floor_m_per_s2), "m/s^2", 0, 5,
+     "Standard deviation of the acceleration that fans and wind cause on a vehicle at rest."},
+    {FACET_FIELD(StationarityConfig, gyro_mean_rad_per_s), "rad/s", 1e-4, 0.5,
+     "Largest mean rate at rest after subtracting the bias: the error of the bias estimate."},
+    {FACET_FIELD(StationarityConfig, gravity_error_m_per_s2), "m/s^2", 0.01, 3,
+     "Largest difference at rest between g and the mean specific force without bias: errors of bias and scale."},
+    {FACET_FIELD(StationarityConfig, gyro_drift_rad_per_s), "rad/s", 0, 0.1,
+     "Largest change of the mean rate at rest between the halves of the examined data, beyond noise."},
+    {FACET_FIELD(StationarityConfig, accel_drift_m_per_s2), "m/s^2", 0, 1,
+     "Largest change of the mean specific force at rest between the halves of the examined data, beyond noise; the "
+     "default is less than the slowest sway of a hand."},
+});
 
 /// What the samples say.
 struct Stationarity {

@@ -10,7 +10,6 @@
 #include "estimator/geometry/so3.h"
 #include "estimator/values/capacity.h"
 #include "platform/base/fixed_vector.h"
-#include "platform/base/range_check.h"
 
 namespace facet {
 namespace {
@@ -91,11 +90,7 @@ Eigen::Vector3d best_hypothesis(const BodyPoints& points, const Eigen::Quaternio
 
 }  // namespace
 
-Status StereoMotionConfig::validate() const {
-    const bool valid = in_range(focal_px, 50.0, 1e4) && in_range(baseline_m, 1e-3, 10.0) &&
-                       in_range(point_sigma_px, 0.01, 10.0) && in_range(rotation_sigma_rad, 1e-5, 0.5);
-    return valid ? Status::kOk : Status::kInvalidArgument;
-}
+Status StereoMotionConfig::validate() const { return validate_fields(kStereoMotionFields, *this); }
 
 Status estimate_stereo_motion(std::span<const StereoPoint> points, const Se3& T_B_C, const Eigen::Quaterniond& q_Bi_Bj,
                               const StereoMotionConfig& config, StereoMotion& out) {

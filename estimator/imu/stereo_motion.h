@@ -7,6 +7,7 @@
 #include <span>
 
 #include "estimator/geometry/se3.h"
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
@@ -17,17 +18,26 @@ struct StereoPoint {
     Eigen::Vector3d now = Eigen::Vector3d::UnitZ();
 };
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// Units, ranges and meanings: kStereoMotionFields below.
 struct StereoMotionConfig {
-    double focal_px = 450.0;      ///< turns pixels into angles [50, 1e4]
-    double baseline_m = 0.1;      ///< of the stereo pair [1e-3, 10]
-    double point_sigma_px = 0.5;  ///< of one observation [0.01, 10]
-    /// Of the given rotation, each axis [1e-5, 0.5]: the gyroscope's over the interval to lean on it, 0.1 to get a rotation
-    /// from the points alone, as initialize_in_motion() needs for the gyro bias.
+    double focal_px = 450.0;
+    double baseline_m = 0.1;
+    double point_sigma_px = 0.5;
     double rotation_sigma_rad = 0.1;
 
+    /// kInvalidArgument if a field is outside its range.
     Status validate() const;
 };
+
+inline constexpr auto kStereoMotionFields = std::to_array<ParameterField<StereoMotionConfig>>({
+    {FACET_FIELD(StereoMotionConfig, focal_px), "px", 50, 1e4, "Focal length, which turns pixels into angles."},
+    {FACET_FIELD(StereoMotionConfig, baseline_m), "m", 1e-3, 10, "Distance between the cameras of the pair."},
+    {FACET_FIELD(StereoMotionConfig, point_sigma_px), "px", 0.01, 10,
+     "Standard deviation of one observation of a point."},
+    {FACET_FIELD(StereoMotionConfig, rotation_sigma_rad), "rad", 1e-5, 0.5,
+     "Standard deviation of each axis of the given rotation: the gyroscope's over the interval to rely on it; 0.1 rad "
+     "to take the rotation from the points alone, as initialize_in_motion() needs it for the gyroscope bias."},
+});
 
 /// Motion of the body from then (i) to now (j).
 struct StereoMotion {

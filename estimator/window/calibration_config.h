@@ -2,19 +2,20 @@
 // Parameters of the online calibration.
 #pragma once
 
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// Units, ranges and meanings: kCalibrationFields below.
 struct CalibrationConfig {
-    bool estimate_time_offset = true;    ///< between the cameras' clock and the IMU's
-    double time_offset_sigma_s = 0.005;  ///< prior of the time offset [1e-6, 0.1]; what triggers leave open
-    bool estimate_extrinsics = false;    ///< of the camera pair on the body; the calibration is usually better
-    double rotation_sigma_rad = 0.01;    ///< prior of the pair's rotation [1e-6, 0.2]
-    double translation_sigma_m = 0.005;  ///< prior of the pair's place [1e-6, 0.2]
+    bool estimate_time_offset = true;
+    double time_offset_sigma_s = 0.005;
+    bool estimate_extrinsics = false;
+    double rotation_sigma_rad = 0.01;
+    double translation_sigma_m = 0.005;
 
-    /// Parameters that are estimated: 0, 1 (time offset) or 7 (all; a time offset not wanted is then held by its prior).
+    /// Number of parameters estimated: 0, 1 (time offset) or 7 (all; its prior then holds an unwanted time offset).
     int dim() const { return estimate_extrinsics ? 7 : (estimate_time_offset ? 1 : 0); }
     /// Standard deviation of the prior of a parameter, order [time_offset theta p].
     double sigma(int parameter) const {
@@ -27,5 +28,18 @@ struct CalibrationConfig {
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
 };
+
+inline constexpr auto kCalibrationFields = std::to_array<ParameterField<CalibrationConfig>>({
+    {FACET_FIELD(CalibrationConfig, estimate_time_offset), "-", 0, 1,
+     "Estimate the time offset between the clocks of the cameras and of the IMU."},
+    {FACET_FIELD(CalibrationConfig, time_offset_sigma_s), "s", 1e-6, 0.1,
+     "Standard deviation of the time offset before the first estimate; the default is what triggering leaves open."},
+    {FACET_FIELD(CalibrationConfig, estimate_extrinsics), "-", 0, 1,
+     "Estimate how the camera pair is mounted on the body; off, because the given calibration is usually better."},
+    {FACET_FIELD(CalibrationConfig, rotation_sigma_rad), "rad", 1e-6, 0.2,
+     "Standard deviation of the given rotation of the camera pair on the body."},
+    {FACET_FIELD(CalibrationConfig, translation_sigma_m), "m", 1e-6, 0.2,
+     "Standard deviation of the given position of the camera pair on the body."},
+});
 
 }  // namespace facet

@@ -2,46 +2,77 @@
 // Parameters of structural regularities: planes in the window.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <string_view>
 
+#include "estimator/values/capacity.h"
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// The modes of [Rosinol19].
+/// The modes of [Rosinol19]. Planes are found in the mesh and reported in all of them.
 enum class RegularityMode : std::uint8_t {
-    kS,    ///< no planes
-    kSp,   ///< landmarks are assigned to planes, but nothing holds them there
+    kS,    ///< planes do not act on the estimate
+    kSp,   ///< an alias of kS in which planes are found and reported, as they are in every mode
     kSpr,  ///< planes are variables, and landmarks are held on them
 };
 
-constexpr const char* to_string(RegularityMode mode) {
-    switch (mode) {
-        case RegularityMode::kS: return "s";
-        case RegularityMode::kSp: return "sp";
-        case RegularityMode::kSpr: return "spr";
-    }
-    return "?";
+/// What users call the modes, in the order of the enumerators.
+inline constexpr std::array<std::string_view, 3> kRegularityModeNames{"s", "sp", "spr"};
+
+constexpr std::string_view to_string(RegularityMode mode) {
+    return kRegularityModeNames[static_cast<std::size_t>(mode)];
 }
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// Units, ranges and meanings: kRegularityFields below. Except for the mode, all fields matter in kSpr only.
 struct RegularityConfig {
-    RegularityMode mode = RegularityMode::kS;
-    double sigma_m = 0.01;         ///< how flat planes are: standard deviation of a landmark from its plane [1e-3, 0.5]
-    double huber_threshold = 1.5;  ///< robust loss on whitened heights above a plane [0.5, 10]
-    int min_constraints = 20;      ///< landmarks that bring a plane in [6, 256]
-    int keep_constraints = 8;      ///< with fewer a plane that marginalization has not used leaves again [3, 256]
-    double min_extent_m = 0.3;     ///< least spread of these, rms, along the plane's narrower side [0.01, 10]
-    double join_sigmas = 2.5;      ///< a landmark nearer than this to a plane joins it [0.5, 10]
-    double leave_sigmas = 3.0;     ///< one farther leaves [0.5, 20]
-    double max_plane_chi2 = 1.0;   ///< mean squared height of a plane's landmarks that says it is none [1, 100]
-    bool use_pairs = true;         ///< parallel and orthogonal planes as constraints
-    bool use_gravity = true;       ///< level floors and upright walls as constraints
-    double pair_sigma_deg = 0.15;  ///< how exact buildings are [0.01, 10]
-    double pair_gate_deg = 3.0;    ///< pairs nearer than this to parallel or orthogonal are taken for it [0.1, 20]
+    RegularityMode mode = RegularityMode::kS;  ///< chosen with the run, not among the parameters
+    double sigma_m = 0.01;
+    double huber_threshold = 1.5;
+    int min_constraints = 20;
+    int keep_constraints = 8;
+    double min_extent_m = 0.3;
+    double join_sigmas = 2.5;
+    double leave_sigmas = 3.0;
+    double max_plane_chi2 = 1.0;
+    bool use_pairs = true;
+    bool use_gravity = true;
+    double pair_sigma_deg = 0.15;
+    double pair_gate_deg = 3.0;
 
-    /// kInvalidArgument if a field is outside its range, or joining is easier than staying.
+    /// The condition between fields that does not hold, as a sentence; empty if all hold.
+    std::string_view broken_rule() const;
+    /// kInvalidArgument if a field is outside its range or a condition between fields does not hold.
     Status validate() const;
 };
+
+inline constexpr auto kRegularityFields = std::to_array<ParameterField<RegularityConfig>>({
+    {FACET_FIELD(RegularityConfig, sigma_m), "m", 1e-3, 0.5,
+     "Standard deviation of a landmark's distance from the plane that holds it: how flat real surfaces are."},
+    {FACET_FIELD(RegularityConfig, huber_threshold), "-", 0.5, 10,
+     "Threshold of Huber's robust loss on a landmark's distance from its plane, in standard deviations."},
+    {FACET_FIELD(RegularityConfig, min_constraints), "-", 6, kMaxPlaneLandmarks,
+     "Least number of landmarks with which a plane enters the window."},
+    {FACET_FIELD(RegularityConfig, keep_constraints), "-", 3, kMaxPlaneLandmarks,
+     "A plane that holds fewer landmarks than this leaves the window, unless the marginalization prior depends on it."},
+    {FACET_FIELD(RegularityConfig, min_extent_m), "m", 0.01, 10,
+     "Least spread (root mean square) of a new plane's landmarks along its narrower side."},
+    {FACET_FIELD(RegularityConfig, join_sigmas), "-", 0.5, 10,
+     "A landmark joins a plane in the window if its distance is below this many standard deviations."},
+    {FACET_FIELD(RegularityConfig, leave_sigmas), "-", 0.5, 20,
+     "A landmark leaves its plane in the window if its distance is above this many standard deviations."},
+    {FACET_FIELD(RegularityConfig, max_plane_chi2), "-", 1, 100,
+     "A plane is given up when the mean square of its landmarks' distances, in standard deviations, stays above this."},
+    {FACET_FIELD(RegularityConfig, use_pairs), "-", 0, 1,
+     "Constrain planes that are nearly parallel to be parallel, and those nearly orthogonal to be orthogonal."},
+    {FACET_FIELD(RegularityConfig, use_gravity), "-", 0, 1, "Constrain floors to be level and walls to be upright."},
+    {FACET_FIELD(RegularityConfig, pair_sigma_deg), "deg", 0.01, 10,
+     "Standard deviation of the angles of level, upright, parallel and orthogonal planes: how exact buildings are."},
+    {FACET_FIELD(RegularityConfig, pair_gate_deg), "deg", 0.1, 20,
+     "Two planes within this angle of parallel or orthogonal are constrained as such."},
+});
 
 }  // namespace facet

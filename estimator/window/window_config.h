@@ -2,22 +2,41 @@
 // Parameters of the fixed-lag window smoother.
 #pragma once
 
+#include "estimator/values/capacity.h"
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// Units, ranges and meanings: kWindowFields below.
 struct WindowConfig {
-    int keyframes = 20;             ///< keyframes kept [3, 32]
-    int max_iterations = 6;         ///< most solver steps a keyframe [1, 50]; bounds the time
-    double pixel_sigma_px = 0.5;    ///< standard deviation of an observation [0.1, 5]; measured 0.15 rendered, 0.4 real
-    bool learn_pixel_sigma = true;  ///< begin with that value and follow the residuals, up to a factor of ten
-    double loss_threshold = 1.0;    ///< of Cauchy's loss, in root mean squares of the residuals [0.2, 10]
-    double redundant_px = 5.0;  ///< keyframes that moved less from the one before are dropped first [0, 100]; 0: never
-    double outlier_threshold_px = 3.0;  ///< observations farther off after optimization are removed [0.5, 20]
+    int keyframes = 20;
+    int max_iterations = 6;
+    double pixel_sigma_px = 0.5;
+    bool learn_pixel_sigma = true;
+    double loss_threshold = 1.0;
+    double redundant_px = 5.0;
+    double outlier_threshold_px = 3.0;
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
 };
+
+inline constexpr auto kWindowFields = std::to_array<ParameterField<WindowConfig>>({
+    {FACET_FIELD(WindowConfig, keyframes), "-", 3, kMaxKeyframes, "Number of keyframes in the window."},
+    {FACET_FIELD(WindowConfig, max_iterations), "-", 1, 50,
+     "Largest number of solver steps at a keyframe; bounds the time it takes."},
+    {FACET_FIELD(WindowConfig, pixel_sigma_px), "px", 0.1, 5,
+     "Standard deviation of an observation in the image; measured: 0.15 px in rendered images, 0.4 px in real ones."},
+    {FACET_FIELD(WindowConfig, learn_pixel_sigma), "-", 0, 1,
+     "Learn the standard deviation of observations from their residuals, beginning with pixel_sigma_px and staying "
+     "within a factor of ten of it."},
+    {FACET_FIELD(WindowConfig, loss_threshold), "-", 0.2, 10,
+     "Threshold of Cauchy's robust loss on observations, in multiples of the residuals' root mean square."},
+    {FACET_FIELD(WindowConfig, redundant_px), "px", 0, 100,
+     "When the window is full, a keyframe that moved less than this from the one before is dropped first; 0: never."},
+    {FACET_FIELD(WindowConfig, outlier_threshold_px), "px", 0.5, 20,
+     "Observations whose residual after optimization is larger than this are removed."},
+});
 
 }  // namespace facet

@@ -2,43 +2,93 @@
 // Parameters of the plane finder.
 #pragma once
 
+#include <string_view>
+
+#include "estimator/values/capacity.h"
+#include "platform/base/parameter_field.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// Each field: meaning [range]; why this default.
+/// Units, ranges and meanings: kPlaneFields below.
 struct PlaneConfig {
-    // Votes of faces.
-    double face_angle_deg = 4.0;       ///< largest angle of a face to its plane, beyond 2 sigma [0.5, 30]
-    double max_face_angle_deg = 28.0;  ///< the same with any uncertainty: small faces are uncertain [1, 60]
-    double max_face_area_m2 = 0.15;    ///< larger faces vote with this area: three points say no more [0.01, 10]
-    double min_support_m2 = 0.2;       ///< least votes of a candidate: area after weights [0.01, 100]
-    // Landmarks on a plane.
-    double search_gate_m = 0.15;      ///< landmarks this near to a candidate take part in its first fit [0.02, 1]
-    double join_m = 0.08;             ///< largest distance of a landmark that joins a plane [0.005, 0.5]
-    double join_sigmas = 2.5;         ///< the same in standard deviations; both hold [0.5, 10]
-    double stay_m = 0.12;             ///< largest distance of a landmark that stays on a plane [0.005, 1]
-    double stay_sigmas = 3.5;         ///< the same in standard deviations; both hold [0.5, 20]
-    double max_point_sigma_m = 0.06;  ///< landmarks less certain across the plane are left out [0.005, 1]
-    double surface_sigma_m = 0.005;   ///< unevenness of real surfaces [0.001, 0.1]
-    // What a set of landmarks has to satisfy to be a plane.
-    double max_tilt_deg = 3.0;       ///< of a floor from level, of a wall from upright [0.1, 20]
-    int min_landmarks = 14;          ///< of a new plane [4, 256]
-    double min_area_m2 = 0.35;       ///< of its faces [0.01, 100]
-    double min_extent_m = 0.12;      ///< standard deviation of its landmarks along its shorter side [0.01, 10]
-    double max_chi2 = 1.0;           ///< squared whitened residual per degree of freedom [0.5, 100]; clutter has more
-    double max_bend_m = 0.010;       ///< rms of the best quadratic surface against the plane [0.001, 1]
-    double max_roughness_m = 0.010;  ///< rms of the common part of neighbouring residuals [0.001, 1]
-    double min_coherence = 0.55;     ///< share of the faces with two corners on it whose third is on it, too [0, 1]
-    // Identity.
-    double same_angle_deg = 5.0;    ///< largest angle between planes that may be the same [0.1, 30]
-    double same_distance_m = 0.06;  ///< largest distance between them at their landmarks [0.005, 1]
-    int confirm_keyframes = 2;      ///< a plane is proposed once found at this many keyframes [1, 20]
-    int leave_keyframes = 4;        ///< a plane lost for longer is no longer proposed [1, 100]
-    int forget_keyframes = 100;     ///< a plane found again within this many keeps its id [1, 10000]
+    double face_angle_deg = 4.0;
+    double max_face_angle_deg = 28.0;
+    double max_face_area_m2 = 0.15;
+    double min_support_m2 = 0.2;
+    double search_gate_m = 0.15;
+    double join_m = 0.08;
+    double join_sigmas = 2.5;
+    double stay_m = 0.12;
+    double stay_sigmas = 3.5;
+    double max_point_sigma_m = 0.06;
+    double surface_sigma_m = 0.005;
+    double max_tilt_deg = 3.0;
+    int min_landmarks = 14;
+    double min_area_m2 = 0.35;
+    double min_extent_m = 0.12;
+    double max_chi2 = 1.0;
+    double max_bend_m = 0.010;
+    double max_roughness_m = 0.010;
+    double min_coherence = 0.55;
+    double same_angle_deg = 5.0;
+    double same_distance_m = 0.06;
+    int confirm_keyframes = 2;
+    int leave_keyframes = 4;
+    int forget_keyframes = 100;
 
-    /// kInvalidArgument if a field is outside its range, or a landmark would leave before it joins.
+    /// The condition between fields that does not hold, as a sentence; empty if all hold.
+    std::string_view broken_rule() const;
+    /// kInvalidArgument if a field is outside its range or a condition between fields does not hold.
     Status validate() const;
 };
+
+inline constexpr auto kPlaneFields = std::to_array<ParameterField<PlaneConfig>>({
+    {FACET_FIELD(PlaneConfig, face_angle_deg), "deg", 0.5, 30,
+     "A face supports a plane if its normal is within this angle, plus two standard deviations, of the plane's."},
+    {FACET_FIELD(PlaneConfig, max_face_angle_deg), "deg", 1, 60,
+     "No face supports a plane from which its normal is turned farther than this, however uncertain it is; small "
+     "faces are mostly noise."},
+    {FACET_FIELD(PlaneConfig, max_face_area_m2), "m^2", 0.01, 10,
+     "Area beyond which a face gains no more votes for a plane: however large, it stands on three points."},
+    {FACET_FIELD(PlaneConfig, min_support_m2), "m^2", 0.01, 100,
+     "Least votes for a new plane, as the weighted area of its faces."},
+    {FACET_FIELD(PlaneConfig, search_gate_m), "m", 0.02, 1,
+     "Landmarks within this distance of a candidate take part in its first fit."},
+    {FACET_FIELD(PlaneConfig, join_m), "m", 0.005, 0.5, "A landmark joins a plane only if its distance is below this."},
+    {FACET_FIELD(PlaneConfig, join_sigmas), "-", 0.5, 10,
+     "A landmark joins a plane only if its distance is below this many standard deviations."},
+    {FACET_FIELD(PlaneConfig, stay_m), "m", 0.005, 1, "A landmark leaves its plane if its distance is above this."},
+    {FACET_FIELD(PlaneConfig, stay_sigmas), "-", 0.5, 20,
+     "A landmark leaves its plane if its distance is above this many standard deviations."},
+    {FACET_FIELD(PlaneConfig, max_point_sigma_m), "m", 0.005, 1,
+     "Landmarks whose standard deviation across a plane exceeds this do not join it."},
+    {FACET_FIELD(PlaneConfig, surface_sigma_m), "m", 0.001, 0.1,
+     "Standard deviation of points of a real surface from its plane: how flat surfaces are."},
+    {FACET_FIELD(PlaneConfig, max_tilt_deg), "deg", 0.1, 20,
+     "Largest angle of a floor from level and of a wall from upright."},
+    {FACET_FIELD(PlaneConfig, min_landmarks), "-", 4, kMaxPlaneLandmarks, "Least number of landmarks of a new plane."},
+    {FACET_FIELD(PlaneConfig, min_area_m2), "m^2", 0.01, 100, "Least area covered by the faces of a new plane."},
+    {FACET_FIELD(PlaneConfig, min_extent_m), "m", 0.01, 10,
+     "Least standard deviation of a new plane's landmarks along its shorter side."},
+    {FACET_FIELD(PlaneConfig, max_chi2), "-", 0.5, 100,
+     "Largest sum of a plane's squared residuals, in standard deviations, per degree of freedom; clutter is above."},
+    {FACET_FIELD(PlaneConfig, max_bend_m), "m", 0.001, 1,
+     "Largest root mean square of the difference between a plane and the quadratic surface that fits its points best."},
+    {FACET_FIELD(PlaneConfig, max_roughness_m), "m", 0.001, 1,
+     "Largest root mean square of the part of a plane's residuals that neighbouring points share."},
+    {FACET_FIELD(PlaneConfig, min_coherence), "-", 0, 1,
+     "Of the faces with at least two corners on a plane, the least share with all three corners on it."},
+    {FACET_FIELD(PlaneConfig, same_angle_deg), "deg", 0.1, 30,
+     "Two planes whose normals differ by more than this are never merged."},
+    {FACET_FIELD(PlaneConfig, same_distance_m), "m", 0.005, 1,
+     "Two planes farther apart than this at their landmarks are never merged."},
+    {FACET_FIELD(PlaneConfig, confirm_keyframes), "-", 1, 20,
+     "A plane is reported once it has been found at this many keyframes."},
+    {FACET_FIELD(PlaneConfig, leave_keyframes), "-", 1, 100,
+     "A plane is no longer reported when it has not been found for more keyframes than this."},
+    {FACET_FIELD(PlaneConfig, forget_keyframes), "-", 1, 10000,
+     "A plane no longer reported keeps its identity if it is found again within this many keyframes."},
+});
 
 }  // namespace facet

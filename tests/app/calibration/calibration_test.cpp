@@ -105,11 +105,12 @@ const BadField kBadFields[] = {
     {"cam1", "[-0.1, 0.01, 0.0, 0.0]", "[-5.0, 0.01, 0.0, 0.0]",
      ":15: distortion_coefficients: distortion is not increasing up to the image corner"},
     {"cam1", "intrinsics:", "camera_model: pinhole\nintrinsics:", ":13: camera_model: given twice"},
-    {"imu0", "rate_hz: 200", "rate_hz: 0", ":10: rate_hz: must be positive, is 0"},
-    {"imu0", "1.7e-4", "-1.7e-4", ":11: gyroscope_noise_density: must be positive, is -0.00017"},
+    {"imu0", "rate_hz: 200", "rate_hz: 0", ":10: rate_hz: must be within [20, 10000] Hz, is 0"},
+    {"imu0", "1.7e-4", "-1.7e-4",
+     ":11: gyroscope_noise_density: must be within [1e-07, 1] rad/s/sqrt(Hz), is -0.00017"},
     {"imu0", "gyroscope_random_walk: 1.9e-5\n", "", ":1: gyroscope_random_walk: missing"},
     {"imu0", "accelerometer_random_walk: 3.0e-3", "accelerometer_random_walk: -1",
-     ":14: accelerometer_random_walk: must not be negative, is -1"},
+     ":14: accelerometer_random_walk: must be within [1e-08, 10] m/s^3/sqrt(Hz), is -1"},
 };
 
 TEST_CASE("every bad or missing field is one error with file, line and field") {

@@ -106,7 +106,7 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {replay + " --truth bias --inject time_offset=0.005", "--truth: with stamps that --inject has shifted"},
         {replay + " --start 1000", "no frame between --start"},
         {replay + " --config " + config, config + ":2: window.keyfames: unknown key"},
-        {replay + " --set window.keyframes=1000", "window.keyframes: must be within"},
+        {replay + " --set window.keyframes=1000", "--set window.keyframes=1000: must be within [3, 32], is 1000"},
         {replay + " --calibration " + dir.file("no.yaml"), dir.file("no.yaml") + ": cannot be read"},
         {"replay " + dir.file("none") + " --out " + dir.file("out"), dir.file("none") + ": no such folder"},
         {"eval --groundtruth " + dir.path() + " --estimate " + dir.file("none"), dir.file("none") + ": cannot be read"},

@@ -183,5 +183,22 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
     }
 }
 
+TEST_CASE("a parameter that cannot be used is named with the file it is from") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const std::string vehicle = dir.write("v.yaml", kHead + kCameras + kImu + "estimator: {config: parameters.yaml}\n");
+    const auto error = [&] { return test::input_error_text([&] { (void)load_vehicle(vehicle); }); };
+    const std::string parameters = dir.write("parameters.yaml", "mesh:\n  max_side_m: 200\n");
+    CHECK(error() == parameters + ":2: mesh.max_side_m: must be within [0.05, 100] m, is 200");
+    dir.write("parameters.yaml", "planes:\n  stay_m: 0.01\n");
+    CHECK(error() == vehicle + ": planes: join_m must not exceed stay_m");
+    dir.write("parameters.yaml", "");
+    CHECK(error() == "no error");
+    std::string imu = test::read_file(dir.file("imu.yaml"));
+    imu.replace(imu.find("200"), 3, "2");
+    dir.write("imu.yaml", imu);
+    CHECK(error() == dir.file("imu.yaml") + ":5: update_rate: must be within [20, 10000] Hz, is 2");
+}
+
 }  // namespace
 }  // namespace facet

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/support/allocation_guard.h"
+#include "tests/support/check_fields.h"
 
 namespace facet {
 namespace {
@@ -298,16 +299,7 @@ TEST_CASE("initialization in motion does not allocate") {
 }
 
 TEST_CASE("the config of the initialization in motion is validated field by field") {
-    CHECK(DynamicInitConfig{}.validate() == Status::kOk);
-    for (const auto field : {&DynamicInitConfig::gyro_bias_sigma_rad_per_s,
-                             &DynamicInitConfig::accel_bias_sigma_m_per_s2, &DynamicInitConfig::max_tilt_sigma_rad,
-                             &DynamicInitConfig::max_velocity_sigma_m_per_s, &DynamicInitConfig::max_chi2_per_dof}) {
-        for (const double bad : {0.0, -1.0, 1e3, std::nan("")}) {
-            DynamicInitConfig config;
-            config.*field = bad;
-            CHECK(config.validate() == Status::kInvalidArgument);
-        }
-    }
+    test::check_fields(kDynamicInitFields);
 }
 
 }  // namespace facet

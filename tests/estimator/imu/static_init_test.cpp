@@ -10,6 +10,8 @@
 #include <memory>
 #include <random>
 
+#include "tests/support/check_fields.h"
+
 namespace facet {
 namespace {
 
@@ -224,32 +226,11 @@ TEST_CASE("free fall tells no direction") {
 }
 
 TEST_CASE("the config is validated field by field") {
-    CHECK(InitializerConfig{}.validate() == Status::kOk);
-    double InitializerConfig::*const fields[] = {&InitializerConfig::min_duration_s,
-                                                 &InitializerConfig::max_duration_s,
-                                                 &InitializerConfig::still_gyro_std_rad_per_s,
-                                                 &InitializerConfig::still_accel_std_m_per_s2,
-                                                 &InitializerConfig::still_gyro_mean_rad_per_s,
-                                                 &InitializerConfig::still_gravity_error_m_per_s2,
-                                                 &InitializerConfig::still_velocity_sigma_m_per_s,
-                                                 &InitializerConfig::moving_velocity_sigma_m_per_s,
-                                                 &InitializerConfig::still_tilt_sigma_rad,
-                                                 &InitializerConfig::moving_tilt_sigma_rad,
-                                                 &InitializerConfig::gyro_bias_sigma_rad_per_s,
-                                                 &InitializerConfig::still_gyro_bias_sigma_rad_per_s,
-                                                 &InitializerConfig::accel_bias_sigma_m_per_s2};
-    int index = 0;
-    for (const auto field : fields) {
-        CAPTURE(index++);
-        for (const double bad : {0.0, -1.0, 1e3, std::nan("")}) {
-            InitializerConfig config;
-            config.*field = bad;
-            CHECK(config.validate() == Status::kInvalidArgument);
-        }
-    }
+    test::check_fields(kInitializerFields);
     InitializerConfig crossed;
     crossed.min_duration_s = 1.5;
     CHECK(crossed.validate() == Status::kInvalidArgument);
+    CHECK(crossed.broken_rule() == "min_duration_s must not exceed max_duration_s");
 }
 
 }  // namespace facet

@@ -9,6 +9,8 @@
 #include <memory>
 #include <random>
 
+#include "tests/support/check_fields.h"
+
 namespace facet {
 namespace {
 
@@ -163,18 +165,6 @@ TEST_CASE("too little data is not ready, broken data tells nothing") {
                                rest) == Status::kNotReady);
 }
 
-TEST_CASE("the stationarity config is validated field by field") {
-    CHECK(StationarityConfig{}.validate() == Status::kOk);
-    for (const auto field : {&StationarityConfig::duration_s, &StationarityConfig::margin,
-                             &StationarityConfig::gyro_floor_rad_per_s, &StationarityConfig::accel_floor_m_per_s2,
-                             &StationarityConfig::gyro_mean_rad_per_s, &StationarityConfig::gravity_error_m_per_s2,
-                             &StationarityConfig::gyro_drift_rad_per_s, &StationarityConfig::accel_drift_m_per_s2}) {
-        for (const double bad : {-1.0, 1e3, std::nan("")}) {
-            StationarityConfig config;
-            config.*field = bad;
-            CHECK(config.validate() == Status::kInvalidArgument);
-        }
-    }
-}
+TEST_CASE("the stationarity config is validated field by field") { test::check_fields(kStationarityFields); }
 
 }  // namespace facet

@@ -10,6 +10,7 @@
 
 #include "estimator/geometry/so3.h"
 #include "tests/support/allocation_guard.h"
+#include "tests/support/check_fields.h"
 
 namespace facet {
 namespace {
@@ -139,16 +140,6 @@ TEST_CASE("too few points, or none that agree, are degenerate; impossible points
     CHECK(m.inliers <= 512);
 }
 
-TEST_CASE("the stereo motion config is validated field by field") {
-    CHECK(StereoMotionConfig{}.validate() == Status::kOk);
-    for (const auto field : {&StereoMotionConfig::focal_px, &StereoMotionConfig::baseline_m,
-                             &StereoMotionConfig::point_sigma_px, &StereoMotionConfig::rotation_sigma_rad}) {
-        for (const double bad : {0.0, -1.0, 1e6, std::nan("")}) {
-            StereoMotionConfig config;
-            config.*field = bad;
-            CHECK(config.validate() == Status::kInvalidArgument);
-        }
-    }
-}
+TEST_CASE("the stereo motion config is validated field by field") { test::check_fields(kStereoMotionFields); }
 
 }  // namespace facet

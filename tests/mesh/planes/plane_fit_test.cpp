@@ -139,6 +139,7 @@ TEST_CASE("plane parameters out of range, and gates that contradict each other, 
     config = {};
     config.stay_m = 0.5 * config.join_m;
     CHECK(config.validate() == Status::kInvalidArgument);
+    CHECK(config.broken_rule() == "join_m must not exceed stay_m");
 }
 
 }  // namespace

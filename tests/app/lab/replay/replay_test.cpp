@@ -158,7 +158,7 @@ TEST_CASE("a refused configuration is named") {
     ReplayOptions options = options_for(dir, "out");
     options.config.frontend.window_px = 20;  // even: within the range, but refused
     CHECK(test::input_error_text([&] { run_replay(options, std::atomic<bool>{false}); }) ==
-          "parameters 'frontend.*': one is out of range, or two contradict each other");
+          "frontend: window_px must be odd");
 }
 
 TEST_CASE("a stop request ends the run with complete files") {
