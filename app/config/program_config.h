@@ -9,8 +9,8 @@
 
 namespace facet {
 
-/// The estimator may find that images are later than their stamps say, and can then use them only that much later. Frames
-/// are therefore given to it when inertial samples reach this far beyond their stamps.
+/// The estimator may find that images are later than their stamps say, and can then use them only that much later.
+/// Frames are therefore given to it when inertial samples reach this far beyond their stamps.
 inline constexpr Duration kFrameDelay = Duration::from_seconds(0.02);
 
 /// What a configuration file sets. The estimator itself knows nothing of the mesh.

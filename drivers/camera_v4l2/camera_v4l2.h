@@ -48,8 +48,8 @@ struct CameraV4l2Counters {
 /// Latest-frame source: each next() dequeues all buffers that are ready, delivers the newest good one, unpacked to 8
 /// bits into a slot of its own, and returns every buffer to the driver at once, so that a slow consumer never stalls
 /// capture. Exposure midpoint: start + exposure / 2, or end of frame - readout - exposure / 2. A node that disappears
-/// or fails is reopened once every retry period with all its settings. Thread-bound. Heap in the constructor, in start()
-/// and for problem texts.
+/// or fails is reopened once every retry period with all its settings. Thread-bound. Heap in the constructor, in
+/// start() and for problem texts.
 class CameraV4l2 final : public CameraSource, private Reopenable {
 public:
     /// Images in use: four that wait in a synchroniser, one being processed, one arriving. More than a synchroniser
