@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// How the body moved between two keyframes, from points that stereo gave a depth in both.
+// How the body moved between two keyframes, from points with a stereo depth in both.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,13 +17,13 @@ struct StereoPoint {
     Eigen::Vector3d now = Eigen::Vector3d::UnitZ();
 };
 
-/// One line a field: meaning [unit] [range] and why this default.
+/// One line per field: meaning [unit] [range] and why this default.
 struct StereoMotionConfig {
     double focal_px = 450.0;      ///< turns pixels into angles [50, 1e4]
     double baseline_m = 0.1;      ///< of the stereo pair [1e-3, 10]
     double point_sigma_px = 0.5;  ///< of one observation [0.01, 10]
-    /// Of the given rotation, each axis [1e-5, 0.5]: the gyroscope's over the interval to lean on it, 0.1 to get a rotation
-    /// from the points alone, as initialize_in_motion() needs for the gyro bias.
+    /// Of the given rotation, each axis [1e-5, 0.5]: the gyroscope's over the interval in order to rely on it; 0.1 in
+    /// order to get a rotation from the points alone, as initialize_in_motion() needs for the gyro bias.
     double rotation_sigma_rad = 0.1;
 
     Status validate() const;
@@ -33,21 +33,21 @@ struct StereoMotionConfig {
 struct StereoMotion {
     Eigen::Quaterniond q_Bi_Bj = Eigen::Quaterniond::Identity();
     Eigen::Vector3d p_Bi_Bj = Eigen::Vector3d::Zero();
-    /// [theta p], theta on the right of q_Bi_Bj; the given rotation's part included.
+    /// [theta p], theta on the right of q_Bi_Bj; includes the uncertainty of the given rotation.
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
     int inliers = 0;
 };
 
-/// Weighted least squares of  p_Bi = R Exp(theta) p_Bj + t  over the points, theta with the rotation's prior, over those
-/// that agree: t is first taken from single points, scored by truncated Mahalanobis distance, then refined over the
-/// points within 99 % of chi^2. A point's covariance is that of its two observations: lateral z sigma / f, along the ray
-/// z^2 sqrt(2) sigma / (f b). Points share what rig and matching get wrong; that is not in the covariance.
+/// Weighted least squares of  p_Bi = R Exp(theta) p_Bj + t  over the points that agree, theta with the rotation's
+/// prior: t is first taken from single points, scored by truncated Mahalanobis distance, then refined over the points
+/// within 99 % of chi^2. A point's covariance is that of its two observations: lateral z sigma / f, along the ray
+/// z^2 sqrt(2) sigma / (f b). Errors common to all points, from rig and matching, are not in the covariance.
 /// @param points    at most kMaxFeatures count; those with z <= 0 or not finite are left out
 /// @param T_B_C     left camera to body
 /// @param q_Bi_Bj   rotation of the body, from the gyroscope
 /// @param out       written on kOk only
-/// @return kDegenerate with fewer than 6 points or if less than half of them agree. Deterministic. Reentrant; about
-///         70 KiB of stack. No heap.
+/// @return kDegenerate with fewer than 6 points or if less than half of them agree. Deterministic. Reentrant; about 70
+///         KiB of stack. No heap.
 Status estimate_stereo_motion(std::span<const StereoPoint> points, const Se3& T_B_C, const Eigen::Quaterniond& q_Bi_Bj,
                               const StereoMotionConfig& config, StereoMotion& out);
 
