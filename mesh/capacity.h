@@ -14,7 +14,7 @@ inline constexpr int kMaxTriangles = 2 * kMaxMeshPoints;
 inline constexpr int kMaxMeshVertices = 2 * kMaxLandmarks;
 /// Faces of the horizon's mesh: a mesh over all its vertices.
 inline constexpr int kMaxMeshFaces = 8192;
-/// Points that planes are sought among: landmarks and, while there is room, surface points.
+/// Points among which planes are searched: landmarks and, while there is room, surface points.
 inline constexpr int kMaxPlanePoints = kMaxMeshVertices;
 /// Sectors of a range sweep: what MAVLink's OBSTACLE_DISTANCE carries.
 inline constexpr int kSweepSectors = 72;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Delaunay triangulation of points in the plane, with exact predicates.
+// Delaunay triangulation of points in the plane, with exact predicates; points can be added to it.
 #pragma once
 
 #include <Eigen/Core>
@@ -87,13 +87,13 @@ private:
     void collect();
 
     int duplicates_ = 0;
-    int points_ = 0;  ///< given
-    int count_ = 0;   ///< of these, in the triangulation
+    int points_ = 0;  ///< number of points given
+    int count_ = 0;   ///< number of these in the triangulation
     Edge hull_ = 0;   ///< some edge of the hull, counterclockwise
     std::array<std::int16_t, kMaxEdges> left_face_{};
     std::array<Edge, kMaxTriangles> first_edge_{};        ///< of each triangle
     std::array<Key, kMaxMeshPoints> keys_{};              ///< scratch of sort()
-    std::array<Eigen::Vector2d, kMaxMeshPoints> sorted_;  ///< distinct points, each half of a cut behind the other
+    std::array<Eigen::Vector2d, kMaxMeshPoints> sorted_;  ///< distinct points; the halves of each cut are adjacent
     std::array<std::uint16_t, kMaxMeshPoints> index_{};   ///< of each of them in the input
     FixedVector<Triangle, kMaxTriangles> triangles_;
 };

@@ -13,8 +13,8 @@
 namespace facet {
 
 /// Directed edges in pairs, edge e and its reverse e ^ 1; those that leave a point form a ring, counterclockwise
-/// [Guibas85, for a plane without its dual]. Points are numbers; where they lie is the caller's. Up to kMaxMeshPoints
-/// points: a planar graph of n points has at most 3n - 6 pairs of edges. Thread-bound. No heap.
+/// [Guibas85, for a plane without its dual]. Points are numbers; the caller keeps their positions. Up to
+/// kMaxMeshPoints points: a planar graph of n points has at most 3n - 6 pairs of edges. Thread-bound. No heap.
 class EdgeRings {
 public:
     using Edge = std::uint16_t;
@@ -40,7 +40,7 @@ public:
     /// Along the face on the right, counterclockwise.
     Edge right_previous(Edge e) const { return next_[reverse(e)]; }
 
-    /// An edge alone.
+    /// Makes an edge that is connected to no other.
     Edge make_edge(std::uint16_t from, std::uint16_t to) {
         Edge e = end_;
         if (free_.empty()) {

@@ -23,7 +23,7 @@ enum class FaceVerdict : std::uint8_t {
     kGrazing,     ///< seen edge on
     kDepthStep,   ///< a side jumps in depth, beyond its uncertainty
     kGradient,    ///< a side jumps in depth across an edge of the image
-    kLonely,      ///< large and not in one plane with its neighbours, or without any
+    kLonely,      ///< large and not in one plane with its neighbours, or without neighbours
     kCount
 };
 

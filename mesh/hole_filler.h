@@ -15,7 +15,7 @@ namespace facet {
 /// a hole. A ring is filled if all its vertices are still there, none of its sides has gained a second face, and it
 /// lies within hole_planarity_m of a plane (through its centroid, with Newell's normal), or within twice that if all
 /// faces that left were of one plane. Ears are cut in order of their smallest angle, largest first. At most kMaxHoles
-/// rings are filled in an update; the rest stays open. Thread-bound. No heap.
+/// rings are filled in an update; the others stay open. Thread-bound. No heap.
 class HoleFiller {
 public:
     void clear() { holes_.clear(); }

@@ -44,8 +44,8 @@ struct MeshFace {
     std::uint32_t last_observed = 0;   ///< number of the last update whose triangulation had it
     std::uint16_t observations = 0;    ///< keyframes whose triangulation confirmed it, or the face it replaced
     std::uint16_t contradictions = 0;  ///< times something was seen behind it
-    bool is_fill = false;              ///< closes a hole: its surface has left the horizon as other faces before
-    PlaneId plane;                     ///< plane it belongs to; invalid if none is known
+    bool is_fill = false;              ///< closes a hole; the surface itself has left the horizon with other faces
+    PlaneId plane;                     ///< plane it belongs to; invalid if unknown
 };
 
 /// Up to kMaxMeshVertices vertices and kMaxMeshFaces faces; no two faces have the same three vertices. Faces and

@@ -165,7 +165,7 @@ void Mesher::refresh_faces() {
 }
 
 void Mesher::triangulate() {
-    // Refused are only coordinates that are no image points: then this keyframe adds nothing.
+    // Only invalid image coordinates are refused; this keyframe then adds nothing.
     static_cast<void>(delaunay_.triangulate({image_points_.data(), image_points_.size()}));
     locator_.build(delaunay_.triangles(), {image_points_.data(), image_points_.size()});
 }

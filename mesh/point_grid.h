@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Points of an image in cells, to find out whether one is near.
+// Points of an image in cells, to test whether one is near a pixel.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ class PointGrid {
 public:
     PointGrid() { clear(0.0, 1, 1); }
 
-    /// Forgets all points. @param distance_px  what near means from now on  @param width, height  of the image (px)
+    /// Forgets all points. @param distance_px  distance that counts as near  @param width, height  of the image (px)
     void clear(double distance_px, int width, int height) {
         distance2_ = static_cast<float>(distance_px * distance_px);
         cell_px_ = std::max(static_cast<float>(distance_px), static_cast<float>(std::max(width, height)) / kCells);

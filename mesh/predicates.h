@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Exact signs of the two determinants a Delaunay triangulation is made of.
+// Exact signs of the two determinants that a Delaunay triangulation needs.
 #pragma once
 
 #include <Eigen/Core>

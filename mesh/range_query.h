@@ -50,7 +50,7 @@ public:
                                   double max_range_m) const;
 
     /// Horizontal distance to the nearest point of the mesh in each sector, within the band of heights; max_range_m
-    /// where there is none.
+    /// in sectors without one.
     void sweep(const SweepRequest& request, std::span<double, kSweepSectors> range_m);
 
 private:

@@ -12,7 +12,7 @@ namespace {
 constexpr double kWidth = 2.0 * std::numbers::pi / kSweepSectors;
 constexpr float kNone = 1e30F;
 constexpr std::size_t kBuckets = 256;  ///< of the order by distance
-constexpr float kSlack = 1e-3F;        // m: bounds are floats
+constexpr float kSlack = 1e-3F;        // m: the bounds are floats
 constexpr float kSectorSlack = 0.05F;  // sectors: the arc tangent below is good to 0.003
 constexpr double kMinTurn = 1e-9;      // m^4: rounding does not make a side turn away
 
@@ -42,7 +42,7 @@ struct RangeQuery::Sweep {
 
     static double cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) { return u.x() * v.y() - u.y() * v.x(); }
 
-    /// By the approximate arc tangent, then put right by the exact edges.
+    /// By the approximate arc tangent, then corrected by the exact edges.
     int sector_of(const Eigen::Vector2d& p) const {
         const float t = (turns(static_cast<float>(p.y()), static_cast<float>(p.x())) - start_turns) * kSweepSectors;
         const float wrapped = t - kSweepSectors * std::floor(t / kSweepSectors);
@@ -228,7 +228,7 @@ void RangeQuery::sweep(const SweepRequest& request, std::span<double, kSweepSect
     float next_look = 0.0F;
     for (std::size_t j = 0; j < selected; ++j) {
         const std::size_t i = order_[j];
-        if (bound_[i] > next_look) {  // once a bucket: is any sector open beyond it?
+        if (bound_[i] > next_look) {  // once per bucket: is any sector open beyond it?
             const float nearer = bound_[i] - bucket_m;
             if (nearer > 0.0F && static_cast<double>(nearer * nearer) > sweep.farthest2()) {
                 break;

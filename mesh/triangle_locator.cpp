@@ -40,7 +40,7 @@ int TriangleLocator::locate(const Eigen::Vector2d& xy) const {
         return -1;
     }
     int now = start_[cell_of(xy)];
-    // In a Delaunay triangulation such a walk never comes back to a triangle, so this bound is never met in practice.
+    // In a Delaunay triangulation such a walk never returns to a triangle, so this bound is never reached in practice.
     for (std::size_t step = 0; step <= triangles_.size(); ++step) {
         const Triangle& t = triangles_[static_cast<std::size_t>(now)];
         bool inside = true;

@@ -15,10 +15,11 @@ namespace facet {
 struct Estimate {
     Timestamp stamp;  ///< of the exposure in the IMU's clock: the frame's stamp plus the time offset known before it
     NavState state;
-    /// Of [theta p v]: theta a right perturbation in B (rad), p and v in W (m, m/s). Since the last start; p and yaw are
-    /// relative to where that was.
+    /// Order [theta p v]: theta is a right perturbation in B (rad), p and v are in W (m, m/s). Counted from the last
+    /// start: p and yaw are relative to their values there.
     Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
-    /// Correction of the cameras' place on the body: T_B_Ck = T_B_Bc * (T_B_Ck as calibrated); identity if not estimated.
+    /// Correction of the cameras' pose on the body: T_B_Ck = T_B_Bc * (T_B_Ck as calibrated); identity if not
+    /// estimated.
     Se3 T_B_Bc;
     Eigen::Matrix<double, 6, 1> T_B_Bc_sigma =
         Eigen::Matrix<double, 6, 1>::Zero();  ///< of [theta p]; 0 if not estimated

@@ -14,7 +14,7 @@ namespace {
 // An inertial factor is integrated anew when its bias has moved this far: then the first-order correction errs.
 constexpr double kReintegrateGyro = 2e-3;   // rad/s
 constexpr double kReintegrateAccel = 5e-2;  // m/s^2
-// Before the first estimate is given out the window may take longer: its first guess may be far off, and it is small.
+// Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small.
 constexpr double kInitEffort = 4.0;
 // After a frame that came too late, up to the next keyframe: shares of the solver's steps and of the features.
 constexpr double kLateEffort = 0.5;
@@ -178,7 +178,7 @@ void Estimator::Impl::reintegrate() {
             (bias.gyro - then.gyro).norm() > kReintegrateGyro || (bias.accel - then.accel).norm() > kReintegrateAccel;
         Preintegration anew(bias);
         if (moved && ok(imu.integrate_between(keyframes[k - 1].stamp, keyframes[k].stamp, config.imu_noise, anew))) {
-            // Refused only where the old factor was refused as well, and that one was taken.
+            // It is refused only where the old factor would have been refused too, and that one was accepted.
             static_cast<void>(window.replace_imu_factor(static_cast<int>(k), anew));
         }
     }

@@ -37,37 +37,38 @@ public:
     /// Timing hook; nullptr to remove. Not owned.
     void set_stage_observer(StageObserver* observer);
 
-    /// For studies; nullptr to remove. Not owned.
+    /// Hook for studies; nullptr to remove. Not owned.
     void set_observation_hook(ObservationHook* hook);
 
-    /// Begins anew at the next frame that allows it: a new window from the present attitude, place, velocity and biases,
-    /// the reset counter raised. Without effect before the first start.
+    /// Begins anew at the next frame that allows it: a new window starts from the present attitude, position, velocity
+    /// and biases, and the reset counter is raised. Has no effect before the first start.
     void request_reset();
 
     /// Buffers one inertial sample.
     /// @return kOutOfOrder or kInvalidArgument (not finite): dropped and counted in Health.
     Status add_imu(const ImuSample& sample);
 
-    /// Estimates the state at the frame's stamp. Before there is enough data to start, and until a start in motion has
-    /// found gravity and velocity, Health::state is kInit and the state is not to be used. Without usable images the state
-    /// is carried on by inertial data: DEGRADED, after a while LOST. When images are back, landmarks still in the window
-    /// are looked for where they should be; once LOST, a new window begins from the state carried on, and
-    /// Health::reset_counter rises.
+    /// Estimates the state at the frame's stamp. Until there is enough data to start, and until a start in motion has
+    /// found gravity and velocity, Health::state is kInit and the state must not be used. Without usable images the
+    /// state is predicted from inertial data: DEGRADED at first, LOST after a while. When images return, landmarks
+    /// still in the window are searched for where they are predicted; once LOST, a new window begins from the predicted
+    /// state, and Health::reset_counter rises.
     /// @return kNotReady if inertial samples do not reach the stamp yet: offer the same frame again later;
-    ///         kOutOfOrder if the stamp does not increase; kInvalidArgument if the left image has a wrong size (then the
-    ///         estimate is still valid: predicted from inertial data, health degraded, unless there is none yet).
+    ///         kOutOfOrder if the stamp does not increase; kInvalidArgument if the left image has a wrong size (the
+    ///         estimate, if there is one yet, is then still valid: predicted from inertial data, health degraded).
     Status add_frame(const StereoFrame& frame, Estimate& estimate);
 
-    /// Tells that a frame was finished too late for whoever waits for it. Up to and including the next keyframe fewer features
-    /// are begun and the solver has half its steps; Health shows kReasonOverrun. What a log's replay never calls: its work
-    /// is bounded by the configuration alone.
+    /// Reports that the last frame was finished too late for its consumer. Up to and including the next keyframe, fewer
+    /// features are started and the solver is limited to half its steps; Health shows kReasonOverrun. Not called when a
+    /// log is replayed: there the work is bounded by the configuration alone.
     void report_overrun();
 
-    /// Tells which planes the mesh knows and which landmarks lie on them; holds from the next keyframe on, until told anew.
-    /// Without effect in mode S.
+    /// Passes the planes that the mesh has found, with the landmarks on them. They are used from the next keyframe on,
+    /// until the next call. Has no effect in mode S.
     void set_planes(const PlaneProposals& planes);
 
-    /// Bytes of its storage by part, images' buffers excepted: those depend on the rig and are taken in configure().
+    /// Bytes of the estimator's own storage, by part, without the image buffers: those depend on the rig and are
+    /// allocated in configure().
     static std::span<const MemoryPart> memory();
 
     /// Landmarks and camera at the newest keyframe; empty before the second one. Valid until the next add_frame.

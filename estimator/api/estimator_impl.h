@@ -29,8 +29,8 @@ struct Estimator::Impl {
     Belief now;     ///< at the newest frame
     ImuSpan span;   ///< samples between them
     Phase phase = Phase::kEmpty;
-    bool rests = false;         ///< inertial samples and images: at rest at every frame since the newest keyframe
-    bool reset_wanted = false;  ///< by the user
+    bool rests = false;         ///< by inertial samples and images: at rest at every frame since the newest keyframe
+    bool reset_wanted = false;  ///< requested by the user
     bool is_late = false;       ///< a frame took too long: less work up to the next keyframe
     Timestamp last_image;       ///< stamp of the last frame as given
     RigCalibration::Tangent calibration_sigma = RigCalibration::Tangent::Zero();
@@ -49,22 +49,24 @@ struct Estimator::Impl {
     Status predict(Timestamp stamp, Preintegration& preintegration);
     Status track(const StereoFrame& frame, Timestamp before, bool wants_keyframe);
     void judge_rest(bool image_is_still);
-    /// The vehicle stands where it stood at the newest keyframe: that says more than what inertial data, with the error
-    /// of its velocity and biases, have carried on since.
+    /// The vehicle stands where it stood at the newest keyframe: that is known better than the inertial prediction
+    /// since, which has the errors of velocity and biases.
     void hold_still();
     void take_keyframe(const Preintegration& preintegration);
-    /// While starting in motion: a window that contradicts the closed form begins anew from that.
+    /// During a start in motion: if the window contradicts the closed-form solution, it begins anew from that solution.
     void second_opinion();
-    /// Begins a window with one keyframe: the present frame, at the present belief, of which this is the information.
+    /// Begins a window with one keyframe, the present frame, at the present belief.
+    /// @param information  of that belief
     void begin_window(const StateCovariance& information);
-    /// Replaces a worthless belief: the attitude is levelled by the force that is felt, velocity and biases are forgotten,
-    /// place and yaw are kept roughly if they are finite. @return the initializer's refusal (belief untouched)
+    /// Replaces a worthless belief: the attitude is levelled by the measured specific force, velocity and biases are
+    /// forgotten, and position and yaw are roughly kept if they are finite.
+    /// @return the initializer's error (belief untouched)
     Status fall_back_to_gravity();
-    /// Begins anew at the present frame, from what inertial data have carried on: attitude, place, velocity and biases,
-    /// each as uncertain as it has become.
+    /// Begins anew at the present frame, from the state predicted by inertial data: attitude, position, velocity and
+    /// biases, each with the uncertainty it has reached.
     void restart_in_flight();
     void update_covariance();
-    /// Integrates the inertial factors anew whose bias has moved too far for their first-order correction.
+    /// Integrates anew the inertial factors whose bias has moved too far for their first-order correction.
     void reintegrate();
     Status carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate);
     void act(FrameAction action, const Preintegration& preintegration);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the estimator gives out about a frame: each part fills its own share of the health.
+// What the estimator reports about a frame: each part fills its own share of the health.
 #include <cmath>
 
 #include "estimator/api/estimator_impl.h"

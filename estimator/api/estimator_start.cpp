@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// How the estimator begins a window: at the start, after a second opinion on it, and anew in flight.
+// How the estimator begins a window: at the start, after a second opinion on the start, and anew in flight.
 #include <cmath>
 
 #include "estimator/api/estimator_impl.h"
@@ -8,7 +8,7 @@
 namespace facet {
 namespace {
 
-// After divergence nothing but the direction of gravity and the place is kept, and those roughly.
+// After divergence only the direction of gravity, position and yaw are kept, as uncertain as this:
 constexpr double kDivergedTiltSigma = 0.2;      // rad
 constexpr double kDivergedVelocitySigma = 2.0;  // m/s
 constexpr double kDivergedPositionSigma = 1.0;  // m
@@ -65,7 +65,7 @@ void Estimator::Impl::restart_in_flight() {
     if (is_worthless && !ok(fall_back_to_gravity())) {
         return;
     }
-    // Numbers that rounding could make singular are kept from being so.
+    // Keeps the covariance from becoming singular by rounding.
     now.covariance = (0.5 * (now.covariance + now.covariance.transpose())).eval();
     now.covariance.diagonal().array() += 1e-10;
     rests = reset_wanted = false;

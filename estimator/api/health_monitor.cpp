@@ -10,7 +10,7 @@ namespace {
 constexpr int kFewStereo = 8;
 constexpr int kFewLandmarks = 8;
 constexpr int kWrongKeyframes = 3;
-/// Velocity may be unsure for this long while vision holds the pose: clipped samples hide it for some frames.
+/// Velocity may be uncertain for this long while vision holds the pose: clipped samples hide it for some frames.
 constexpr double kUnsureFor = 1.0;  // s
 /// This many tracked features make vision as good as it gets, for the quality.
 constexpr double kManyFeatures = 60.0;

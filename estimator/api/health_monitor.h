@@ -9,7 +9,7 @@
 
 namespace facet {
 
-/// The signs, one frame's.
+/// The signs at one frame.
 struct HealthEvidence {
     Timestamp stamp;
     bool is_started = false;   ///< there is a window
@@ -18,8 +18,8 @@ struct HealthEvidence {
     ImageState image = ImageState::kUsable;
     bool is_keyframe = false;
     int tracked = 0;           ///< features in this frame
-    int stereo = 0;            ///< of these matched, at a keyframe
-    int newest_landmarks = 0;  ///< landmarks that hold the keyframe after optimization
+    int stereo = 0;            ///< of those, with a stereo match; at keyframes
+    int newest_landmarks = 0;  ///< landmarks that constrain the keyframe after optimization
     ImuSpan imu;               ///< samples between the newest keyframe and the frame
     double speed_m_per_s = 0.0;
     double velocity_sigma_m_per_s = 0.0;  ///< largest of three axes
@@ -32,9 +32,10 @@ struct HealthEvidence {
     bool is_late = false;  ///< work was cut because a frame came late
 };
 
-/// INIT until velocity and gravity are known; then TRACKING, DEGRADED when some sign is bad, LOST when the estimate is
-/// not to be used: no vision for too long, an unsure velocity for a second, speed or a bias beyond belief, residuals that say that
-/// the map is wrong, numbers that are none. LOST ends by restart() only. Thread-bound. No heap.
+/// INIT until velocity and gravity are known; then TRACKING, DEGRADED when some sign is bad, and LOST when the estimate
+/// must not be used: no vision for too long, an uncertain velocity for a second, an implausible speed or bias,
+/// residuals that contradict the map, or values that are not finite. LOST ends only by restart(). Thread-bound. No
+/// heap.
 class HealthMonitor {
 public:
     void configure(const HealthConfig& config) { config_ = config; }
@@ -49,7 +50,7 @@ public:
     void update(const HealthEvidence& evidence, Health& health);
 
     TrackingState state() const { return state_; }
-    /// LOST for a reason that makes the state itself worthless, not only old.
+    /// LOST for a reason that makes the state itself worthless, not merely outdated.
     bool has_diverged() const { return has_diverged_; }
 
 private:
@@ -62,7 +63,7 @@ private:
     bool has_diverged_ = false;
     Timestamp started_;
     Timestamp last_vision_;
-    Timestamp last_sure_;      ///< velocity known well enough
+    Timestamp last_sure_;      ///< the velocity was known well enough
     int wrong_keyframes_ = 0;  ///< in a row
 };
 

@@ -34,7 +34,7 @@ bool find_point(const Landmark& landmark, const WindowCameras& cameras, InverseD
     return ok(triangulate_linear(pair, point)) && ok(triangulate(pair, options, point));
 }
 
-/// Everything of a snapshot but its pixel.
+/// Fills everything of a snapshot but its pixel.
 /// @param variance  of observations, in units of the one they are weighted with
 /// @return false if the landmark has no usable position.
 bool describe(const Landmark& landmark, const WindowState& state, const WindowCameras& cameras, double variance,

@@ -12,7 +12,7 @@ struct MemoryPart {
     std::size_t bytes;
 };
 
-/// What estimator, mesher and plane finder may take together, buffers for the images included.
+/// What estimator, mesher and plane finder may take together, image buffers included.
 inline constexpr std::size_t kMemoryBudget = std::size_t{64} << 20U;
 
 }  // namespace facet

@@ -7,7 +7,7 @@
 namespace facet {
 namespace {
 
-// A window that differs from the closed form by this much, after both have seen the same, has gone astray.
+// A window that differs this much from the closed-form solution of the same data has converged to a wrong state.
 constexpr double kVelocityDifference = 0.3;  // m/s
 constexpr double kTiltDifference = 0.1;      // rad
 constexpr std::size_t kEnoughMotions = 3;
@@ -96,7 +96,7 @@ Status MotionStart::check(const NavState& state, NavState& better,
         !ok(initialize_in_motion({motions_.data(), motions_.size()}, DynamicInitConfig{}, solution))) {
         return Status::kNotFound;
     }
-    // Yaw and place are the window's choice: compare velocity and the direction of gravity as the body sees them.
+    // Yaw and position are chosen by the window: compare velocity and the direction of gravity in the body frame.
     const NavState& other = solution.initial.state;
     const Eigen::Vector3d v_B = state.q_W_B.conjugate() * state.v_W_B;
     const Eigen::Vector3d v_B_other = other.q_W_B.conjugate() * other.v_W_B;
@@ -106,7 +106,7 @@ Status MotionStart::check(const NavState& state, NavState& better,
     if (!((v_B - v_B_other).norm() > kVelocityDifference || tilt > kTiltDifference)) {
         return Status::kNotFound;
     }
-    // The closed form's world is turned about the vertical and moved so that yaw and place stay as they are.
+    // Turns the solution's world about the vertical and moves it, so that yaw and position stay as they are.
     const Eigen::Matrix3d turn = (state.q_W_B * other.q_W_B.conjugate()).toRotationMatrix();
     const double yaw = std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
     const Eigen::Quaterniond q_yaw(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));

@@ -16,24 +16,25 @@
 
 namespace facet {
 
-/// Collects the motions between the first keyframes and solves them for velocity, gravity and biases without a first
-/// guess (dynamic_init.h). The window starts from the mean force as gravity and refines that; where the guess was so wrong
-/// that the window's optimization ended elsewhere, this tells. Usage, while the estimator is in INIT after a moving start:
+/// Collects the motions between the first keyframes and solves them for velocity, gravity and biases without an initial
+/// guess (dynamic_init.h). The window itself starts with the mean force as gravity and refines that. If this guess was
+/// so wrong that the window's optimization ended in another minimum, the comparison shows it. Usage, while the
+/// estimator is in INIT after a moving start:
 ///   start.reset(); start.add_keyframe(...) at every keyframe; if (ok(start.check(...))) begin anew from `better`.
-/// About 60 KiB and 150 KiB of stack. Thread-bound. No heap.
+/// About 60 KiB, and 150 KiB of stack. Thread-bound. No heap.
 class MotionStart {
 public:
     void configure(const StereoRig& rig, const ImuNoise& noise, double pixel_sigma_px);
     void reset();
 
-    /// Takes a keyframe; one whose motion cannot be found starts the collection anew.
+    /// Takes a keyframe; if its motion cannot be found, the collection starts anew.
     void add_keyframe(Timestamp stamp, std::span<const FeatureObservation> observations, const ImuBuffer& imu);
 
-    /// Compares the window's state at the newest keyframe with the closed form.
-    /// @param better       at the state's place and yaw
+    /// Compares the window's state at the newest keyframe with the closed-form solution.
+    /// @param better       the solution, at the position and yaw of `state`
     /// @param information  of `better`, order [theta p v bg ba]
-    /// @return kOk if there is a solution and the state contradicts it, by more than both may err: `better` is to be used;
-    ///         kNotFound if there is none yet, or it agrees (untouched).
+    /// @return kOk if there is a solution and the state differs from it by more than both may err: use `better`;
+    ///         kNotFound if there is no solution yet, or the state agrees with it (outputs untouched).
     Status check(const NavState& state, NavState& better,
                  Eigen::Matrix<double, kStateDim, kStateDim>& information) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A look at what the front-end saw, before the smoother does.
+// A hook to change the front-end's observations before the smoother receives them.
 #pragma once
 
 #include <span>
@@ -9,8 +9,8 @@
 
 namespace facet {
 
-/// May change the observations of a frame between front-end and smoother. For studies, which put the truth in the place of
-/// a stage to see what that stage costs; the front-end itself goes on from what it saw.
+/// May change the observations of a frame between front-end and smoother. For studies that replace the output of a
+/// stage by the truth to see what that stage costs; the front-end itself continues from what it saw.
 class ObservationHook {
 public:
     virtual ~ObservationHook() = default;

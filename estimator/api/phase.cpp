@@ -4,9 +4,9 @@
 namespace facet {
 namespace {
 
-// A restart in flight needs this many stereo matches: they are all that ties the first keyframes together.
+// A restart in flight needs this many stereo matches: nothing else connects the first keyframes.
 constexpr int kRestartStereo = 20;
-// When a rest ends, a keyframe this old is followed by one at once: inertial data have carried it on for too long.
+// When a rest ends and the newest keyframe is this old, a new one follows at once: the prediction is too old.
 constexpr double kStaleKeyframe_s = 0.5;
 
 }  // namespace

@@ -15,36 +15,36 @@ enum class Phase : std::uint8_t {
     kCoasting,   ///< carried from frame to frame: inertial samples no longer reach back to the newest keyframe
 };
 
-/// There is a window: a state is estimated, well or badly.
+/// There is a window, so that a state is estimated, well or badly.
 constexpr bool has_window(Phase phase) { return phase >= Phase::kFollowing; }
 
-/// What is known of a frame when its inertial prediction has been made, before its images are looked at.
+/// Information about a frame after its inertial prediction, before its images are examined.
 struct PredictionEvidence {
     Phase phase = Phase::kFollowing;
-    bool is_lost = false;             ///< by the health monitor, and starting anew by itself is allowed
-    bool reset_wanted = false;        ///< by the user
+    bool is_lost = false;             ///< judged so by the health monitor, and an automatic restart is allowed
+    bool reset_wanted = false;        ///< requested by the user
     bool inertial_data_poor = false;  ///< a gap or clipped samples since the newest keyframe
     bool rests = false;               ///< at rest by inertial samples and images since the newest keyframe
     double keyframe_age_s = 0.0;
 };
 
-/// The window is to begin anew at the next frame that allows it.
+/// Whether the window shall begin anew at the next frame that allows it.
 constexpr bool must_restart(const PredictionEvidence& e) {
     return e.is_lost || e.reset_wanted || e.phase == Phase::kCoasting;
 }
 
-/// The front-end should make this frame a keyframe if it can: to begin anew, because only vision can say where the vehicle
-/// is, or because a rest has ended whose keyframe is old.
+/// Whether the front-end should make this frame a keyframe if it can: to begin anew, because only vision can determine
+/// where the vehicle is, or because a rest with an old keyframe has ended.
 bool wants_keyframe(const PredictionEvidence& e);
 
-/// What is known of a frame once the front-end has tracked it.
+/// Information about a frame after the front-end has tracked it.
 struct FrameEvidence {
     Phase phase = Phase::kFollowing;
     bool must_restart = false;
     bool is_keyframe = false;
     int stereo = 0;               ///< features with a right match
     bool rests = false;           ///< at rest since the newest keyframe, this frame included
-    bool image_is_still = false;  ///< images show no motion since the newest keyframe
+    bool image_is_still = false;  ///< the images show no motion since the newest keyframe
 };
 
 enum class FrameAction : std::uint8_t {

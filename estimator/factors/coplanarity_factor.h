@@ -19,8 +19,8 @@ struct CoplanarityLinearization {
 
 /// Co-planarity residual of [Rosinol19], n . p - d, about the plane's anchor:
 ///   r = (n . (p - o) - h) / sigma,    p = c + R_W_H (x, y, 1) / rho.
-/// @param plane      where the residual is taken
-/// @param plane_lin  where the Jacobians are taken (first-estimate Jacobians); equal to `plane` if free
+/// @param plane      where the residual is evaluated
+/// @param plane_lin  where the Jacobians are evaluated (first-estimate Jacobians); equal to `plane` if free
 /// @return kDegenerate if the point is practically at infinity (outputs untouched). No heap. Reentrant.
 Status linearize_coplanarity(const Plane& plane, const Plane& plane_lin, const CameraPose& host,
                              const InverseDepthPoint& point, double sigma_m, const HuberLoss& loss,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// How two planes, or a plane and gravity, lie to each other.
+// Factors on the relative orientation of two planes, or of a plane and gravity.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace facet {
 
-/// Whitened, robustly weighted linearization with respect to the normals' turns v of both sides. The second row is zero
+/// Whitened, robustly weighted linearization with respect to the rotations v of both normals. The second row is zero
 /// for orthogonal sides.
 struct PlanePairLinearization {
     Eigen::Vector2d r;
@@ -18,7 +18,7 @@ struct PlanePairLinearization {
     double cost = 0.0;  ///< robust
 };
 
-/// One side: where the residual is taken and where the Jacobians are. The vertical is a side that nobody moves.
+/// One side: where the residual is evaluated and where the Jacobians are. The vertical is a side that stays fixed.
 struct PlaneSide {
     const Plane* plane = nullptr;
     const Plane* plane_lin = nullptr;

@@ -46,7 +46,7 @@ void PriorFactor::append_globals(int count) {
 }
 
 void PriorFactor::marginalize_plane(int first) {
-    constexpr double kHeld = 1e-6;  // least information of a direction that counts
+    constexpr double kHeld = 1e-6;  // least information for a direction to count as constrained
     FACET_ASSERT(first >= 0 && first + kPlaneDim <= globals_);
     const Eigen::Matrix3d h_mm = h().block<kPlaneDim, kPlaneDim>(first, first);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(h_mm);

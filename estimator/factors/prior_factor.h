@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The Gaussian prior on the oldest states of the window: what marginalization has left behind.
+// The Gaussian prior on the oldest states of the window, which marginalization produces.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,11 +11,11 @@
 
 namespace facet {
 
-/// Quadratic prior over the parameters that all keyframes share (globals, first) and the window's first keyframes, about
-/// the points where they were linearized:
-///   c(d) = g^T d + 1/2 d^T H d,   d_k = x_lin,k.box_minus_to(x_k), order [theta p v bg ba], 15 a keyframe.
-/// First-estimate Jacobians: d moves with the tangent of x_k one to one, so the prior's Jacobian never changes and its
-/// null space (yaw and position) stays what it was. [Huang10], [Leutenegger15] Sec. 3.5
+/// Quadratic prior on the parameters shared by all keyframes (the globals, first) and on the window's first keyframes,
+/// about the points where they were linearized:
+///   c(d) = g^T d + 1/2 d^T H d,   d_k = x_lin,k.box_minus_to(x_k), order [theta p v bg ba], 15 per keyframe.
+/// First-estimate Jacobians: d changes one to one with the tangent of x_k, so the prior's Jacobian never changes and
+/// its null space (yaw and position) is preserved. [Huang10], [Leutenegger15] Sec. 3.5
 /// Thread-bound. No heap; 2.3 MB.
 class PriorFactor {
 public:
@@ -39,16 +39,16 @@ public:
     Vector g() { return {g_.data(), dim_}; }
     ConstVector g() const { return {g_.data(), dim_}; }
 
-    /// Appends this many globals that the prior knows nothing of.
+    /// Appends this many globals, about which the prior has no information.
     void append_globals(int count);
 
-    /// Takes a plane, three globals from row `first` on, out by the Schur complement: what it ties together stays tied.
-    /// Directions in which the prior does not hold it are left out.
+    /// Removes a plane, three globals from row `first` on, by the Schur complement: the coupling it makes between other
+    /// parameters is kept. Directions of the plane in which the prior has no information are left out.
     void marginalize_plane(int first);
 
-    /// Moves keyframe 0's linearization point by its displacement d: g += H d in its block, with H and g turned into the
-    /// tangent there by Jr^-1(d_theta). Exact for the quadratic; only for a prior over one keyframe that is independent of
-    /// the globals.
+    /// Moves keyframe 0's linearization point by its displacement d: g += H d in its block, with H and g transformed
+    /// into the tangent there by Jr^-1(d_theta). Exact for the quadratic; only for a prior on one keyframe that is
+    /// independent of the globals.
     void rebase_single(const Eigen::Matrix<double, kStateDim, 1>& d);
 
     /// Cost at displacement d, and H d + g into `gradient` (both of dimension dim()).

@@ -16,7 +16,7 @@ struct Camera {
     const Eigen::Vector2d& measured;
 };
 
-/// Fills two rows from `row` on. @return kDegenerate if the point is behind the camera
+/// Fills two rows, starting at `row`. @return kDegenerate if the point is behind the camera
 Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
                  const RobustLoss& loss, int row, StereoLinearization& out) {
     const Eigen::Vector3d q = camera.view.sight_line(point);

@@ -10,7 +10,7 @@
 
 namespace facet {
 
-/// One landmark as one keyframe saw it, normalised undistorted coordinates.
+/// One landmark as seen by one keyframe, in normalised undistorted coordinates.
 struct StereoMeasurement {
     Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();
     Eigen::Vector2d right_xy = Eigen::Vector2d::Zero();  ///< only if has_right
@@ -33,8 +33,8 @@ struct StereoView {
     RelativeView right;
 };
 
-/// Whitened, robustly weighted linearization of one measurement: rows (u0, v0, u1, v1), the last two zero if there is no
-/// right one. Weights are applied: normal equations are J^T J and J^T r as they stand.
+/// Whitened, robustly weighted linearization of one measurement: rows (u0, v0, u1, v1), the last two zero without a
+/// right measurement. The weights are applied already: the normal equations are J^T J and J^T r.
 struct StereoLinearization {
     /// Pose parameters padded to whole vectors: rows of J^T beyond kPoseDim are zero.
     static constexpr int kPaddedPoseDim = 8;
@@ -50,11 +50,12 @@ struct StereoLinearization {
 ///   q_Ck = T_Ck_H (x, y, 1, rho) = R_Ck_B (R_W_B^T (ray_W + rho (centre_W - p_W_B)) - rho p_B_Ck)
 ///   r_k  = scale_k * (q_Ck.xy / q_Ck.z - xy_k)
 /// Structureless vision factor before elimination of the point: [Forster17] Sec. VII, with an inverse-depth chart.
-/// The host camera only gives the chart of the point: no Jacobian with respect to the host pose arises, because the
-/// point is a free variable that gets eliminated.
-/// @param view      the host as seen from the pose at which the residual is taken
-/// @param view_lin  likewise from the pose at which the Jacobians are taken (first-estimate Jacobians); equal to view if free
-/// @param R_B_W_lin rotation of that pose
+/// The host camera only defines the chart of the point: there is no Jacobian with respect to the host's pose, because
+/// the point is a free variable that is eliminated.
+/// @param view      the host as seen from the pose at which the residual is evaluated
+/// @param view_lin  likewise from the pose at which the Jacobians are evaluated (first-estimate Jacobians); equal to
+///                  `view` if free
+/// @param R_B_W_lin rotation of the latter pose
 /// @return kDegenerate if the point is behind a camera at either pose (outputs untouched). No heap. Reentrant.
 Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
                         const StereoView& view_lin, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,

@@ -44,7 +44,7 @@ void CornerScore::gradients(const ImageView& image, int v) {
 void CornerScore::slide(int v) {
     const std::size_t in = static_cast<std::size_t>(v % (kWindow + 1)) * static_cast<std::size_t>(width_);
     const std::size_t out = static_cast<std::size_t>((v + 1) % (kWindow + 1)) * static_cast<std::size_t>(width_);
-    // None of these overlap, nor do they hold the width; unless told so, the compiler does one pixel at a time.
+    // None of these overlap, nor do they alias the width; without __restrict the loop would not be vectorized.
     const int width = width_;
     const std::int16_t* const __restrict gu = gu_.data() + in;
     const std::int16_t* const __restrict gv = gv_.data() + in;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// How much of a corner each pixel of an image is.
+// How corner-like each pixel of an image is.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@ namespace facet {
 
 /// Least eigenvalue of the gradient matrix [Shi94]
 ///   M = sum over a 5x5 window of g g',   g = (Sobel 3x3 of the image) / (20 * 255)
-/// Sums are exact integers: column sums slide down the image, so that each pixel costs the same for any window.
+/// Sums are exact integers: column sums slide down the image, so that the cost per pixel does not depend on the window.
 /// Heap: in configure() only. Thread-bound.
 class CornerScore {
 public:
-    static constexpr int kReach = 3;  ///< from a pixel to the farthest one that its score depends on
+    static constexpr int kReach = 3;  ///< distance to the farthest pixel that a score depends on
 
     void configure(int width, int height);
 
@@ -38,7 +38,7 @@ private:
     float best_ = 0.0F;
     std::vector<std::int16_t> gu_;  ///< of the last kWindow + 1 rows
     std::vector<std::int16_t> gv_;
-    std::vector<std::int32_t> uu_;  ///< sums over the last kWindow rows, one a column
+    std::vector<std::int32_t> uu_;  ///< sums over the last kWindow rows, one per column
     std::vector<std::int32_t> uv_;
     std::vector<std::int32_t> vv_;
     std::vector<float> scores_;

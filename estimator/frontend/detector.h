@@ -18,9 +18,9 @@ namespace facet {
 using CornerList = boost::container::static_vector<Eigen::Vector2d, kMaxFeatures + kMaxSurfacePoints>;
 
 /// Shi-Tomasi corners (least eigenvalue of the gradient matrix, [Shi94]) that are local maxima. The image is divided
-/// into cells; cells with the fewest tracks are served first, one corner a cell and round. Corners stand on whole
-/// pixels: what a track follows is the patch about its corner, so moving the corner by part of a pixel makes it no more
-/// accurate, and a patch cut on whole pixels needs no interpolation.
+/// into cells; cells with the fewest tracks are served first, with one corner per cell in each round. Corners lie on
+/// whole pixels: a track follows the patch around its corner, so moving the corner by a fraction of a pixel would not
+/// make it more accurate, and a patch cut on whole pixels needs no interpolation.
 /// Heap: in configure() only. Thread-bound.
 class Detector {
 public:
@@ -36,13 +36,13 @@ private:
         std::int16_t u = 0;
         std::int16_t v = 0;
     };
-    static constexpr int kPerCell = 64;  ///< strongest candidates kept a cell: bounds the work
+    static constexpr int kPerCell = 64;  ///< strongest candidates kept per cell: bounds the work
 
     void collect(float threshold);
-    /// Offers those of the pixels (u ... u + count - 1, v), count <= simd::kLanes, that are free and local maxima.
+    /// Offers those of the pixels (u ... u + count - 1, v), count <= simd::kLanes, that are free local maxima.
     void offer_peaks(int u, int v, int count, float threshold);
     void offer(int u, int v, float score);
-    /// Next candidate of a cell that is not blocked; nullptr if there is none.
+    /// Next candidate of a cell that is not blocked; nullptr if none is left.
     const Candidate* next_free(std::size_t cell);
     void occupy(const Eigen::Vector2d& uv);
     int cell_of(int u, int v) const;
@@ -53,12 +53,12 @@ private:
     int border_ = 0;
     CornerScore score_;
     std::vector<std::uint8_t> blocked_;
-    std::vector<int> column_of_;         ///< column of cells that a pixel's column lies in
+    std::vector<int> column_of_;         ///< column of cells that holds a pixel's column
     std::vector<int> row_of_;            ///< likewise
-    std::vector<int> disc_;              ///< half width of the blocked disc, a row each
-    std::vector<Candidate> candidates_;  ///< kPerCell a cell, strongest first
+    std::vector<int> disc_;              ///< half width of the blocked disc, one entry per row
+    std::vector<Candidate> candidates_;  ///< kPerCell per cell, strongest first
     std::vector<int> count_;             ///< candidates of each cell
-    std::vector<int> next_;              ///< first candidate not looked at
+    std::vector<int> next_;              ///< first candidate not yet examined
     std::vector<int> tracks_;            ///< tracks and new corners in each cell
     std::vector<int> order_;             ///< cells, emptiest first
 };

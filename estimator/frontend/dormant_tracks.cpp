@@ -8,7 +8,7 @@ namespace {
 
 /// Shifts may differ by this much from their median: parallax that the predicted pose gets wrong (px).
 constexpr double kShiftSpread = 3.0;
-/// With fewer points found there is no median worth the name.
+/// With fewer points found the median is not reliable.
 constexpr std::size_t kEnoughForMedian = 4;
 /// Without a median a point must be this near its prediction (px).
 constexpr double kSureShift = 2.0;

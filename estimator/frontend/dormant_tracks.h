@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Tracks that were lost from sight, kept until their landmark is forgotten, and found again where it should appear.
+// Lost tracks, kept until the smoother drops their landmark, and found again where it is predicted.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,47 +16,49 @@
 
 namespace facet {
 
-/// The prediction of a landmark among those sorted by id; nullptr if there is none. Reentrant.
+/// The prediction of a landmark among predictions sorted by id; nullptr if it has none. Reentrant.
 const LandmarkPrediction* find_prediction(std::span<const LandmarkPrediction> predictions, LandmarkId id);
 
 using TrackList = boost::container::static_vector<Track, kMaxFeatures>;
 
-/// A track ends when its point leaves the image, is hidden, or when the image goes dark. Its template is kept here. If the
-/// smoother later predicts the landmark inside the image, the template is aligned at that place, turned and scaled by
-/// what the camera has done since; what is found goes on as the same landmark. So a second of darkness costs no more
-/// than what inertial data drift meanwhile, and a look back to a place closes the loop within the window.
-/// Found points must lie within recall_radius_px of the prediction, and agree on where the prediction is off: the
-/// median shift is the truth, as an error of the predicted pose shifts all points alike.
-/// Full: the track lost longest ago is forgotten. No heap. Thread-bound.
+/// A track ends when its point leaves the image or is hidden, or when the image goes dark. Its template is kept here.
+/// If the smoother later predicts the landmark inside the image, the template is aligned there, rotated and scaled
+/// according to the camera's motion since; a track that is found continues as the same landmark. So a second of
+/// darkness costs no more than the inertial drift meanwhile, and a look back to a former place closes the loop within
+/// the window.
+/// Found points must lie within recall_radius_px of the prediction and agree on its error: an error of the predicted
+/// pose shifts all points alike, so the median shift is taken as the true one.
+/// When full, the track lost longest ago is forgotten. No heap. Thread-bound.
 class DormantTracks {
 public:
     void configure(const FrontendConfig& config, const StereoRig& rig);
 
     int size() const { return static_cast<int>(dormant_.size()); }
 
-    /// Forgets all; the tracker's slots are its own business.
+    /// Forgets all; the tracker's slots are not freed.
     void clear() { dormant_.clear(); }
 
-    /// Takes a lost track, its template slot included. @param q_B0_B  body now to any fixed frame, by the gyroscope
+    /// Takes over a lost track with its template slot. @param q_B0_B  body now to any fixed frame, by the gyroscope
     void add(const Track& track, const Eigen::Quaterniond& q_B0_B, Tracker& tracker);
 
-    /// Frees the slot of the track lost longest ago; false if there is none.
+    /// Frees the slot of the track lost longest ago; false if there are no dormant tracks.
     bool forget_oldest(Tracker& tracker);
 
-    /// Forgets tracks whose landmarks are not among the predictions (sorted by id): the smoother has dropped them.
+    /// Forgets tracks whose landmarks are not among the predictions (sorted by id), because the smoother has dropped
+    /// them.
     void forget_unknown(std::span<const LandmarkPrediction> predictions, Tracker& tracker);
 
-    /// A new keyframe has come, without these tracks.
+    /// A new keyframe was made; none of these tracks is in it.
     void leave_keyframe();
 
-    /// Looks for landmarks predicted in the image and moves those found to `tracks`, of which there may be `most`.
+    /// Searches the image for predicted landmarks and moves the tracks it finds to `tracks`, which may grow to `most`.
     void recall(const ImagePyramid& image, std::span<const LandmarkPrediction> predictions,
                 const Eigen::Quaterniond& q_B0_B, int most, Tracker& tracker, TrackList& tracks);
 
 private:
     struct Dormant {
         Track track;
-        Eigen::Quaterniond q_B0_B;  ///< when it was lost
+        Eigen::Quaterniond q_B0_B;  ///< at the time it was lost
     };
     struct Found {
         std::size_t index;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Correlates a patch of one image with a stretch of a curve in another.
+// Correlates a patch of one image with a piece of a curve in another.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,25 +18,25 @@ struct CurveStretch {
     Eigen::Vector2f middle;  ///< place count / 2
     Eigen::Vector2f last;    ///< place count, the first one of the next stretch
     Eigen::Matrix2f A;       ///< derivative of the place in the middle with respect to the point in the first image
-    int count = 0;           ///< places looked at, at most kMaxPlaces
+    int count = 0;           ///< number of places, at most kMaxPlaces
 };
 
-/// Neighbouring places of a curve see nearly the same pixels. So the second image is interpolated once, in a strip along
-/// the stretch: column j is centred on place j, rows run across. The patch is cut from the first image as the strip
-/// would show it, turned and scaled by A; correlating is then sliding it over the columns, a vector of places at a time,
-/// without interpolation. The places are taken from the parabola through the three given, and the scale is the middle's:
-/// good enough to find the best place, not to refine it.
+/// Neighbouring places on a curve see nearly the same pixels. Therefore the second image is interpolated once, in a
+/// strip along the stretch: column j is centred on place j, rows run across. The patch is cut from the first image as
+/// the strip would show it, rotated and scaled by A; the correlation then slides it over the columns, a vector of
+/// places at a time, without interpolation. The places lie on the parabola through the three given points, and the
+/// scale is that of the middle: accurate enough to find the best place, not to refine it.
 /// Heap: in configure() only. Thread-bound.
 class EpipolarScan {
 public:
     /// @param window_px  side of the window, odd
     void configure(int window_px);
 
-    /// Whether the places are about a pixel apart, as the scan's grid needs them.
+    /// Whether the places are about a pixel apart, as the scan's grid requires.
     static bool suits(const CurveStretch& stretch);
 
-    /// Weighted normalised correlation of the patch about `at` with each place; -1 where the patch would leave the second
-    /// image, and everywhere if the patch, or the place, has no texture. The stretch must suit.
+    /// Weighted normalised correlation of the patch about `at` with each place; -1 where the patch would leave the
+    /// second image, and everywhere if the patch or the place has no texture. The stretch must be one that suits().
     void correlate(const RowPairs& first, const Eigen::Vector2f& at, const RowPairs& second,
                    const CurveStretch& stretch, float* scores);
 

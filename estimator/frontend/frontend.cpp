@@ -40,7 +40,7 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
     if (has_previous) {
         follow_tracks(hints.q_Bp_B, (frame.stamp - previous_stamp).seconds(), output);
         if (2 * live() < keyframe_tracks) {
-            recall(hints, output);  // most tracks lost at once: after darkness, or behind something large
+            recall(hints, output);  // most tracks were lost at once: after darkness, or behind something large
         }
         reject_mono_outliers(output);
     }

@@ -31,10 +31,10 @@ public:
 
     /// Processes one frame.
     /// @param frame      left image of the rig's size; the right one may be empty: then no stereo matches
-    /// @param hints      rotation from the gyroscope, and what the smoother knows
+    /// @param hints      rotation from the gyroscope, and predictions by the smoother
     /// @param output     filled on kOk; an image that cannot be tracked is kOk too: see FrontendOutput::image
-    /// @return kInvalidArgument on a wrong image size or a rotation that is not one, kOutOfOrder if the stamp does not
-    ///         increase: the tracks stay as they were.
+    /// @return kInvalidArgument on a wrong image size or a rotation that is not a unit quaternion, kOutOfOrder if the
+    ///         stamp does not increase: the tracks then stay as they were.
     Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
 
     /// Ends the tracks the smoother has judged to be outliers; unknown ids are ignored.

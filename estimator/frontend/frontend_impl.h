@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What stands behind Frontend: its parts, the tracks, and the steps of one frame.
+// The implementation of Frontend: its parts, the tracks, and the steps of one frame.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,8 @@
 
 namespace facet {
 
-/// frontend.cpp has the order of the steps, frontend_tracking.cpp those of every frame, frontend_keyframe.cpp those of
-/// keyframes. Heap: in configure() only. Thread-bound.
+/// frontend.cpp contains the order of the steps, frontend_tracking.cpp the steps of every frame, frontend_keyframe.cpp
+/// those of keyframes. Heap: in configure() only. Thread-bound.
 struct Frontend::Impl {
     FrontendConfig config;
     StereoRig rig;
@@ -51,7 +51,7 @@ struct Frontend::Impl {
     boost::container::static_vector<std::uint8_t, kMaxFeatures> inlier;
     boost::container::static_vector<double, kMaxFeatures> values;
     boost::container::static_vector<Eigen::Vector2d, kMaxFeatures> positions;
-    CornerList corners;  ///< found at this keyframe and not begun as tracks
+    CornerList corners;  ///< found at this keyframe, but not started as tracks
 
     void reset();
     Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
@@ -59,13 +59,13 @@ struct Frontend::Impl {
     void recall(const FrameHints& hints, FrontendOutput& output);
     void follow_and_choose(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
     Eigen::Vector3d camera_velocity() const;
-    double median();  ///< of `values`, which it reorders; 0 if there are none
+    double median();  ///< of `values`, which it reorders; 0 if that is empty
     double median_inverse_depth();
     void follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output);
     void reject_mono_outliers(FrontendOutput& output);
     void measure_disparity(FrontendOutput& output);
     void make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output);
-    /// Tracks that a keyframe fills up to.
+    /// Number of tracks that a keyframe is filled up to.
     int wanted_features(const FrameHints& hints) const;
     void begin_tracks(const FrameHints& hints, bool has_right, FrontendOutput& output);
     void match_stereo(const FrameHints& hints);

@@ -78,7 +78,7 @@ void Frontend::Impl::match_stereo(const FrameHints& hints) {
     reject_stereo_outliers();
 }
 
-/// The corners that no track begins at: where they are is known from this frame alone.
+/// Matches the corners at which no track begins: their position is known from this frame alone.
 void Frontend::Impl::match_surface(FrontendOutput& output) {
     for (const Eigen::Vector2d& uv : corners) {
         FeatureObservation o;

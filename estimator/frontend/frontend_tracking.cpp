@@ -53,7 +53,7 @@ void Frontend::Impl::follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s
     FrameMotion motion;
     motion.q_C_Cp = (rig.T_B_C0.q.conjugate() * q_Bp_B.conjugate() * rig.T_B_C0.q).normalized();
     motion.dt_s = dt_s;
-    // New tracks have no velocity of their own: that of the camera, and their depth, give them one.
+    // New tracks have no velocity of their own: it is computed from the camera's velocity and their depth.
     const double usual = median_inverse_depth();
     const Eigen::Vector3d v = camera_velocity();
     std::size_t kept = 0;
@@ -99,7 +99,7 @@ void Frontend::Impl::reject_mono_outliers(FrontendOutput& output) {
 
 void Frontend::Impl::measure_disparity(FrontendOutput& output) {
     // Without a good gyroscope bias (before initialization) the compensated disparity of a vehicle at rest is not
-    // small, but the plain one is: standing still is either.
+    // small, but the plain one is: one of the two suffices for standing still.
     const auto disparity_after = [this](const Eigen::Matrix3d& R) {
         values.clear();
         for (const Track& track : tracks) {
@@ -114,7 +114,7 @@ void Frontend::Impl::measure_disparity(FrontendOutput& output) {
     const bool any = !values.empty();
     const double plain_px = disparity_after(Eigen::Matrix3d::Identity());
     const bool small = any && std::min(output.median_disparity_px, plain_px) < config.still_disparity_px;
-    // Shortly after a keyframe the disparity is small at any speed: the verdict of the keyframe stands.
+    // Shortly after a keyframe the disparity is small at any speed: the keyframe's verdict is kept.
     const bool long_enough = (output.stamp - keyframe_stamp).seconds() >= config.keyframe_min_interval_s - 1e-3;
     output.is_still = small && (long_enough || was_still);
     was_still = output.is_still;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the front-end takes and gives: plain values.
+// Inputs and outputs of the front-end: plain values.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,9 +17,9 @@ namespace facet {
 /// What is known about a frame before looking at it.
 struct FrameHints {
     Eigen::Quaterniond q_Bp_B = Eigen::Quaterniond::Identity();  ///< body now to the previous frame: p_Bp = q * p_B
-    std::span<const LandmarkPrediction> landmarks;               ///< all that the smoother holds, by increasing id
+    std::span<const LandmarkPrediction> landmarks;               ///< all of the smoother's, by increasing id
     bool wants_keyframe = false;  ///< inertial data are poor: vision has to say where the vehicle is
-    double effort = 1.0;          ///< share of the configured number of features that a keyframe fills up to
+    double effort = 1.0;          ///< share of the configured number of features that a keyframe is filled up to
 };
 
 /// Whether an image can be tracked.
@@ -28,10 +28,10 @@ enum class ImageState : std::uint8_t {
     kDark,         ///< hardly anything but black
     kOverexposed,  ///< hardly anything but white
     kFlat,         ///< no contrast
-    kFrozen,       ///< the previous image once more, although the vehicle turned
+    kFrozen,       ///< the previous image again, although the vehicle turned
 };
 
-/// The front-end's verdict on one frame. Observations are filled for every frame; right ones only at keyframes.
+/// The front-end's result for one frame. Observations are filled at every frame; right ones only at keyframes.
 struct FrontendOutput {
     Timestamp stamp;
     ImageState image = ImageState::kUsable;  ///< otherwise nothing was tracked, and there is no keyframe
@@ -45,11 +45,11 @@ struct FrontendOutput {
     int detected = 0;  ///< new tracks begun in this frame
     int stereo = 0;    ///< observations with a right match
     boost::container::static_vector<FeatureObservation, kMaxFeatures> observations;
-    /// At a keyframe: corners between the tracks that have a right match. They are not tracked, and the smoother does not
-    /// see them; their ids are no track's.
+    /// At a keyframe: corners between the tracks that have a right match. They are not tracked, and the smoother does
+    /// not see them; their ids differ from those of all tracks.
     boost::container::static_vector<FeatureObservation, kMaxSurfacePoints> surface;
 
-    /// Fills what images say of the health.
+    /// Fills the fields of the health that come from images.
     void report(Health& health) const {
         health.is_keyframe = is_keyframe;
         health.tracked = tracked;

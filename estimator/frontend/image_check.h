@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Tells whether an image can be tracked at all.
+// Decides whether an image can be tracked at all.
 #pragma once
 
 #include "estimator/frontend/frontend_types.h"
@@ -7,13 +7,13 @@
 
 namespace facet {
 
-/// Judges an image by a coarse pyramid level, where noise is averaged out: dark or overexposed when hardly anything but
-/// one end of the range is left, flat when there is no contrast in between.
+/// Judges an image by a coarse pyramid level, where noise is averaged out: dark or overexposed when nearly all pixels
+/// are at one end of the range, flat when there is no contrast in between.
 /// Reentrant. No heap.
 ImageState check_image(const ImageView& coarse);
 
-/// True if two images of one size are equal in every 16th row: a camera that delivers an old buffer again. Noise keeps
-/// any two exposures apart.
+/// True if two images of one size are equal in every 16th row: the camera has delivered an old buffer again. Any two
+/// exposures differ by their noise.
 bool is_same_image(const ImageView& a, const ImageView& b);
 
 }  // namespace facet

@@ -39,7 +39,7 @@ Status ImagePyramid::configure(int width, int height, int levels) {
 
 void ImagePyramid::halve(int l) {
     // Weights 1 4 6 4 1 down, then across; the sums stay below 2^16 even after both, rounding included.
-    // Copies, and __restrict, because bytes written might be anything, even a view's width: nothing would be vectorized.
+    // Local copies and __restrict: writes of bytes may alias anything, even a view's width, and prevent vectorization.
     const ImageView from = level(l - 1);
     const ImageView to = level(l);
     std::uint16_t* const __restrict sums = row_.data() + kReach;

@@ -13,15 +13,16 @@
 namespace facet {
 
 /// Level l is half the size of level l-1: pixel (u, v) of level l lies at (2 u, 2 v) of level l-1 (5x5 binomial filter
-/// before decimation, mirrored at the border). Level 0 is the image itself: smoothing it first, by 3x3 or 5x5, was tried
-/// against the bias of bilinear interpolation, but rounding to 8 bits a second time, and the lost contrast, cost more
-/// than it brought. Buffers are longer than the pixels, so that vectors may be read from the last ones.
+/// before decimation, mirrored at the border). Level 0 is the image itself: smoothing it first, by 3x3 or 5x5, was
+/// tried against the bias of bilinear interpolation, but the second rounding to 8 bits and the lost contrast cost more
+/// than it gained. The buffers extend beyond the pixels, so that whole vectors may be read at the last ones.
 /// Heap: in configure() only. Thread-bound.
 class ImagePyramid {
 public:
     static constexpr int kMaxLevels = 6;
 
-    /// Allocates the buffers. kInvalidArgument unless 1 <= levels <= 6 and the coarsest level is at least 16 px wide and high.
+    /// Allocates the buffers.
+    /// @return kInvalidArgument unless 1 <= levels <= 6 and the coarsest level is at least 16 px wide and high.
     Status configure(int width, int height, int levels);
 
     /// Copies and filters an image of the configured size (FACET_ASSERT).
@@ -30,7 +31,7 @@ public:
     int levels() const { return levels_; }
     const ImageView& level(int l) const { return views_[static_cast<std::size_t>(l)]; }
 
-    /// The same level, as interpolation reads it.
+    /// The same level in the form that interpolation reads.
     const RowPairs& pairs(int l) const { return pairs_[static_cast<std::size_t>(l)]; }
 
 private:

@@ -17,11 +17,12 @@ struct KeyframeEvidence {
     bool is_asked_for = false;  ///< FrameHints::wants_keyframe
 };
 
-/// A frame is a keyframe if it is the first, if one is asked for, or if at least keyframe_min_interval_s passed since the last one and
+/// A frame is a keyframe if it is the first, if one is asked for, or if at least keyframe_min_interval_s has passed
+/// since the last one and
 ///   - the share of its tracks still alive fell below keyframe_overlap, or it had none, or
 ///   - the disparity exceeds keyframe_disparity_px, or
 ///   - the last keyframe lacked the right image and this frame has it, or
-///   - keyframe_max_interval_s passed: the only reason left when standing still.
+///   - keyframe_max_interval_s has passed: the only possible reason when standing still.
 /// Thread-bound. No heap.
 class KeyframePolicy {
 public:

@@ -244,7 +244,7 @@ std::size_t OutlierTest::draw_translation(std::size_t n) {
         for (std::size_t j = 0; j < n; ++j) {
             score += std::max(0.0, 1.0 - distances_[j] / kChiSquared3);
         }
-        // A far point agrees with everything: its wide covariance is paid for by its volume.
+        // A far point agrees with everything: so a large covariance lowers the score.
         score /= 1.0 + std::sqrt(covariances_[i].trace()) / baseline_m_;
         if (score > best_score) {
             best_score = score;

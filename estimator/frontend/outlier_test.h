@@ -25,10 +25,10 @@ struct StereoPair {
     Eigen::Vector3d now = Eigen::Vector3d::UnitZ();      ///< 3D point now (m)
 };
 
-/// Both tests take the rotation as known from the gyroscope, so that two (one) correspondences fix a hypothesis. They
-/// draw a fixed number of hypotheses from a generator that is seeded anew in every call: equal inputs give equal
-/// verdicts. When the data cannot tell, nothing is rejected. Hypotheses are scored on arrays of single components, which the
-/// compiler turns into vectors. No heap. Thread-bound.
+/// Both tests take the rotation as known from the gyroscope, so that two (one) correspondences define a hypothesis.
+/// They draw a fixed number of hypotheses from a generator that is seeded anew in every call: equal inputs give equal
+/// verdicts. When the data are not conclusive, nothing is rejected. Hypotheses are scored on arrays of single
+/// components, which the compiler vectorizes. No heap. Thread-bound.
 class OutlierTest {
 public:
     /// @param focal_px    turns normalised distances into pixels
@@ -36,9 +36,9 @@ public:
     void configure(const FrontendConfig& config, double focal_px, double baseline_m);
 
     /// Epipolar test: n_i = f_i' x f_i is normal to the translation t of the camera. t is drawn from pairs
-    /// (t = n_i x n_j), scored by the truncated distance to the epipolar lines; the best one is refined together with a
-    /// small correction of the rotation, which takes up what the gyroscope got wrong.
-    /// @param inlier  one flag a pair, set
+    /// (t = n_i x n_j) and scored by the truncated distance to the epipolar lines; the best one is refined together
+    /// with a small correction of the rotation, which absorbs the gyroscope's error.
+    /// @param inlier  one flag per pair, set
     /// @return kDegenerate if there are fewer than 8 pairs, too little parallax, or no model that at least half of the
     ///         pairs agree with: every flag is then 1.
     Status mono(std::span<const MonoPair> pairs, std::span<std::uint8_t> inlier);
@@ -54,7 +54,7 @@ private:
     void load_mono(std::span<const MonoPair> pairs, const Eigen::Vector3d& theta);
     double score_mono(const Eigen::Vector3d& t) const;
     void refine_mono(std::span<const MonoPair> pairs, Eigen::Vector3d& t, Eigen::Vector3d& theta) const;
-    /// Best of the drawn hypotheses; false if there was none.
+    /// Best of the drawn hypotheses; false if no hypothesis could be drawn.
     bool draw_direction(std::size_t pairs, Eigen::Vector3d& t, double& score);
     Eigen::Matrix3d covariance(const Eigen::Vector3d& point) const;
     void load_stereo(std::span<const StereoPair> pairs);

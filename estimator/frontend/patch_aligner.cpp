@@ -21,7 +21,7 @@ constexpr float kCoarseEpsilonPx = 0.05F;  // of a coarse level's pixels; 0.1 an
 
 /// Sums over the window at centre + A x of image values s, bilinearly interpolated:
 ///   sums[0] = sum w s, sums[1] = sum w s^2, sums[2 + k] = sum planes[k] s for k < K.
-/// The window must lie inside the image. This is where the front-end's time goes.
+/// The window must lie inside the image. Most of the front-end's time is spent here.
 template <int K>
 void accumulate(const RowPairs& image, const PatchWindow& window, const Eigen::Vector2f& centre,
                 const Eigen::Matrix2f& A, const float* planes, float* sums) {
@@ -123,8 +123,8 @@ Status PatchAligner::align_level(const PatchTemplate& patch, const RowPairs& ima
         if (!((found.at - start).squaredNorm() < reach * reach)) {
             return Status::kDegenerate;
         }
-        // With rate r = length / before, the steps to come add up to length r / (1 - r). Not for tracking itself: A
-        // settles later than the position, and stopping early costs precision.
+        // With rate r = length / before, the steps to come add up to length r / (1 - r). Not used for tracking itself:
+        // A settles later than the position, and stopping early costs precision.
         const bool nearly_there = by_rate && length < 0.5F * before && length * length < epsilon_px * (before - length);
         if (length < epsilon_px || nearly_there) {
             break;

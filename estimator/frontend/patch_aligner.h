@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Aligns a stored image patch with an image to a small fraction of a pixel: inverse-compositional Lucas-Kanade.
+// Aligns a stored image patch to an image with subpixel precision: inverse-compositional Lucas-Kanade.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,15 +12,15 @@
 
 namespace facet {
 
-/// Where a patch lies in an image: template offset x (px from the patch's anchor point) is seen at A * x + uv (level 0).
+/// Pose of a patch in an image: template offset x (px from the patch's anchor point) is seen at A * x + uv (level 0).
 struct PatchPose {
     Eigen::Matrix2f A = Eigen::Matrix2f::Identity();
     Eigen::Vector2d uv = Eigen::Vector2d::Zero();  ///< position of the anchor point (px)
 };
 
-/// A patch around an anchor point, cut from levels of a pyramid, prepared for alignment. On every level it is cut on
-/// whole pixels, as near to the anchor as they are, so that its grey values are not interpolated; the remaining offset
-/// is kept. Filled by PatchAligner.
+/// A patch around an anchor point, cut from levels of a pyramid and prepared for alignment. On every level it is cut on
+/// whole pixels, as near to the anchor as these allow, so that its grey values are not interpolated; the remaining
+/// offset is stored. Filled by PatchAligner.
 struct PatchTemplate {
     struct Level {
         bool valid = false;     ///< the patch with its gradients lay inside the image and has texture
@@ -42,21 +42,21 @@ struct ExtractOptions {
 struct AlignOptions {
     int coarsest = 2;              ///< level to start at
     int finest = 0;                ///< level to end at
-    bool affine = false;           ///< on level 0, estimate A too (extracted with affine); else keep it
+    bool affine = false;           ///< on level 0, estimate A too (requires extraction with affine); else keep it
     float min_correlation = 0.8F;  ///< least normalised correlation on the last level
-    float enough_px = 0.0F;        ///< precision that suffices, if it is less than the aligner's own (px)
+    float enough_px = 0.0F;        ///< precision that suffices, if coarser than the aligner's own (px)
 };
 
 /// Lucas-Kanade alignment, inverse compositional [Baker04], of
 ///   I(A x + uv) = alpha T(x) + beta      for x in a Gaussian-weighted disc,
 /// over uv (and A on request). Gain and offset are eliminated exactly: the steepest-descent images J are projected onto
 /// the complement of {1, T}, so that J^T W I / alpha is the right hand side of the normal equations. The iteration
-/// converges linearly: it ends when the step is below the epsilon or, where AlignOptions::enough_px suffices, what the
-/// rate of the last two steps leaves to go.
+/// converges linearly. It ends when the step is below the epsilon or, if AlignOptions::enough_px is larger, when the
+/// distance still to go, extrapolated from the rate of the last two steps, is below that.
 /// Heap: in configure() and allocate() only. Thread-bound.
 class PatchAligner {
 public:
-    /// A check against a threshold needs this share of it as precision.
+    /// A check against a threshold needs a precision of this share of the threshold.
     static constexpr float kCheckPrecision = 0.1F;
 
     /// @param window_px  side of the window, odd
@@ -81,7 +81,7 @@ public:
     float correlate(const PatchTemplate& patch, const ImagePyramid& image, int level, const PatchPose& pose) const;
 
     int window_px() const { return window_.side(); }
-    /// Distance to the border a point must keep so that extract() succeeds on level 0 (px).
+    /// Distance to the border that a point must keep so that extract() succeeds on level 0 (px).
     double border_px() const { return window_.half() + 2.0; }
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// PatchAligner's other half: cutting templates.
+// The part of PatchAligner that cuts templates.
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>

@@ -39,8 +39,8 @@ inline void store(float* p, const Floats& v) { std::memcpy(p, &v, sizeof(v)); }
 
 inline Floats splat(float x) { return Floats{} + x; }
 
-/// a * b + c, rounded once where the processor has an instruction for it. That instruction is named, because the compiler may
-/// not contract by itself and turns a loop over std::fma into vectors only now and then.
+/// a * b + c, rounded once where the processor has an instruction for it. The instruction is named explicitly, because
+/// the compiler must not contract by itself and only sometimes vectorizes a loop over std::fma.
 inline Floats multiply_add(const Floats& a, const Floats& b, const Floats& c) {
 #if defined(__AVX2__) && defined(__FMA__)
     return _mm256_fmadd_ps(a, b, c);
@@ -62,7 +62,7 @@ inline Floats clamp(const Floats& v, float least, float most) {
     return raised > high ? high : raised;
 }
 
-/// Adds halves to halves, a vector at a time: lane by lane it takes three times the instructions.
+/// Adds halves to halves, a vector at a time: summing lane by lane takes three times the instructions.
 inline float sum(const Floats& v) {
 #ifdef __AVX2__
     const Quad four = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
@@ -102,16 +102,16 @@ inline Floats load_bytes(const std::uint8_t* p) {
 #endif
 }
 
-/// Grey values at (u, v), bilinearly interpolated. 0 <= u < width - 1 and 0 <= v < height - 1. One load of four bytes a lane
-/// brings all four neighbours; gathering instructions were tried and are slower than the loads one by one. Offsets are exact
-/// in float: images have fewer than 2^24 pixels.
+/// Grey values at (u, v), bilinearly interpolated. 0 <= u < width - 1 and 0 <= v < height - 1. One load of four bytes
+/// per lane fetches all four neighbours; gather instructions were tried and are slower than single loads. Offsets are
+/// exact in float: images have fewer than 2^24 pixels.
 inline Floats sample(const RowPairs& image, const Floats& u, const Floats& v) {
     const Floats iu = to_floats(to_ints(u));
     const Floats iv = to_floats(to_ints(v));
     const Floats fu = u - iu;
     const Floats fv = v - iv;
     const Ints at = to_ints(multiply_add(iv, splat(static_cast<float>(image.stride)), iu));
-    std::uint64_t index[kLanes / 2];  // two a word: fewer moves from vector to scalar registers
+    std::uint64_t index[kLanes / 2];  // two per word: fewer moves from vector to scalar registers
     std::memcpy(index, &at, sizeof(at));
     Ints quad;
     for (int i = 0; i < kLanes; ++i) {

@@ -17,7 +17,7 @@ constexpr float kMinMatchCorrelation = 0.8F;
 constexpr double kDistinctPx = 8.0;   // places farther apart than this are different ones
 constexpr float kUniqueness = 0.7F;   // (1 - best + slack) / (1 - second + slack) must stay below
 constexpr float kSlack = 0.03F;       // what noise and slant take from a true match
-constexpr float kRivalMargin = 0.4F;  // a sample this much worse than the best has no peak beside it that rivals it
+constexpr float kRivalMargin = 0.4F;  // a sample this much worse than the best cannot have a rival peak beside it
 
 }  // namespace
 

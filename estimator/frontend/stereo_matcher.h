@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Finds a point of the left image in the right one.
+// Finds points of the left image in the right one.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,17 +24,18 @@ struct StereoMatch {
 
 /// The point at inverse depth rho on the ray of xy is seen in the right image along
 ///   p_C1(rho) = R_C1_C0 [xy; 1] + rho p_C1_C0
-/// (a curve, through the distortion). Unless the depth is about known, the curve is searched for rho in
-/// [0, 1 / min_depth] by normalised correlation on level 1, a stretch at a time (EpipolarScan); the best place must stand
-/// out from every other one, so that repeated patterns are left alone rather than matched wrongly. The place is refined by Lucas-Kanade to level 0, and
-/// must survive the way back, the epipolar distance, and positive depth. Both images are distorted ones; the patch is
-/// warped by the map between the two views. Heap: in configure() only. Thread-bound.
+/// (a curve, because of the distortion). Unless the depth is roughly known, the curve is searched for rho in
+/// [0, 1 / min_depth] by normalised correlation on level 1, a stretch at a time (EpipolarScan); the best place must
+/// stand out from every other one, so that repeated patterns stay unmatched rather than being matched wrongly. The
+/// place is refined by Lucas-Kanade to level 0, and must pass the backward check, the limit on the epipolar distance,
+/// and the test for positive depth. Both images are distorted ones; the patch is warped by the map between the two
+/// views. Heap: in configure() only. Thread-bound.
 class StereoMatcher {
 public:
     Status configure(const FrontendConfig& config, const StereoRig& rig);
 
     /// @param left_uv             distorted pixel in the left image
-    /// @param known_inverse_depth from an earlier match (1/m), or negative: search
+    /// @param known_inverse_depth from an earlier match (1/m), or negative to search
     /// @return kNotFound if the point is outside the right image or nothing correlates; kDegenerate if the match is
     ///         ambiguous or failed a check (match untouched).
     Status match(const ImagePyramid& left, const ImagePyramid& right, const Eigen::Vector2d& left_uv,
@@ -51,7 +52,7 @@ private:
     float score_at(const ImagePyramid& right, const Ray& ray, double inverse_depth) const;
     /// Fills scores_ at inverse depths 0, step, 2 step ...
     void score_curve(const ImagePyramid& left, const ImagePyramid& right, const Ray& ray, double step, int steps);
-    /// Best score near scores_[i], between whose neighbours the peak of a fine texture may fall, and where it is.
+    /// Best score near scores_[i], where the peak of a fine texture may lie between the samples, and its inverse depth.
     float peak(const ImagePyramid& right, const Ray& ray, double step, int i, double& inverse_depth) const;
     bool is_unique(const ImagePyramid& right, const Ray& ray, double step, std::span<const float> scores, int best,
                    float best_score, int apart) const;

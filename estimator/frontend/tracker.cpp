@@ -10,7 +10,7 @@ namespace facet {
 namespace {
 
 constexpr int kTemplates = kMaxFeatures + kMaxDormantTracks;
-/// A lost track must look more like its template than one followed from frame to frame: nothing else vouches for it.
+/// A lost track must match its template better than one followed from frame to frame: there is no other evidence.
 constexpr float kRecallCorrelation = 0.88F;
 
 }  // namespace
@@ -54,7 +54,7 @@ Status Tracker::start(const ImagePyramid& image, const Eigen::Vector2d& uv, Trac
 }
 
 Status Tracker::turn(const Eigen::Vector2d& xy, const Eigen::Quaterniond& q, TurnedPoint& point) const {
-    // The bearing is known from the frame before: inverting the projection's derivative spares inverting the distortion.
+    // The bearing is known from the previous frame: invert only the projection's derivative, not the distortion.
     Eigen::Vector2d uv;
     Eigen::Matrix<double, 2, 3> d_uv_d_p;
     FACET_TRY(camera_.project(xy.homogeneous(), uv, &d_uv_d_p));

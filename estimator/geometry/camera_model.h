@@ -55,7 +55,8 @@ public:
     Status project(const Eigen::Vector3d& p_C, Eigen::Vector2d& uv,
                    Eigen::Matrix<double, 2, 3>* d_uv_d_p_C = nullptr) const;
 
-    /// Normalised undistorted point (x, y) = (X/Z, Y/Z) of a pixel, by Gauss-Newton on the distortion (at most 20 steps).
+    /// Normalised undistorted point (x, y) = (X/Z, Y/Z) of a pixel, by Gauss-Newton on the distortion (at most 20
+    /// steps).
     /// @param uv        pixel (px)
     /// @param xy        normalised point (-)
     /// @param d_xy_d_uv 2x2 (1/px); nullptr to skip

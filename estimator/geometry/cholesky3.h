@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Cholesky factor of a 3x3 matrix, written out: Eigen's loops are made for larger ones.
+// Cholesky factor of a 3x3 matrix, written out: Eigen's loops are optimized for larger ones.
 #pragma once
 
 #include <Eigen/Core>

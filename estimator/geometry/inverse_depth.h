@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Points by inverse depth in a host camera, and camera poses in the form projections need.
+// Points by inverse depth in a host camera, and camera poses in the form that projections need.
 #pragma once
 
 #include <Eigen/Core>

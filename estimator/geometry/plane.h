@@ -12,8 +12,8 @@ namespace facet {
 /// Degrees of freedom of a plane: tangent [v h], v a turn of the normal (rad), h a shift along it (m).
 inline constexpr int kPlaneDim = 3;
 
-/// The plane n . (p - o) = h about a fixed anchor o near its points, so that n and h stay nearly independent however far
-/// from the world's origin they are; the usual n . p = d has d = h + n . o. The normal is the third axis of a rotation
+/// The plane n . (p - o) = h about a fixed anchor o near its points, so that n and h stay nearly independent at any
+/// distance from the world's origin; the usual n . p = d has d = h + n . o. The normal is the third axis of a rotation
 /// that carries the basis of its tangent space along: n(v) = R Exp([v_0 v_1 0]) e_z, a retraction of S2 without a
 /// singular direction. [Kaess15] for the minimal update. Reentrant. No heap.
 struct Plane {

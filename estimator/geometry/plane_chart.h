@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A plane as the points of a host camera's chart see it.
+// A plane expressed in the chart of a host camera's points.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace facet {
 
-/// Height above a plane of points by inverse depth in a host camera H:
+/// Height above a plane of points given by inverse depth in a host camera H:
 ///   height(x, y, rho) = n_H . (x, y, 1) / rho + height of H's centre.
 class PlaneChart {
 public:

@@ -7,8 +7,9 @@
 namespace facet {
 
 /// Huber's loss on s = |r|^2 (whitened): rho(s) = s for s <= k^2, else 2 k sqrt(s) - k^2.   [Huber64]
-/// Costs are 1/2 rho; the weight rho'(s) scales J^T J and J^T r (no second-order correction). slope(s) is how the influence
-/// psi(r) = rho'(s) r of a residual in the plane grows with it, on average over directions: rho'(s) + s rho''(s).
+/// Costs are 1/2 rho; the weight rho'(s) scales J^T J and J^T r (no second-order correction). slope(s) is the
+/// derivative of the influence psi(r) = rho'(s) r of a residual in the plane, averaged over directions:
+/// rho'(s) + s rho''(s).
 /// Reentrant. No heap.
 struct HuberLoss {
     double threshold = 1.5;  ///< k, in standard deviations
@@ -21,7 +22,7 @@ struct HuberLoss {
     double slope(double s) const { return s <= threshold * threshold ? 1.0 : 0.5 * threshold / std::sqrt(s); }
 };
 
-/// Cauchy's loss: rho(s) = k^2 log(1 + s / k^2), the likelihood of Student's t with heavy tails. What is far off loses all
+/// Cauchy's loss: rho(s) = k^2 log(1 + s / k^2), the likelihood of Student's t with heavy tails. Far outliers lose all
 /// influence, so it must not be used before the state is roughly right. [Zhang97]
 struct CauchyLoss {
     double threshold = 1.5;  ///< k, in standard deviations
@@ -34,7 +35,7 @@ struct CauchyLoss {
     double slope(double s) const { return weight(s) * weight(s); }
 };
 
-/// One of both, as decided while running.
+/// Either of the two, chosen at run time.
 struct RobustLoss {
     double threshold = 1.5;  ///< in standard deviations
     bool is_redescending = false;
@@ -50,7 +51,7 @@ struct RobustLoss {
     }
 };
 
-/// What the residuals of points in images add up to under a loss.
+/// Sums over the residuals of points in images under a loss.
 struct LossSums {
     int points = 0;
     double squared_error = 0.0;      ///< |r|^2, whitened, not robust

@@ -61,8 +61,8 @@ inline Eigen::Matrix3d so3_right_jacobian(const Eigen::Vector3d& theta) {
     return Eigen::Matrix3d::Identity() - a * k + b * k * k;
 }
 
-/// Inverse of the right Jacobian: Log(Exp(theta) * Exp(d)) = theta + Jr^-1(theta) * d + O(|d|^2). Valid for |theta| < pi.
-/// [Forster17] eq. (9); Taylor to order 4 in |theta| below 1e-2 rad.
+/// Inverse of the right Jacobian: Log(Exp(theta) * Exp(d)) = theta + Jr^-1(theta) * d + O(|d|^2).
+/// Valid for |theta| < pi. [Forster17] eq. (9); Taylor to order 4 in |theta| below 1e-2 rad.
 inline Eigen::Matrix3d so3_right_jacobian_inverse(const Eigen::Vector3d& theta) {
     const double angle2 = theta.squaredNorm();
     const Eigen::Matrix3d k = skew(theta);

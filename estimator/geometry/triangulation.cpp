@@ -31,7 +31,7 @@ bool add_sighting(const Sighting& sighting, const InverseDepthPoint& point, cons
     return true;
 }
 
-/// Adds the plane's residual height / sigma; none for a point practically at infinity.
+/// Adds the plane's residual height / sigma, unless the point is practically at infinity.
 void add_plane(const TriangulationOptions& options, const InverseDepthPoint& point, NormalEquations& out) {
     if (point.rho <= PlaneChart::kMinRho) {
         return;

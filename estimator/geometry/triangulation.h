@@ -22,8 +22,8 @@ struct TriangulationOptions {
     int max_iterations = 5;  ///< Gauss-Newton steps
     RobustLoss loss;
     double max_rho = 10.0;  ///< nearest point accepted: 1 / depth (1/m)
-    /// Standard deviation of a zero-mean prior on rho (1/m): keeps a landmark without parallax at infinity instead of
-    /// anywhere; far wider than what any real baseline leaves open.
+    /// Standard deviation of a zero-mean prior on rho (1/m): puts a landmark without parallax at infinity, instead of
+    /// anywhere; far wider than the uncertainty that any real baseline leaves.
     double rho_prior_sigma = 3.0;
     /// Plane that the point should lie on, or nullptr: one more residual huber(|height / plane_sigma_m|^2).
     const PlaneChart* plane = nullptr;

@@ -246,7 +246,7 @@ Status judge_gravity(const Unknowns& x, const System& system) {
     return fits ? Status::kOk : Status::kCorrupt;
 }
 
-/// Covariance of [theta v bg ba] at the last keyframe, theta without a part about the vertical (see the header's frames).
+/// Covariance of [theta v bg ba] at the last keyframe, theta without a part about the vertical (frames: see header).
 ///   up' = Exp(-turn)(up - R_0n^T dg / |g|),  up x theta = up' - up,  v' = R_W_B Exp(theta) Exp(-turn) R_0n^T (u + du)
 /// where turn = d_theta_d_bg dbg + white noise.
 bool last_covariance(const System& system, const Unknowns& x, const Chain& chain, const NavState& state,

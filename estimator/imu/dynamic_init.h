@@ -13,7 +13,7 @@
 
 namespace facet {
 
-/// Keyframes taken into one initialization: 12 at 0.1 to 0.25 s are more than enough.
+/// Keyframes used in one initialization: 12 at 0.1 to 0.25 s are more than enough.
 inline constexpr int kMaxInitKeyframes = 12;
 
 /// Motion from one keyframe (k) to the next (j).
@@ -54,37 +54,41 @@ inline constexpr auto kDynamicInitFields = std::to_array<ParameterField<DynamicI
 
 struct DynamicInit {
     InitialState initial;                 ///< at the LAST keyframe, its body the origin of W, yaw as in static_init.h
-    double chi2_per_dof = 0.0;            ///< of what is left, expected 1
-    double velocity_sigma_m_per_s = 0.0;  ///< largest axis, seen from the body: in W the tilt's error adds
+    double chi2_per_dof = 0.0;            ///< of the final residuals, expected 1
+    double velocity_sigma_m_per_s = 0.0;  ///< largest axis, in the body frame: in W the tilt's error adds to it
     double gravity_norm_m_per_s2 = 0.0;   ///< before its magnitude was imposed
 };
 
-/// Unknowns: biases bg, ba; gravity g and the velocities u_0 .. u_n in the first body frame B0. With R_0k the product of
-/// the gyroscope's turns, T the interval and (dR, dp, dv) the deltas corrected for the biases, every motion k gives
+/// Unknowns: biases bg, ba; gravity g and the velocities u_0 .. u_n in the first body frame B0. With R_0k the product
+/// of the gyroscope's rotations, T the interval and (dR, dp, dv) the deltas corrected for the biases, every motion k
+/// gives
 ///   r_theta = Log(dR^T q_visual)                                      if vision gives the rotation
 ///   r_p     = p_visual - R_0k^T (u_k T + 1/2 g T^2) - dp
 ///   r_v     = R_0k^T (u_k+1 - u_k - g T) - dv
 /// with the joint covariance of the deltas and of vision; the biases have priors. Stereo makes the positions metric, so
-/// all but bg is linear: Gauss-Newton solves with g free, which must come out at 9.81 m/s^2 within its own uncertainty,
-/// then with |g| imposed, g turning in its tangent plane. The idea is the linear alignment of [Qin18] Sec. V-B with
-/// known scale and of [Martinelli14]; with covariances, so that the prior it gives is honest.
+/// everything but bg is linear: Gauss-Newton first solves with g free, which must result in 9.81 m/s^2 within its own
+/// uncertainty, then with |g| imposed, g turning in its tangent plane. The idea is the linear alignment of [Qin18]
+/// Sec. V-B with known scale, and of [Martinelli14]; covariances are added, so that the resulting prior is honest.
 ///
-/// What is seen: tilt and horizontal accelerometer bias are told apart by turning only; without it the bias's prior goes
-/// into the tilt. Standing still, constant velocity and free fall are no special cases. The gyroscope's white noise
-/// along the chain R_0k is taken as independent from motion to motion; positions that share a keyframe's image errors
-/// are, too.
+/// Observability: tilt and horizontal accelerometer bias can be separated only by rotation; without it the bias's prior
+/// becomes part of the tilt's uncertainty. Standing still, constant velocity and free fall are not special cases. The
+/// gyroscope's white noise along the chain R_0k is taken as independent from motion to motion, and so are positions
+/// that share the image errors of a keyframe.
 ///
-/// Usage: keep the last 4 to 12 keyframes over 0.5 to 2 s; per pair integrate_between() and estimate_stereo_motion();
-/// call this; on kOk start the window at the last keyframe with initial.state and initial.information(). If the gyro bias
-/// has moved by more than 0.02 rad/s, integrate anew at the new biases and call again for an exact result.
+/// Usage: keep the last 4 to 12 keyframes over 0.5 to 2 s; call integrate_between() and estimate_stereo_motion() for
+/// each pair; call this; on kOk start the window at the last keyframe with initial.state and initial.information(). If
+/// the gyro bias has moved by more than 0.02 rad/s, integrate anew at the new biases and call again for an exact
+/// result.
 ///
 /// @param motions  2 to kMaxInitKeyframes - 1, consecutive
 /// @param out      written on kOk only
-/// @return kInvalidArgument if there are fewer or more motions or one has no duration; kDegenerate if gravity or velocity
-///         is known less well than the config asks, or a covariance is not positive definite: wait for more motion;
-///         kCorrupt if vision and IMU contradict each other (|g|, chi^2): drop these keyframes. Reentrant. No heap.
+/// @return kInvalidArgument if there are fewer or more motions or one has no duration; kDegenerate if gravity or
+///         velocity is known less well than the config requires, or a covariance is not positive definite: wait for
+///         more motion; kCorrupt if vision and IMU contradict each other (|g|, chi^2): drop these keyframes. Reentrant.
+///         No heap.
 ///
-/// [Qin18] VINS-Mono, T-RO 2018. [Martinelli14] Closed-form Solution of Visual-Inertial Structure from Motion, IJCV 2014.
+/// [Qin18] VINS-Mono, T-RO 2018.
+/// [Martinelli14] Closed-form Solution of Visual-Inertial Structure from Motion, IJCV 2014.
 Status initialize_in_motion(std::span<const KeyframeMotion> motions, const DynamicInitConfig& config, DynamicInit& out);
 
 }  // namespace facet

@@ -11,12 +11,12 @@ namespace {
 
 // Most steps a gap is bridged with: bounds the work of one integration.
 constexpr int kMaxGapSteps = 256;
-// Where the truth of a clipped reading is expected, in ranges: a half sine of twice the range is 1.65 on the average
-// while it is clipped, one of 1.2 times is 1.1.
+// Where the true value of a clipped reading is expected, in ranges: a half sine with a peak of twice the range averages
+// 1.65 while it is clipped, one of 1.2 times the range 1.1.
 constexpr double kExcessRanges = 1.5;
 
-// White noise is raised to what the vibration meter sees from this multiple of the configured variance on: its average
-// over 0.25 s scatters by a fifth.
+// From this multiple of the configured variance on, white noise is raised to what the vibration meter sees: the meter's
+// average over 0.25 s scatters by a fifth.
 constexpr double kRaiseFrom = 2.0;
 
 double axis_value(const ImuSample& s, int axis) { return axis < 3 ? s.w_B[axis] : s.a_B[axis - 3]; }
@@ -32,10 +32,10 @@ ImuSample interpolate_linear(const ImuSample& a, const ImuSample& b, Timestamp t
     return out;
 }
 
-/// Noise beyond the sensor's own of samples bridged over gap_s seconds. A signal of amplitude s and angular frequency f departs from its chord by
-/// up to s f^2 T^2 / 8, and by s once the gap is long. With f = 2 pi 2 Hz and amplitudes of 0.5 rad/s and 2 m/s^2 that
-/// is min(0.5, 10 T^2) rad/s and min(2, 40 T^2) m/s^2, the same all over the gap: as white noise of equal effect on the
-/// integral, a density of that deviation times sqrt(T).
+/// Noise, beyond the sensor's own, of samples bridged over gap_s seconds. A signal of amplitude s and angular frequency
+/// f departs from its chord by up to s f^2 T^2 / 8, and by s once the gap is long. With f = 2 pi 2 Hz and amplitudes of
+/// 0.5 rad/s and 2 m/s^2 that is min(0.5, 10 T^2) rad/s and min(2, 40 T^2) m/s^2, the same throughout the gap: as white
+/// noise of equal effect on the integral, a density of that deviation times sqrt(T).
 StepNoise noise_in_gap(double gap_s) {
     const double gyro = std::min(0.5, 10.0 * gap_s * gap_s);
     const double accel = std::min(2.0, 40.0 * gap_s * gap_s);
@@ -59,7 +59,7 @@ void add_edge(const VibrationLevel& seen, double rate_hz, Preintegration& preint
                                   unit * seen.tone.tail<3>().cast<double>().matrix());
 }
 
-/// Adds a step to what is said of its interval.
+/// Adds a step to the properties of its interval.
 void note_step(const ImuStepQuality& quality, const StepNoise& sensor, const StepNoise& noise, ImuSpan& span) {
     const auto ratio = [](const Eigen::Vector3d& now, const Eigen::Vector3d& configured) {
         return std::sqrt((now.array() / configured.array()).maxCoeff());
@@ -193,7 +193,7 @@ void ImuBuffer::bridge_run(int axis, bool is_over) {
             value = run.before_value + share * (after_value - run.before_value);
         } else if (is_over) {
             value = after_value;
-        }  // else nothing is known but the reading
+        }  // else only the reading itself is known
         const double sign = (e.negative >> shift & 1U) != 0U ? -1.0 : 1.0;
         const double sigma = kExcessRanges * range(axis) - sign * value;
         e.clip_excess[static_cast<std::size_t>(axis)] = static_cast<float>(sigma * sigma * length_s);

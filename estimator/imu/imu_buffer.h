@@ -18,7 +18,7 @@
 
 namespace facet {
 
-/// What has happened to the samples offered, since construction or clear().
+/// Counts of what happened to the samples offered since construction or clear().
 struct ImuBufferCounters {
     std::uint32_t accepted = 0;
     std::uint32_t out_of_order = 0;   ///< rejected: stamp not after the newest (duplicates too)
@@ -28,7 +28,7 @@ struct ImuBufferCounters {
     std::uint32_t clipped_gyro = 0;   ///< accepted samples with a gyroscope axis at its range
     std::uint32_t clipped_accel = 0;  ///< accepted samples with an accelerometer axis at its range
 
-    /// Fills what inertial samples say of the health.
+    /// Fills the fields of the health that come from inertial samples.
     void report(Health& health) const {
         health.imu_gaps = gaps;
         health.imu_dropped = out_of_order + not_finite;
@@ -49,7 +49,7 @@ struct ImuStepQuality {
     VibrationLevel vibration;
 };
 
-/// What the samples of an interval were like.
+/// Properties of the samples of an interval.
 struct ImuSpan {
     bool has_gap = false;
     ImuAxisMask clipped = 0;  ///< axes clipped somewhere in it
@@ -61,24 +61,24 @@ struct ImuSpan {
     double accel_vibration_m_per_s2 = 0.0;
 };
 
-/// Ring of the newest kMaxImuSamples samples in strictly increasing order of time; full: the oldest is dropped and
+/// Ring of the newest kMaxImuSamples samples in strictly increasing order of time; when full, the oldest is dropped and
 /// counted. Usage:
 ///   ImuBuffer buffer(noise.rate_hz, limits);
 ///   buffer.push(sample);                                        // every sample
 ///   ImuSpan span;
 ///   buffer.integrate_between(t0, t1, noise, preintegration, &span);
 ///
-/// Clipping. An axis at 90 % of its range or more tells only "at least this much". Its run of such readings is bridged
-/// by the line between the good readings before and after it; while the run lasts, by the last good one; the other
-/// axes are kept. What sample(), interpolate() and the rest give is the bridged value. The truth may be the bridge (a
-/// spike of the electronics) or lie beyond the range (a shock), with R the range at about 1.5 R, of one sign all
-/// through the run: its departure from the bridge has the deviation s = 1.5 R -+ bridge and is fully correlated. It may
-/// last for all of the time T between the good readings, and the integral then errs by s T, as white noise of density
-/// s sqrt(T) makes it. Factors integrated before a run has ended are worth integrating again after it.
+/// Clipping. An axis at 90 % of its range or more is only known to be "at least this much". A run of such readings is
+/// bridged by the line between the good readings before and after it; while the run lasts, by the last good one; the
+/// other axes are kept. sample(), interpolate() and the others return the bridged value. The true signal may be the
+/// bridge (after a spike of the electronics) or lie beyond the range R (in a shock), at about 1.5 R, with the same sign
+/// throughout the run: its departure from the bridge has the deviation s = 1.5 R -+ bridge and is fully correlated. It
+/// may last for all of the time T between the good readings, and the integral is then wrong by s T, as from white noise
+/// of density s sqrt(T). Factors integrated before a run has ended are worth integrating again after it.
 ///
-/// Vibration (see vibration.h). Every sample keeps the level of shaking at its time, so that integrating an interval anew
-/// gives the same noise. White noise of more than twice the configured variance is taken in place of it, axis by axis;
-/// a tone's error is added at the beginning and the end of the interval.
+/// Vibration (see vibration.h). Every sample stores the level of vibration at its time, so that integrating an interval
+/// again gives the same noise. If white noise has more than twice the configured variance, it replaces the configured
+/// one, axis by axis; a tone's error is added at the beginning and the end of the interval.
 ///
 /// About 550 KiB: a member or static, not a local. Thread-bound. No heap.
 class ImuBuffer {
@@ -93,10 +93,10 @@ public:
 
     /// Forgets samples and counters.
     /// @param rate_hz  nominal rate of the IMU (Hz), > 0
-    /// @param limits   valid ones
+    /// @param limits   valid limits
     void clear(double rate_hz, const ImuLimits& limits = {});
 
-    /// Appends a sample; a clipped one too. Time: constant, but for runs of clipped samples, which are gone over anew.
+    /// Appends a sample, even a clipped one. Constant time, except for runs of clipped samples, which are bridged anew.
     /// @return kInvalidArgument if not finite, kOutOfOrder if its stamp is not after the newest: dropped and counted.
     Status push(const ImuSample& sample);
 
@@ -110,13 +110,13 @@ public:
     const ImuBufferCounters& counters() const { return counters_; }
 
     /// Sample at a stamp, linearly interpolated between its neighbours (across a gap too).
-    /// @return kNotReady if t is after the newest sample or there is none, kNotFound if before the oldest.
+    /// @return kNotReady if t is after the newest sample or the buffer is empty, kNotFound if before the oldest.
     Status interpolate(Timestamp t, ImuSample& out) const;
 
     /// Calls visit(a, b, quality) for consecutive samples that tile [t0, t1] exactly; the first a and the last b are
     /// interpolated; quality is an ImuStepQuality.
-    /// @return kInvalidArgument if t1 < t0; kNotReady if t1 is after the newest sample or there is none; kNotFound if t0
-    ///         is before the oldest: nothing visited.
+    /// @return kInvalidArgument if t1 < t0; kNotReady if t1 is after the newest sample or the buffer is empty;
+    ///         kNotFound if t0 is before the oldest: nothing visited.
     template <class Visit>
     Status for_each_step(Timestamp t0, Timestamp t1, Visit visit) const {
         ImuSample a;
@@ -132,18 +132,19 @@ public:
         return Status::kOk;
     }
 
-    /// Adds the samples from exactly t0 to exactly t1 to the preintegration. A gap is bridged by linear interpolation in
-    /// steps of a nominal period, with noise raised to what motion of up to about 2 Hz may hide in a gap of its length
-    /// (see imu_buffer.cpp), so that the covariance stays honest; so with clipped runs and vibration (see above).
+    /// Adds the samples from exactly t0 to exactly t1 to the preintegration. A gap is bridged by linear interpolation
+    /// in steps of a nominal period, with noise raised to what motion of up to about 2 Hz may hide in a gap of its
+    /// length (see imu_buffer.cpp), so that the covariance stays honest; likewise with clipped runs and vibration (see
+    /// above).
     /// To add interval to interval, begin the next where the last one ended: a tone's error counts once at each bound.
     /// @param preintegration  reset by the caller; untouched unless kOk
-    /// @param span            what touches [t0, t1], written on kOk; nullptr to skip
+    /// @param span            properties of the samples that touch [t0, t1], written on kOk; nullptr to skip
     /// @return as for_each_step
     Status integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& noise, Preintegration& preintegration,
                              ImuSpan* span = nullptr) const;
 
     /// Rotation of the body from t1 to t0 (p_Bt0 = q * p_Bt1), from the gyroscope alone: prod Exp((w - bg) dt).
-    /// @param gyro_bias  bias to take off (rad/s)
+    /// @param gyro_bias  bias to subtract (rad/s)
     /// @return as for_each_step
     Status rotation_between(Timestamp t0, Timestamp t1, const Eigen::Vector3d& gyro_bias,
                             Eigen::Quaterniond& q_Bt0_Bt1) const;
@@ -173,12 +174,12 @@ private:
     bool is_gap(const ImuSample& a, const ImuSample& b) const { return b.stamp - a.stamp > gap_; }
     /// Of the step from sample index - 1 to sample index.
     ImuStepQuality quality(int index) const;
-    /// Index of the first sample with a stamp after t; size() if none.
+    /// Index of the first sample with a stamp after t; size() if there is none.
     int first_after(Timestamp t) const;
     void mark_clipped(Entry& entry);
-    /// Brings the axis's run up to date with the newest sample.
+    /// Updates the axis's run with the newest sample.
     void follow_run(int axis);
-    /// Writes values and noise of a run; is_over: the newest sample is the good one after it.
+    /// Writes values and noise of a run. @param is_over  the newest sample is the good one after it
     void bridge_run(int axis, bool is_over);
 
     std::array<Entry, kMaxImuSamples> ring_{};

@@ -10,7 +10,7 @@ using Matrix3 = Eigen::Matrix3d;
 constexpr int kGyro = 0;
 constexpr int kAccel = 3;
 
-/// One step of length h with the mean rate w and the mean specific force f of its two samples, bias taken off:
+/// One step of length h with the mean rate w and the mean specific force f of its two samples, bias subtracted:
 ///   Rm = dR Exp(w h / 2)
 ///   dR+ = dR Exp(w h),  dv+ = dv + Rm f h,  dp+ = dp + dv h + 1/2 Rm f h^2
 /// and its exact first-order error model, x = [theta p v] with theta on the right of dR, n added to (w, f):
@@ -54,9 +54,9 @@ struct Step {
     }
 };
 
-/// Adds the noise of one step, discrete variances sigma^2 / h. The mean noise of the step alone would leave dp and dv
-/// fully correlated (position variance sigma^2 h^3 / 4); white noise in continuous time has sigma^2 h^3 / 3, which keeps
-/// the covariance positive definite from the first step on.
+/// Adds the noise of one step, discrete variances sigma^2 / h. Using only the mean noise of the step would leave dp and
+/// dv fully correlated (position variance sigma^2 h^3 / 4); white noise in continuous time has sigma^2 h^3 / 3, which
+/// keeps the covariance positive definite from the first step on.
 void add_noise(const Step& step, const StepNoise& noise, Eigen::Matrix<double, 9, 9>& covariance) {
     const double h = step.h;
     const Eigen::Vector3d gyro = noise.gyro / h;

@@ -12,26 +12,28 @@
 
 namespace facet {
 
-/// White noise of one step, every axis of B on its own: squared densities.
+/// White noise of one step, separately for each axis of B: squared densities.
 struct StepNoise {
     Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< ((rad/s)^2/Hz)
     Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< ((m/s^2)^2/Hz)
 
-    /// The sensor's own, equal on all axes.
+    /// The sensor's own noise, equal on all axes.
     static StepNoise of(const ImuNoise& noise);
     StepNoise operator+(const StepNoise& o) const { return {gyro + o.gyro, accel + o.accel}; }
 };
 
-/// Relative motion from sample sums between times i and j, independent of the state at i. [Forster17] eq. (33)-(38):
+/// Relative motion from sums of samples between times i and j, independent of the state at i. [Forster17] eq.
+/// (33)-(38):
 ///   dR = prod Exp((w - bg) dt),  dv = sum dR (a - ba) dt,  dp = sum dv dt + 1/2 dR (a - ba) dt^2
-/// Integrated by the midpoint rule on consecutive samples (gyro and accel averaged over the step).
-/// Covariance order [theta p v], 9x9, of the error Exp(d_theta) on the right of dR; white noise only (bias walk is the
-/// factor's). Thread-bound. No heap.
+/// Integrated by the midpoint rule on consecutive samples: gyro and accel averaged over the step, (a - ba) rotated by
+/// dR at its middle. The covariance, 9x9, order [theta p v], is that of the error Exp(d_theta) on the right of dR and
+/// of dp and dv: from the noise given with each step and from add_edge_error(). The bias's random walk is not in it:
+/// the factor adds that. Thread-bound. No heap.
 class Preintegration {
 public:
     explicit Preintegration(const ImuBias& bias_linearised = {}) : bias_(bias_linearised) {}
 
-    /// Starts anew at this bias.
+    /// Starts anew with this bias.
     void reset(const ImuBias& bias_linearised);
 
     /// Adds the step between two consecutive samples of one IMU.
@@ -41,8 +43,9 @@ public:
     }
     Status integrate(const ImuSample& a, const ImuSample& b, const StepNoise& noise);
 
-    /// Adds errors of attitude and velocity that do not accumulate: they are made at this very time, about and along the
-    /// axes of the present body frame. Before the first step they are the error of the beginning.
+    /// Adds errors of attitude and velocity that do not accumulate: they occur at the present time only, about and
+    /// along the axes of the present body frame. Before the first step they are errors at the beginning of the
+    /// interval.
     /// @param theta_variance  (rad^2)
     /// @param vel_variance    ((m/s)^2)
     void add_edge_error(const Eigen::Vector3d& theta_variance, const Eigen::Vector3d& vel_variance);

@@ -14,7 +14,7 @@ constexpr double kGaugePosSigmaM = 1e-4;
 constexpr double kGaugeYawSigmaRad = 1e-4;
 constexpr double kMinForceMPerS2 = 1.0;
 constexpr double kMinHorizontal = 0.1;  // sine of 5.7 degrees
-// A stretch whose later half differs from its earlier one by more, beyond noise, is the beginning of a motion.
+// If the later half of a stretch differs from the earlier one by more than noise and this, a motion begins.
 constexpr double kStillGyroDriftRadPerS = 0.01;
 constexpr double kStillAccelDriftMPerS2 = 0.03;
 constexpr int kBlocks = 10;

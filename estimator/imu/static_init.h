@@ -28,24 +28,26 @@ struct InitialState {
 /// Attitude with W z along up_B (unit) and yaw zero as below. Reentrant. No heap.
 Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B);
 
-/// State at a frame's stamp from the newest max_duration_s of samples before it (after the last gap or clipped reading in
-/// them).
+/// State at a frame's stamp from the samples of up to max_duration_s before it that follow the last gap or clipped
+/// reading.
 ///
 /// Frame: the origin of W is the body at this stamp, W z is opposite to gravity, and the yaw is zero: the body x axis,
 /// projected on the horizontal plane, points along W x. If the body x axis is within 5.7 degrees of the vertical, the
 /// body z axis takes its place. Position and yaw get sigmas of 1e-4 m and 1e-4 rad: they are a choice, not an estimate.
 ///
 /// Still, if the standard deviations of gyroscope and accelerometer, the mean rate and | |mean force| - g | are all
-/// below the config's limits, and the later half of the stretch differs from the earlier by no more than noise and a
-/// little (0.03 m/s^2, 0.01 rad/s), which tells the beginning of a take-off: zero velocity, gyro bias = mean rate, accelerometer bias along gravity = |mean force| - g.
-/// Moving: forces are turned into the last body frame with the gyroscope before they are averaged; velocity and biases
-/// are zero with wide sigmas; the tilt sigma grows with the spread of the forces' direction over tenths of the stretch,
-/// the error of their magnitude, and what the unknown gyro bias turns the mean by; at least moving_tilt_sigma_rad.
+/// below the config's limits, and the later half of the stretch differs from the earlier one by no more than noise and
+/// a small allowance (0.03 m/s^2, 0.01 rad/s), which detects the beginning of a take-off. Then: zero velocity, gyro
+/// bias = mean rate, accelerometer bias along gravity = |mean force| - g.
+/// Moving, otherwise: forces are rotated into the last body frame with the gyroscope before they are averaged; velocity
+/// and biases are zero with wide sigmas; the tilt sigma grows with the spread of the forces' direction over tenths of
+/// the stretch, the error of their magnitude, and the rotation of the mean by the unknown gyro bias; it is at least
+/// moving_tilt_sigma_rad.
 ///
-/// @param stamp  the first frame's
+/// @param stamp  of the first frame
 /// @param out    written on kOk only
-/// @return kNotReady if samples do not reach the stamp or cover less than min_duration_s before it, free of gaps and clipping;
-///         kDegenerate if the mean force is below 1 m/s^2 (free fall). Reentrant. No heap.
+/// @return kNotReady if samples do not reach the stamp, or cover less than min_duration_s before it without gaps and
+///         clipping; kDegenerate if the mean force is below 1 m/s^2 (free fall). Reentrant. No heap.
 Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, InitialState& out);
 
 }  // namespace facet

@@ -48,8 +48,8 @@ inline constexpr auto kStationarityFields = std::to_array<ParameterField<Station
 
 /// What the samples say.
 struct Stationarity {
-    /// Nothing in the samples speaks against rest. Steady straight flight without vibration looks the same: to be combined
-    /// with what the images say (little disparity).
+    /// Nothing in the samples contradicts rest. Steady straight flight without vibration looks the same, so combine it
+    /// with what the images show (little disparity).
     bool may_be_at_rest = false;
     double measure = 0.0;  ///< largest statistic over its limit: below 1 at rest
 };
@@ -57,15 +57,15 @@ struct Stationarity {
 /// Looks at the newest duration_s of samples before a stamp. All of these must hold, on every axis:
 ///   deviation about the mean <= margin * hypot(noise sqrt(rate), floor)        no shaking beyond the sensor's
 ///   |mean rate - bias| <= gyro_mean,  ||mean force - bias| - g| <= gravity_error
-///   |mean of the later half - mean of the earlier| <= drift + 4 deviations of it  no slow sway, no beginning take-off
-/// The last one is what tells slow smooth motion: with the defaults a jerk of 0.12 m/s^3 or a change of the rate of 0.03
+///   |mean of the later half - mean of the earlier| <= drift + 4 deviations of it no slow sway, no beginning take-off
+/// The last one detects slow smooth motion: with the defaults a jerk of 0.12 m/s^3 or a change of the rate of 0.03
 /// rad/s^2 is seen, so that a swaying hand (a centimetre at 1 Hz) is motion, but a pure glide is not, nor a turn slower
 /// than gyro_mean. The unnoticed motion of a take-off in its first tenths of a second stays below 2 cm/s.
 /// Usage, at every frame:
 ///   Stationarity rest;
-///   if (ok(measure_stationarity(imu, stamp, noise, state.bias, config, rest)) && rest.may_be_at_rest && no_disparity) ...
-/// @return kNotReady if samples do not reach the stamp or do not cover duration_s before it; kDegenerate if there is a gap
-///         or a clipped reading in them: nothing is known. out untouched then. Reentrant. No heap.
+///   if (ok(measure_stationarity(imu, stamp, noise, bias, config, rest)) && rest.may_be_at_rest && no_disparity) ...
+/// @return kNotReady if samples do not reach the stamp or do not cover duration_s before it; kDegenerate if there is a
+///         gap or a clipped reading in them: nothing is known. out untouched then. Reentrant. No heap.
 Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const ImuNoise& noise, const ImuBias& bias,
                             const StationarityConfig& config, Stationarity& out);
 

@@ -17,8 +17,9 @@ namespace {
 constexpr std::size_t kMinPoints = 6;
 constexpr std::size_t kHypotheses = 48;
 constexpr int kRefineSteps = 4;
-// Covariances are taken at measured depths: points that come out too near weigh too much. Monte Carlo over 1 to 12 m at a
-// baseline of 0.1 m gives squared errors 1.8 times what the sum of weights says with the rotation open.
+// Covariances are evaluated at measured depths: points whose depth is underestimated get too much weight. Monte Carlo
+// over 1 to 12 m at a baseline of 0.1 m gives squared errors 1.8 times what the sum of weights says with the rotation
+// open.
 constexpr double kCovarianceScale = 1.4;
 constexpr double kChiSquared3 = 11.34;  // 99 % of chi^2 with 3 degrees of freedom
 
@@ -68,7 +69,7 @@ double distance(const BodyPoint& point, const Eigen::Quaterniond& q, const Eigen
     return along > 0.0 ? weight / (1.0 + s2 * weight / along) : 0.0;
 }
 
-/// Best translation of those that single points give.
+/// Best of the translations that single points give.
 Eigen::Vector3d best_hypothesis(const BodyPoints& points, const Eigen::Quaterniond& q, double rotation_sigma) {
     const std::size_t stride = std::max<std::size_t>(1, points.size() / kHypotheses);
     Eigen::Vector3d best = Eigen::Vector3d::Zero();
@@ -77,7 +78,7 @@ Eigen::Vector3d best_hypothesis(const BodyPoints& points, const Eigen::Quaternio
         const Eigen::Vector3d t = points[i].then - q * points[i].now;
         double score = 0.0;
         for (const BodyPoint& point : points) {
-            // a hypothesis has the error of a point itself: twice the variance
+            // the hypothesis itself has the error of a point: twice the variance
             score += std::max(0.0, 1.0 - 0.5 * distance(point, q, t, rotation_sigma) / kChiSquared3);
         }
         if (score > best_score) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// How the body moved between two keyframes, from points that stereo gave a depth in both.
+// How the body moved between two keyframes, from points with a stereo depth in both.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,21 +43,21 @@ inline constexpr auto kStereoMotionFields = std::to_array<ParameterField<StereoM
 struct StereoMotion {
     Eigen::Quaterniond q_Bi_Bj = Eigen::Quaterniond::Identity();
     Eigen::Vector3d p_Bi_Bj = Eigen::Vector3d::Zero();
-    /// [theta p], theta on the right of q_Bi_Bj; the given rotation's part included.
+    /// [theta p], theta on the right of q_Bi_Bj; includes the uncertainty of the given rotation.
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
     int inliers = 0;
 };
 
-/// Weighted least squares of  p_Bi = R Exp(theta) p_Bj + t  over the points, theta with the rotation's prior, over those
-/// that agree: t is first taken from single points, scored by truncated Mahalanobis distance, then refined over the
-/// points within 99 % of chi^2. A point's covariance is that of its two observations: lateral z sigma / f, along the ray
-/// z^2 sqrt(2) sigma / (f b). Points share what rig and matching get wrong; that is not in the covariance.
+/// Weighted least squares of  p_Bi = R Exp(theta) p_Bj + t  over the points that agree, theta with the rotation's
+/// prior: t is first taken from single points, scored by truncated Mahalanobis distance, then refined over the points
+/// within 99 % of chi^2. A point's covariance is that of its two observations: lateral z sigma / f, along the ray
+/// z^2 sqrt(2) sigma / (f b). Errors common to all points, from rig and matching, are not in the covariance.
 /// @param points    at most kMaxFeatures count; those with z <= 0 or not finite are left out
 /// @param T_B_C     left camera to body
 /// @param q_Bi_Bj   rotation of the body, from the gyroscope
 /// @param out       written on kOk only
-/// @return kDegenerate with fewer than 6 points or if less than half of them agree. Deterministic. Reentrant; about
-///         70 KiB of stack. No heap.
+/// @return kDegenerate with fewer than 6 points or if less than half of them agree. Deterministic. Reentrant; about 70
+///         KiB of stack. No heap.
 Status estimate_stereo_motion(std::span<const StereoPoint> points, const Se3& T_B_C, const Eigen::Quaterniond& q_Bi_Bj,
                               const StereoMotionConfig& config, StereoMotion& out);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// How much the IMU shakes above the band of motion, and what that does to integrals of its samples.
+// How strongly the IMU vibrates above the band of motion, and the effect on integrals of its samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,29 +9,29 @@
 
 namespace facet {
 
-/// Seen by a VibrationMeter, axes [w a]: variances of single samples, (rad/s)^2 and (m/s^2)^2.
+/// Measured by a VibrationMeter, axes [w a]: variances of single samples, (rad/s)^2 and (m/s^2)^2.
 struct VibrationLevel {
     Eigen::Array<float, 6, 1> white = Eigen::Array<float, 6, 1>::Zero();  ///< of noise alike in both bands
     Eigen::Array<float, 6, 1> tone = Eigen::Array<float, 6, 1>::Zero();   ///< of what is in the high band only
 };
 
-/// Running power of the samples in two bands, as shares of the sampling rate r (in brackets: at 200 Hz), of filters
-/// normalised so that white noise gives the variance of one sample in each:
+/// Running power of the samples in two bands, given as shares of the sampling rate r (in brackets: Hz at 200 Hz), by
+/// filters normalised so that white noise gives the variance of one sample in each:
 ///   high, 0.3 to 0.5 (60 to 100): fourth difference, |H|^2 = 256 sin^8(pi f/r) / 70
 ///   mid, 0.07 to 0.25 (15 to 50): second difference over two samples after [1 4 6 4 1] / 16,
 ///                                 |H|^2 = 16 cos^8(pi f/r) sin^4(2 pi f/r) / 0.77
 /// squared and averaged exponentially over 0.25 s.
 ///
-/// What an integral sees. A sum of samples over T errs by the folded spectrum within 1/T of zero, where motion hides it.
-/// Noise that is white after folding (the sensor's, broad-band shaking) has there what it has in both bands, so the
-/// lesser band bounds it: `white`, a density of white / r. A tone or a narrow band in one band only (a propeller)
-/// does not accumulate: a tone A cos(w t + c) of which both ends of the interval meet some phase leaves, with the
-/// trapezoidal rule, the error A g sin(w t + c) taken between the ends,
+/// Effect on an integral. A sum of samples over T is wrong by the part of the folded spectrum within 1/T of zero, where
+/// motion hides it. Noise that is white after folding (the sensor's, broad-band vibration) has the same density there
+/// as in both bands, so the lesser band bounds it: `white`, a density of white / r. A tone or a narrow band in one band
+/// only (a propeller) does not accumulate: a tone A cos(w t + c), whose phase at both ends of the interval is
+/// arbitrary, leaves, with the trapezoidal rule, the error A g sin(w t + c) taken between the ends,
 ///   g = | (h/2) cot(w h / 2) - 1/w |,  h = 1/r,
-/// an independent error at either end: no growth with T, a hundredth of what white noise of its power would do over
+/// an independent error at either end: no growth with T, a hundredth of the effect of white noise of its power over
 /// 0.2 s. Over 80 to 120 Hz at 200 Hz (above 100 Hz the tone folds back) g^2 is 0.06 to 0.18 h^2 per power of the tone,
-/// which the high band shows 2.4 to 3.7 times: 0.023 to 0.075 h^2 per power shown. edge_variance()
-/// takes kEdge = 0.04 h^2.
+/// which the high band shows amplified by 2.4 to 3.7: 0.023 to 0.075 h^2 per power shown. edge_variance() takes
+/// kEdge = 0.04 h^2.
 /// Tones between 0.2 r and 0.3 r pass both filters a little and are overrated as white; rectification by the sensor
 /// (coning, sculling, g-sensitivity) acts like a bias and is not modelled.
 ///

@@ -11,12 +11,12 @@
 
 namespace facet {
 
-/// Collects the linearized measurements of one landmark, then adds what remains of them after the point is eliminated.
+/// Collects the linearized measurements of one landmark, eliminates the point, and adds the rest to the system.
 ///
-/// With A = d_r_d_pose (stacked, one 6-column block a keyframe) and B = d_r_d_point, the cost |r + A dx + B dl|^2 is
-/// minimised over dl in closed form, dl = -(B^T B)^-1 B^T (r + A dx), which leaves on the poses
+/// With A = d_r_d_pose (stacked, one block of 6 columns per keyframe) and B = d_r_d_point, the cost |r + A dx + B dl|^2
+/// is minimised over dl in closed form, dl = -(B^T B)^-1 B^T (r + A dx), which leaves for the poses
 ///   H  = A^T A - A^T B (B^T B)^-1 B^T A,     g = A^T r - A^T B (B^T B)^-1 B^T r.      [Forster17] eq. (30), [Ceres]
-/// A co-planarity residual adds a row to A and B, with three columns of A that belong to the plane.
+/// A co-planarity residual adds a row to A and B, and three columns to A that belong to the plane.
 /// The point's chart does not matter: any invertible change of B's columns cancels.
 /// Thread-bound. No heap.
 class LandmarkSchur {
@@ -29,8 +29,8 @@ public:
     /// Adds a co-planarity residual with the plane whose variables begin at this row of the system; at most one.
     void add_plane(int row, const CoplanarityLinearization& linearization);
 
-    /// Variance of a linear function j . dl of the point given all poses and what has been added so far; infinite if that
-    /// does not hold the point.
+    /// Variance of a linear function j . dl of the point, given all poses and the measurements added so far; infinite
+    /// if they do not constrain the point.
     double point_variance(const Eigen::RowVector3d& j) const;
 
     /// Gaussian prior on the inverse depth, kept out of the poses' information: r = (rho - 0) / sigma.
@@ -43,7 +43,8 @@ public:
 private:
     void eliminate_plane_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const;
 
-    /// Columns are padded to whole vectors: what is added below the pose's rows is zero and falls onto its velocity's.
+    /// Padded to whole vectors: rows below those of the pose are zero, and are added to those of the velocity without
+    /// effect.
     static constexpr int kPadded = StereoLinearization::kPaddedPoseDim;
     struct PoseTerm {
         int keyframe;

@@ -12,7 +12,7 @@ namespace facet {
 
 struct LevenbergOptions {
     int max_iterations = 6;           ///< solver steps tried, accepted or not: bounds the time
-    double first_lambda = 4e-7;       ///< damping relative to the diagonal once a step has failed; none before
+    double first_lambda = 4e-7;       ///< damping relative to the diagonal once a step has failed; 0 before
     double relative_decrease = 1e-4;  ///< stop when a step gains, or promises, less than this share of 1 + |cost|
     double min_step = 1e-7;           ///< stop when no parameter moves more than this
 };
@@ -37,10 +37,10 @@ struct LevenbergWorkspace {
 ///          void   save()                     remembers the current states
 ///          void   apply(step)                states = saved states (+) step
 ///          void   restore()                  states = saved states
-/// Each iteration costs one linearization and one solve, because a candidate is judged by linearizing there and, if it
-/// is accepted, that linearization is the next one. A step whose quadratic model promises next to nothing is not taken:
-/// most optimizations end so, with the system and its factor at the final states. At the end `workspace.systems[current]` holds the system at the final
-/// states; the return value tells which. Bounded by max_iterations. No heap.
+/// Each iteration costs one linearization and one solve: a candidate is judged by linearizing there, and if it is
+/// accepted, that linearization serves the next iteration. A step whose quadratic model promises next to nothing is not
+/// taken; most optimizations end this way, with the system and its factor at the final states. At the end
+/// `workspace.systems[current]` holds the system at the final states. Bounded by max_iterations. No heap.
 template <class Problem>
 LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, LevenbergWorkspace& workspace,
                            int& current) {

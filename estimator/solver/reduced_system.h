@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The normal equations over the keyframes' states, after the landmarks are eliminated: fixed storage, dense.
+// The normal equations of the keyframes' states, after the landmarks are eliminated: fixed storage, dense.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,8 +17,8 @@ inline constexpr int kMaxGlobals = PriorFactor::kMaxGlobals;
 /// Largest dimension of the system: the globals and every keyframe's 15 parameters.
 inline constexpr int kMaxSystemDim = kMaxGlobals + kMaxKeyframes * kStateDim;
 
-/// H dx = -g over n = globals + 15 * keyframes parameters, H symmetric, of which only the lower triangle (row >= column)
-/// is kept up to date. The globals come first; keyframe k owns 15 rows from offset(k) on, order [theta p v bg ba].
+/// H dx = -g over n = globals + 15 * keyframes parameters, H symmetric; only the lower triangle (row >= column) is kept
+/// up to date. The globals come first; keyframe k owns 15 rows, starting at offset(k), order [theta p v bg ba].
 /// Thread-bound. No heap; 2.3 MB.
 class ReducedSystem {
 public:

@@ -8,7 +8,7 @@ namespace facet {
 inline constexpr int kMaxFeatures = 512;
 /// Corners of one keyframe matched in stereo for the mesh alone.
 inline constexpr int kMaxSurfacePoints = 384;
-/// Tracks lost from sight that may be found again: those of the last seconds.
+/// Lost tracks that may be found again: those of the last seconds.
 inline constexpr int kMaxDormantTracks = 256;
 /// Keyframes in the window: 25 as in [Rosinol19], rounded up.
 inline constexpr int kMaxKeyframes = 32;
@@ -16,7 +16,7 @@ inline constexpr int kMaxKeyframes = 32;
 inline constexpr int kMaxLandmarks = 2048;
 /// Planes known at a time: a room and its furniture.
 inline constexpr int kMaxPlanes = 16;
-/// Landmarks that one plane takes: half of what a keyframe sees.
+/// Landmarks on one plane: half of what a keyframe sees.
 inline constexpr int kMaxPlaneLandmarks = 256;
 /// Inertial samples between two keyframes: 4 s at 1 kHz.
 inline constexpr int kMaxImuSamples = 4096;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the estimator says of itself at one frame.
+// What the estimator reports about itself at one frame.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 namespace facet {
 
 enum class TrackingState : std::uint8_t {
-    kInit,      ///< collecting data; the state is not to be used
+    kInit,      ///< collecting data; the state must not be used
     kTracking,  ///< all well
     kDegraded,  ///< running on little or no vision: usable, uncertain
     kLost,      ///< not to be used
@@ -39,7 +39,7 @@ enum HealthReason : std::uint32_t {
     kReasonImuClipped = 1U << 11,         ///< readings at the IMU's range since the last keyframe
     kReasonVibration = 1U << 12,          ///< the IMU is shaken: its noise is raised
     kReasonSpeedLimit = 1U << 13,         ///< faster than the vehicle can fly
-    kReasonVelocityUncertain = 1U << 14,  ///< velocity known too badly to control with
+    kReasonVelocityUncertain = 1U << 14,  ///< velocity too uncertain for control
     kReasonOverrun = 1U << 15,            ///< a frame came late: less work is done until the next keyframe
 };
 
@@ -47,17 +47,17 @@ enum HealthReason : std::uint32_t {
 struct Health {
     TrackingState state = TrackingState::kInit;
     std::uint32_t reasons = 0;        ///< HealthReason bits
-    int quality = 0;                  ///< 0 not to be used, 1 .. 100 best; low for a while after each start
-    std::uint32_t reset_counter = 0;  ///< starts anew since configure(); position or yaw may have jumped when it rises
+    int quality = 0;                  ///< 0: must not be used; 1 to 100, best; low for a while after each start
+    std::uint32_t reset_counter = 0;  ///< restarts since configure(); position or yaw may have jumped when it rises
     bool is_keyframe = false;
-    bool is_still = false;          ///< images and inertial samples: the vehicle stands
+    bool is_still = false;          ///< by images and inertial samples: the vehicle stands
     int tracked = 0;                ///< features carried over from the previous frame
-    int detected = 0;               ///< new ones
-    int stereo = 0;                 ///< with a right match
+    int detected = 0;               ///< new features
+    int stereo = 0;                 ///< features with a right match
     int recalled = 0;               ///< lost landmarks found again at this frame
     int outliers = 0;               ///< rejected in the front-end at this frame
     int keyframes = 0;              ///< in the window
-    int landmarks = 0;              ///< in the window that took part in the last optimization
+    int landmarks = 0;              ///< landmarks in the window that took part in the last optimization
     int iterations = 0;             ///< solver steps at this frame
     double mean_vision_chi2 = 0.0;  ///< squared vision residual per degree of freedom in units of the configured sigma
     double pixel_sigma_px = 0.0;    ///< standard deviation that observations are weighted with now

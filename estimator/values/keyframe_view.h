@@ -24,11 +24,11 @@ struct LandmarkSnapshot {
     float chi2 = 0.0F;           ///< whitened squared residual per degree of freedom of its sightings
     float depth_m = 0.0F;        ///< Z in the left camera of the newest keyframe; <= 0 behind it
     float depth_sigma_m = 0.0F;  ///< standard deviation along the ray from there
-    int keyframes = 0;           ///< of the window that see it
-    int stereo = 0;              ///< of these, with a right match
-    Timestamp first_stamp;  ///< of the oldest of these: when that keyframe has left, an ended track leaves as a whole
-    int unseen_keyframes = 0;                           ///< keyframes since it was last seen; 0: seen in the newest one
-    bool is_tracked = false;                            ///< seen in the newest keyframe; then:
+    int keyframes = 0;           ///< number of keyframes of the window that see it
+    int stereo = 0;              ///< number of these with a right match
+    Timestamp first_stamp;       ///< of the oldest of these: when that keyframe leaves, an ended track leaves with it
+    int unseen_keyframes = 0;    ///< keyframes since it was last seen; 0: seen in the newest one
+    bool is_tracked = false;     ///< seen in the newest keyframe; then:
     Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();  ///< normalised, undistorted, in C0
     Eigen::Vector2f left_px = Eigen::Vector2f::Zero();  ///< distorted pixel in the left image
     PlaneId plane;                                      ///< plane that the estimator holds it on; invalid if none
@@ -40,23 +40,23 @@ struct KeyframePose {
     Se3 T_W_C0;  ///< left camera
 };
 
-/// The window at its newest keyframe: its landmarks, by increasing id, and what only that keyframe's stereo pair shows.
-/// Points that cannot be triangulated, or whose position is practically at infinity, are left out. About 350 KB, allocate it
-/// once. Thread-bound. No heap.
+/// The window at its newest keyframe: its landmarks, by increasing id, and the points that only that keyframe's stereo
+/// pair shows. Points that cannot be triangulated, or whose position is practically at infinity, are left out. About
+/// 350 KB: allocate it once. Thread-bound. No heap.
 struct KeyframeView {
-    std::uint32_t number = 0;  ///< counts the views since configure(): tells a new one from an old one
+    std::uint32_t number = 0;  ///< counts the views since configure(): identifies a new one
     Timestamp stamp;           ///< of the newest keyframe
     Timestamp oldest_stamp;    ///< of the oldest one in the window
     Se3 T_W_C0;                ///< left camera of the newest keyframe
-    /// Variance of the sightings as measured, in units of the cautious one that covariance_W
-    /// counts with: to ask whether points agree, multiply.
+    /// Variance of the sightings as measured, in units of the cautious one that covariance_W is based on: multiply by
+    /// it to test whether points agree.
     double observation_variance = 1.0;
     FixedVector<LandmarkSnapshot, kMaxLandmarks> landmarks;
-    /// Points between the landmarks that the newest keyframe alone knows, by increasing id, all above the landmarks' ones.
-    /// They are told once: whoever keeps them moves them with their keyframe.
+    /// Points between the landmarks that only the newest keyframe has measured, by increasing id, all ids above those
+    /// of the landmarks. Each is reported once: a consumer that keeps them must move them with their keyframe.
     FixedVector<LandmarkSnapshot, kMaxSurfacePoints> surface;
     FixedVector<KeyframePose, kMaxKeyframes> keyframes;  ///< oldest first
-    PlaneEstimates planes;                               ///< that the estimator uses; empty in mode S
+    PlaneEstimates planes;                               ///< planes that the estimator uses; empty in mode S
 };
 
 }  // namespace facet

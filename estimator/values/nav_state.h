@@ -9,7 +9,7 @@
 
 namespace facet {
 
-/// Bias of the IMU: what it reads too much.
+/// Bias of the IMU: its reading minus the true value.
 struct ImuBias {
     Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< (rad/s)
     Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< (m/s^2)

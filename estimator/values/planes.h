@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What mesh and estimator tell each other about planes: proposals one way, estimates the other.
+// What mesh and estimator exchange about planes: proposals one way, estimates the other.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace facet {
 
-/// How a plane lies to gravity.
+/// Orientation of a plane relative to gravity.
 enum class PlaneKind : std::uint8_t {
     kHorizontal,  ///< floor, table, ceiling
     kVertical,    ///< wall
@@ -19,14 +19,14 @@ enum class PlaneKind : std::uint8_t {
 
 constexpr const char* to_string(PlaneKind kind) { return kind == PlaneKind::kHorizontal ? "horizontal" : "vertical"; }
 
-/// A plane n . p = d that the mesh has found, and the landmarks that lie on it, at one keyframe. The id stays the plane's
-/// own as long as the mesh knows it; a plane merged into another is left out, its landmarks are the other's from then on.
+/// A plane n . p = d that the mesh has found, and the landmarks on it, at one keyframe. The plane keeps its id as long
+/// as the mesh knows it. A plane merged into another is left out; its landmarks belong to the other from then on.
 struct PlaneProposal {
     PlaneId id;
     PlaneKind kind = PlaneKind::kHorizontal;
     Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();    ///< unit, to the side the plane was seen from
     double distance_m = 0.0;                                ///< (m)
-    FixedVector<LandmarkId, kMaxPlaneLandmarks> landmarks;  ///< by increasing id; none is on two planes
+    FixedVector<LandmarkId, kMaxPlaneLandmarks> landmarks;  ///< by increasing id; each on one plane only
 };
 
 /// By increasing id. About 35 KB.
@@ -38,7 +38,7 @@ struct PlaneEstimate {
     PlaneKind kind = PlaneKind::kHorizontal;
     Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  ///< unit, same side as the proposal's
     double distance_m = 0.0;                              ///< (m)
-    int constraints = 0;                                  ///< landmarks of the window that the plane holds
+    int constraints = 0;                                  ///< landmarks of the window that are held on the plane
 };
 
 /// By increasing id.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// How far landmarks were seen from where they should appear: what tells a good calibration from a bad one.
+// How far landmarks were seen from their predicted position: distinguishes a good calibration from a bad one.
 #pragma once
 
 #include <array>
@@ -28,9 +28,9 @@ public:
 
     static double centre_px(int bin) { return kBinPx * (bin - kMiddle); }
     std::uint64_t count(int bin) const { return counts_[static_cast<std::size_t>(bin)]; }
-    /// Beyond the bins too.
+    /// Includes values beyond the bins.
     std::uint64_t total() const { return total_; }
-    /// 0 if nothing was added, as deviation_px().
+    /// 0 if nothing was added; so is deviation_px().
     double mean_px() const { return total_ == 0 ? 0.0 : sum_ / static_cast<double>(total_); }
     double deviation_px() const {
         const double mean = mean_px();
@@ -44,8 +44,8 @@ private:
     double squares_ = 0.0;
 };
 
-/// Of every keyframe's observations when it leaves the window as its oldest, so each counts once and after all that was
-/// learned of it; outliers are gone by then. Reprojected minus observed, undistorted, in pixels.
+/// Residuals of every keyframe's observations when it leaves the window as its oldest, so that each counts once and
+/// with the final estimate; outliers are removed by then. Reprojected minus observed, undistorted, in pixels.
 struct VisionResiduals {
     ResidualHistogram left_u;
     ResidualHistogram left_v;

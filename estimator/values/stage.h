@@ -35,7 +35,7 @@ constexpr const char* to_string(Stage s) {
     return "?";
 }
 
-/// Told when a stage begins and ends. Stages do not nest; one may run several times in a frame (times add up).
+/// Notified when a stage begins and ends. Stages do not nest; one may run several times in a frame (times add up).
 class StageObserver {
 public:
     virtual ~StageObserver() = default;

@@ -13,13 +13,13 @@
 
 namespace facet {
 
-/// A landmark seen by one keyframe of the window.
+/// A sighting of a landmark by one keyframe of the window.
 struct LandmarkObservation {
     int keyframe = 0;  ///< index in the window, 0 = oldest
     StereoMeasurement measurement;
 };
 
-/// A tracked point. Its position is not a state: it is found anew from the poses at each linearization.
+/// A tracked point. Its position is not part of the state: it is computed anew from the poses at each linearization.
 struct Landmark {
     LandmarkId id;
     boost::container::static_vector<LandmarkObservation, kMaxKeyframes> observations;  ///< ascending keyframes
@@ -30,14 +30,14 @@ struct Landmark {
     double squared_error = 0.0;     ///< whitened squared residual at its last linearization
     int plane = kNoPlane;           ///< index of the window's plane that it lies on
     int proposed_plane = kNoPlane;  ///< likewise, of the plane that the mesh sees it on
-    double plane_chi2 = 0.0;        ///< squared height above it in variances, were the landmark free of it
-    int plane_misfits = 0;          ///< times it has left a plane because it did not fit
+    double plane_chi2 = 0.0;        ///< squared height above it, in variances, if the landmark were not held on it
+    int plane_misfits = 0;          ///< number of times it left a plane because it did not fit
 
     static constexpr int kNoPlane = -1;
 };
 
-/// Landmarks by increasing id. Full: the new landmark is rejected (its track goes on in the front-end and may be
-/// admitted when an older landmark has left). Iteration order is the order of ids, so results do not depend on storage.
+/// Landmarks by increasing id. When full, a new landmark is rejected (its track continues in the front-end, and may be
+/// admitted when an older landmark has left). Iteration is in order of ids, so results do not depend on storage.
 /// Thread-bound. No heap.
 class LandmarkStore {
 public:

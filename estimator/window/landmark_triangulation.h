@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The point of a window's landmark, from its sightings at the present camera poses.
+// The position of a window's landmark, from its sightings at the present camera poses.
 #pragma once
 
 #include "estimator/window/regularity_config.h"
@@ -10,8 +10,9 @@ namespace facet {
 /// Standard deviation of the prior on inverse depth (1/m): weak against any real baseline, holds points without one.
 inline constexpr double kRhoPriorSigma = 3.0;
 
-/// Triangulates a landmark, held on its plane if it has one; sets its point. @param steps  of Gauss-Newton at most, from
-/// the point that is known; a point that is not known is found from the sightings alone.
+/// Triangulates a landmark, held on its plane if it has one, and sets its point.
+/// @param steps  of Gauss-Newton at most, from the landmark's point; without one, or if that fails, a first guess is
+///               computed from the sightings alone
 /// @return false if that fails (landmark untouched). Reentrant. No heap.
 bool triangulate_landmark(const WindowState& state, const WindowCameras& cameras, const RegularityConfig& regularity,
                           int steps, Landmark& landmark);

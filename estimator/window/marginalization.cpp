@@ -9,7 +9,7 @@ namespace facet {
 namespace {
 
 using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;
-/// Coupling of all that stays to the keyframe that goes.
+/// Coupling of all remaining parameters to the leaving keyframe.
 using Coupling = Eigen::Matrix<double, Eigen::Dynamic, kStateDim, 0, kMaxSystemDim, kStateDim>;
 
 bool seen_by(const Landmark& landmark, int keyframe) {
@@ -32,7 +32,7 @@ void bind_first(WindowState& state) {
     bind(first);
 }
 
-/// Drops the observation by a keyframe and moves those of later ones one keyframe down.
+/// Drops the observation by a keyframe and moves those of later keyframes down by one.
 void drop_observation(Landmark& landmark, int keyframe, const WindowCameras& cameras) {
     if (seen_by(landmark, keyframe)) {  // the landmark loses the host of its chart
         if (landmark.has_point && landmark.observations.size() >= 2) {
@@ -73,7 +73,7 @@ Status marginalize_keyframe(const ReducedSystem& system, int keyframe,
     if (llt.info() != Eigen::Success) {
         return Status::kDegenerate;
     }
-    // What stays: `before` rows above the keyframe's, `after` below.
+    // The remaining rows: `before` above the keyframe's, `after` below.
     const int before = m;
     const int after = system.dim() - m - kStateDim;
     Coupling w(before + after, kStateDim);  // H_rm L^-T, so that H_rm H_mm^-1 H_mr = W W^T

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Takes the oldest keyframe out of the window and keeps what it knew as a prior on the rest.
+// Removes the oldest keyframe from the window and keeps its information as a prior on the rest.
 #pragma once
 
 #include <array>
@@ -9,33 +9,33 @@
 
 namespace facet {
 
-/// Replaces the prior by the Schur complement of `system` (dimension n, all keyframes) over one keyframe m:
-///   H' = H_rr - H_rm H_mm^-1 H_mr,  g' = g_r - H_rm H_mm^-1 g_m,   then moved from the current states to the points of
-/// linearization by the remaining parameters' displacements d: g'' = g' - H' d.
+/// Replaces the prior by the Schur complement of `system` (dimension n, all keyframes) with respect to one keyframe m:
+///   H' = H_rr - H_rm H_mm^-1 H_mr,  g' = g_r - H_rm H_mm^-1 g_m,
+/// then moved from the current states to the linearization points by the remaining parameters' displacements d:
+///   g'' = g' - H' d.
 /// @param displacement  x_lin.box_minus_to(x) of the globals and the remaining keyframes, stacked
 /// @return kDegenerate if H_mm is not positive definite (prior untouched). No heap.
 Status marginalize_keyframe(const ReducedSystem& system, int keyframe,
                             const Eigen::Ref<const Eigen::VectorXd>& displacement, PriorFactor& prior);
 
-/// Takes keyframes out of a window of two or more.
-///
-/// The oldest: landmarks it sees whose track has ended go into the prior with all their observations; of those still tracked at the
-/// newest keyframe only the oldest keyframe's observation is dropped, so that the track stays one landmark. Keyframes the
-/// prior binds keep their linearization points from here on. Thread-bound. No heap.
+/// Removes keyframes from a window of two or more. Thread-bound. No heap.
 class Marginalizer {
 public:
-    /// @return kDegenerate if the oldest keyframe is not determined: it is then left out without a trace in the prior.
+    /// Removes the oldest keyframe. Landmarks it sees whose track has ended go into the prior with all their
+    /// observations; of those still tracked at the newest keyframe only the oldest keyframe's observation is dropped,
+    /// so that the track stays one landmark. Keyframes in the prior keep their linearization points from here on.
+    /// @return kDegenerate if the oldest keyframe is not determined: it is then removed without adding to the prior.
     Status marginalize_oldest(WindowState& state, const WindowCameras& cameras, WindowProblem& problem,
                               ReducedSystem& system);
 
-    /// A keyframe k in between: its observations are dropped, what inertial data and the prior know of it goes into the
-    /// prior, and the next keyframe loses its inertial factor to the prior.
+    /// Removes a keyframe between others: its observations are dropped, its information from inertial data and the
+    /// prior goes into the prior, and the next keyframe's inertial factor becomes part of the prior.
     /// @return kDegenerate if the keyframe is not determined (window untouched).
     Status drop_between(int keyframe, WindowState& state, const WindowCameras& cameras, WindowProblem& problem,
                         ReducedSystem& system);
 
 private:
-    /// Displacements of what stays when a keyframe leaves.
+    /// Displacements of the parameters that remain when a keyframe leaves.
     void fill_displacement(const WindowState& state, int leaving, int globals);
 
     std::array<bool, kMaxLandmarks> selected_;

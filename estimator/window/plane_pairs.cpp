@@ -13,7 +13,7 @@ namespace {
 constexpr double kStay = 1.5;  // a pair's gate, once it is one
 constexpr double kHuber = 1.5;
 
-/// A side that nobody moves: its normal points up.
+/// A side that stays fixed: its normal points up.
 const Plane& vertical() {
     static const Plane kUpwards;
     return kUpwards;
@@ -53,7 +53,7 @@ void find_plane_pairs(const WindowPlanes& planes, const RegularityConfig& config
             pairs.push_back(level);
         }
         for (int b = 0; config.use_pairs && b < a; ++b) {
-            // Level planes are parallel, and orthogonal to walls, by way of the vertical already.
+            // The vertical already makes level planes parallel to each other, and orthogonal to walls.
             const WindowPlane& other = planes[static_cast<std::size_t>(b)];
             if (config.use_gravity && (plane.kind == PlaneKind::kHorizontal || other.kind == PlaneKind::kHorizontal)) {
                 continue;

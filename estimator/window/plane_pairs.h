@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Parallel and orthogonal planes, level floors and upright walls: found from the estimates, and held.
+// Parallel and orthogonal planes, level floors and upright walls: found from the estimates, and enforced.
 #pragma once
 
 #include "estimator/solver/reduced_system.h"
@@ -8,12 +8,12 @@
 
 namespace facet {
 
-/// Brings the pairs up to date with the planes' estimates: a pair enters when its angle is within the gate of 0 or 90
-/// degrees, and stays within one and a half of it; only planes with enough constraints take part. Reentrant. No heap.
+/// Updates the pairs with the planes' estimates: a pair enters when its angle is within the gate of 0 or 90 degrees,
+/// and stays within one and a half times the gate; only planes with enough constraints take part. Reentrant. No heap.
 void find_plane_pairs(const WindowPlanes& planes, const RegularityConfig& config, PlanePairs& pairs);
 
-/// Adds the pairs' terms. @param first_row  of the first plane's variables
-/// @return their robust cost. Reentrant. No heap.
+/// Adds the pairs' residuals to the system. @param first_row  of the first plane's variables
+/// @return the robust cost. Reentrant. No heap.
 double add_plane_pairs(const WindowPlanes& planes, const PlanePairs& pairs, const RegularityConfig& config,
                        int first_row, ReducedSystem& system);
 

@@ -12,11 +12,10 @@ namespace facet {
 namespace {
 
 constexpr double kMinRho = 0.02;     // 1/m: farther landmarks say nothing about a plane
-constexpr int kMisfitKeyframes = 2;  // in a row, and a plane is none
+constexpr int kMisfitKeyframes = 2;  // in a row, after which a plane is given up
 constexpr int kMaxLandmarkMisfits = 2;
-constexpr double kLeastFitting =
-    0.6;                            // of a proposed plane's landmarks: where fewer fit, clutter was taken for a plane
-constexpr double kMaxSigma = 0.15;  // m: a landmark less sure than this of its height fits everywhere
+constexpr double kLeastFitting = 0.6;  // of a proposed plane's landmarks: if fewer fit, clutter was taken for a plane
+constexpr double kMaxSigma = 0.15;     // m: a landmark whose height is less certain than this fits everywhere
 
 const PlaneProposal* find(const PlaneProposals& proposals, PlaneId id) {
     const auto at = std::lower_bound(proposals.begin(), proposals.end(), id,
@@ -104,7 +103,7 @@ void PlaneSet::remove(int plane, WindowState& state) const {
     state.plane_pairs.resize(kept);
 }
 
-/// Takes out the plane unseen for longest if there is no place left. @return false if all are in sight
+/// Removes the plane unseen for longest if there is no room left. @return false if all are in sight
 bool PlaneSet::make_room(WindowState& state) const {
     if (state.planes.size() < state.planes.capacity()) {
         return true;

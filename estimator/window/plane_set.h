@@ -8,24 +8,25 @@
 
 namespace facet {
 
-/// Keeper of WindowState::planes and Landmark::plane, between what the mesh proposes and what the window finds to be true.
-///   A plane comes in with enough landmarks that fit it and do not lie along a line. Out of sight it stays as a variable
-/// as long as the prior knows something of it and no other needs its place: seen again, it corrects the drift since. It leaves
-/// when too few landmarks hold it before marginalization has used it, or when its landmarks, were they free, would not lie
-/// on it; the last kind is not taken again. What the prior knew of it is marginalized, its landmarks are free again.
-///   A landmark joins a plane that names it and from which it is nearer than join_sigmas of its own and the plane's
-/// uncertainty; it leaves beyond leave_sigmas, and does not come back after the second time.
+/// Maintains WindowState::planes and Landmark::plane, between the mesh's proposals and the evidence of the window.
+///   A plane enters with enough landmarks that fit it and do not lie along a line. Out of sight it stays as a variable
+/// as long as the prior has information on it and no other plane needs its place: seen again, it corrects the drift
+/// since. It leaves when too few landmarks hold it before marginalization has used it, or when its landmarks, if free,
+/// would not lie on it; in the latter case it is not admitted again. When a plane leaves, the prior's information on it
+/// is marginalized and its landmarks are free again.
+///   A landmark joins a plane whose proposal lists it if its distance is below join_sigmas of its own and the plane's
+/// uncertainty; it leaves beyond leave_sigmas, and does not rejoin after the second time.
 /// Thread-bound. No heap.
 class PlaneSet {
 public:
     void configure(const RegularityConfig& config);
-    /// The window begins anew: no planes.
+    /// The window begins anew, without planes.
     void reset();
 
-    /// Before an optimization, with landmarks triangulated.
+    /// Before an optimization, with the landmarks triangulated.
     void update(const PlaneProposals& proposals, WindowState& state, const WindowCameras& cameras);
 
-    /// After it: takes out what did not fit, and brings the pairs up to date.
+    /// After an optimization: gives up what did not fit, and updates the pairs.
     void judge(WindowState& state);
 
 private:

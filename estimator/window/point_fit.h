@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// How well its sightings fix a landmark, given the poses.
+// How well a landmark is determined by its sightings, given the poses.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@ namespace facet {
 struct PointFit {
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of p_W (1/m^2)
     double squared_error = 0.0;
-    int rows = -3;   ///< scalar residuals less the point's three
+    int rows = -3;   ///< scalar residuals minus the point's three parameters
     int stereo = 0;  ///< sightings with a right match
 
     /// Adds one camera: r = scale (q.xy / q.z - xy), q = R_C_W (p - p_W_C). @return false if the point is behind it

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Tells which keyframes say nothing new: standing still and hovering must not push older views out of the window.
+// Detects keyframes without new information: at rest and in hover they must not push older views out of the window.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -8,7 +8,7 @@
 
 namespace facet {
 
-/// Judges a keyframe by the landmarks it shares with the one before it. Thread-bound. No heap.
+/// Compares a keyframe with the one before it by the landmarks they share. Thread-bound. No heap.
 class RedundancyTest {
 public:
     /// True if keyframe k >= 1 sees mostly landmarks that keyframe k - 1 sees as well, and the median of their movement

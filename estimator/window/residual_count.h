@@ -7,7 +7,8 @@
 
 namespace facet {
 
-/// Adds the residuals of what the oldest keyframe saw, at the current states (WindowCameras::update() done).
+/// Adds the residuals of the oldest keyframe's observations, at the current states; call WindowCameras::update()
+/// before.
 /// No heap. Reentrant.
 void count_oldest_residuals(const WindowState& state, const WindowCameras& cameras, VisionResiduals& residuals);
 

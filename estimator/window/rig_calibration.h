@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the window may correct of the rig's calibration: the cameras' clock and their place on the body.
+// Corrections of the rig's calibration by the window: the cameras' clock and their pose on the body.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ inline constexpr int kRigTheta = 1;
 inline constexpr int kRigPos = 4;
 inline constexpr int kCalibrationDim = 7;
 
-/// Corrections of the calibration, the same for both cameras: the stereo pair stays what it is.
+/// Corrections of the calibration, the same for both cameras: the stereo pair itself is not corrected.
 ///   t_imu = t_image + time_offset_s,    T_B_Ck = T_B_Bc * T_Bc_Ck, the latter as calibrated.
 struct RigCalibration {
     using Tangent = Eigen::Matrix<double, kCalibrationDim, 1>;
@@ -33,8 +33,8 @@ struct RigCalibration {
         return d;
     }
 
-    /// How the cameras' poses move with the calibration, told as the perturbation [theta p] of the body's pose that would
-    /// move them alike: with the body at R_W_B, moving at v_W_B and turning at w_B,
+    /// How the cameras' poses move with the calibration, expressed as the perturbation [theta p] of the body's pose
+    /// that would move them alike: with the body at R_W_B, moving at v_W_B and turning at w_B,
     ///   theta_B = w_B dt + R dtheta,   p_W = v_W dt + R_W_B dp - R_W_B [R dtheta]x p,   (R, p) = T_B_Bc.
     Eigen::Matrix<double, kPoseDim, kCalibrationDim> d_pose(const Eigen::Matrix3d& R_W_B, const Eigen::Vector3d& v_W_B,
                                                             const Eigen::Vector3d& w_B) const {

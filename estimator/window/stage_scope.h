@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Tells a stage observer about the beginning and the end of a scope.
+// Reports the beginning and the end of a scope to a stage observer.
 #pragma once
 
 #include "estimator/values/stage.h"

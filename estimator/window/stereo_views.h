@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// How every keyframe's cameras see every earlier keyframe's chart, made once for all landmarks.
+// How every keyframe's cameras see every earlier keyframe's chart, computed once for all landmarks.
 #pragma once
 
 #include <array>
@@ -15,11 +15,11 @@ struct CameraPair {
     CameraPose right;
 };
 
-/// Table of StereoView by keyframe and host, host <= keyframe: landmarks live in the left camera of the first keyframe that
-/// saw them. 270 kB. Thread-bound. No heap.
+/// Table of StereoView by keyframe and host, host <= keyframe: landmarks live in the chart of the left camera of the
+/// first keyframe that saw them. 270 kB. Thread-bound. No heap.
 class StereoViews {
 public:
-    /// Row of the table: this keyframe's cameras, seen against the left cameras of keyframes 0 to `keyframe`.
+    /// Sets a row of the table: this keyframe's cameras relative to the left cameras of keyframes 0 to `keyframe`.
     void set(int keyframe, const CameraPair& cameras, const std::array<CameraPair, kMaxKeyframes>& hosts) {
         for (int host = 0; host <= keyframe; ++host) {
             const CameraPose& chart = hosts[static_cast<std::size_t>(host)].left;

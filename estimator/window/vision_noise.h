@@ -9,18 +9,20 @@
 
 namespace facet {
 
-/// Scale of residuals and weight of observations, both learned. Once a keyframe each variance v follows the measured one,
+/// Scale of residuals and weight of observations, both learned. At each keyframe either variance v follows the measured
+/// one,
 ///   v <- v + gain (measured - v),
-/// gain 1/2, 1/3 and so on down to kLeastGain: a mean in which the configured value is the first, then one that forgets.
-/// Both stay within a factor of kReach of the configured value.
+/// gain 1/2, 1/3 and so on down to kLeastGain: at first a mean that includes the configured value as its first element,
+/// later a mean that forgets. Both stay within a factor of kReach of the configured value.
 ///
-/// scale_px: root mean square of the residuals, tails included; the robust loss is as wide.
+/// scale_px: root mean square of the residuals, tails included; it sets the width of the robust loss.
 ///
-/// sigma_px: what a weight of one stands for. The points of an M-estimate have the covariance E[psi^2] / E[psi']^2 times
-/// (J^T J)^-1 [Huber64], the normal equations say sigma^2 / E[rho'] times that; so that both agree,
+/// sigma_px: the standard deviation that a weight of one stands for. The points of an M-estimate have the covariance
+/// E[psi^2] / E[psi']^2 times (J^T J)^-1 [Huber64]; the normal equations give sigma^2 / E[rho'] times that. To make
+/// both agree,
 ///   sigma^2 = kDependence E[rho'] E[psi^2] / E[psi']^2,     psi of a coordinate, in pixels.
-/// kDependence: errors along a track are not independent, of n observations n / kDependence are. Its value makes the
-/// covariance agree with the errors of simulated flights (scripts/benchmark_consistency).
+/// kDependence: errors along a track are not independent; n observations count as n / kDependence independent ones. Its
+/// value makes the covariance agree with the errors of simulated flights (scripts/benchmark_consistency).
 /// Thread-bound. No heap.
 class VisionNoise {
 public:
@@ -30,23 +32,23 @@ public:
     static constexpr double kReach = 10.0;
     static constexpr int kEnoughRows = 100;
 
-    /// @param is_learned  false: the configured value stays
+    /// @param is_learned  false: the configured value is kept
     void reset(double configured_px, bool is_learned) {
         configured_px_ = sigma_px_ = scale_px_ = measured_px_ = measured_sigma_px_ = configured_px;
         gain_ = 1.0;
         is_learned_ = is_learned;
     }
 
-    /// Takes a window's residuals. Too few are no measurement.
+    /// Takes a window's residuals; too few are ignored.
     /// @param squared_error_px2  sum of squared residuals (px^2)
-    /// @param rows               their number, less three a landmark
-    /// @param loss               what they add up to under the loss, whitened by sigma_px()
+    /// @param rows               their number, minus three per landmark
+    /// @param loss               their sums under the loss, whitened by sigma_px()
     void measure(double squared_error_px2, int rows, const LossSums& loss) {
         if (rows < kEnoughRows || !std::isfinite(squared_error_px2)) {
             return;
         }
         measured_px_ = std::sqrt(squared_error_px2 / rows);
-        // E[rho'] E[psi^2] / E[psi']^2: the numbers of points cancel but for the rows that the landmarks take.
+        // E[rho'] E[psi^2] / E[psi']^2: the numbers of points cancel, except for the rows taken by the landmarks.
         const double variance =
             loss.weight * loss.squared_influence / (loss.slope * loss.slope) * loss.points / static_cast<double>(rows);
         if (std::isfinite(variance)) {
@@ -66,8 +68,8 @@ public:
     double sigma_px() const { return sigma_px_; }        ///< for weights
     double scale_px() const { return scale_px_; }        ///< for the loss
     double measured_px() const { return measured_px_; }  ///< root mean square at the last measurement
-    /// What single landmarks should be judged by, tails and all: errors along a track are not independent, so that n
-    /// observations say less than n independent ones.
+    /// Standard deviation for judging single landmarks, tails included: errors along a track are not independent, so
+    /// that n observations say less than n independent ones.
     double cautious_px() const { return is_learned_ ? kCaution * measured_px_ : sigma_px_; }
     double configured_px() const { return configured_px_; }
 

@@ -75,7 +75,7 @@ Status Window::add_keyframe(const KeyframeInput& input, const Preintegration& pr
 }
 
 void Window::make_room() {
-    constexpr int kRecent = 3;  // newest keyframes that stay in any case: they hold the velocity
+    constexpr int kRecent = 3;  // newest keyframes that stay in any case: they determine the velocity
     const StageScope scope(observer_, Stage::kMarginalization);
     marginalization_failed_ = false;
     const int count = static_cast<int>(state_.keyframes.size());
@@ -126,7 +126,7 @@ void Window::add_observations(int keyframe, std::span<const FeatureObservation> 
 }
 
 WindowSummary Window::optimize(double effort) {
-    // A start is not done yet with few keyframes; at rest all of them see the same, errors included.
+    // With few keyframes a start is not complete; at rest all of them see the same, errors included.
     constexpr std::size_t kSettled = 5;
     WindowSummary summary;
     const bool is_settled = state_.keyframes.size() >= kSettled;

@@ -19,24 +19,24 @@ namespace facet {
 /// A frame that becomes a keyframe.
 struct KeyframeInput {
     Timestamp stamp;                                ///< in the IMU's clock: the image's plus Window's time offset
-    Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias taken off (rad/s)
-    bool rests_since_previous = false;              ///< images and inertial samples: the vehicle stood still
+    Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias subtracted (rad/s)
+    bool rests_since_previous = false;              ///< by images and inertial samples: the vehicle stood still
     std::span<const FeatureObservation> observations;
 };
 
-/// What one optimization did.
+/// Summary of one optimization.
 struct WindowSummary {
     LevenbergSummary solver;
     WindowFit fit;
     double imu_squared_error = 0.0;  ///< whitened squared residual (15 rows) of the newest inertial factor
-    int newest_landmarks = 0;        ///< landmarks that hold the newest keyframe, outliers left out
-    int rejected_observations = 0;   ///< taken out as outliers afterwards
-    int rejected_landmarks = 0;      ///< whose newest observation was one: their tracks should end
+    int newest_landmarks = 0;        ///< landmarks that constrain the newest keyframe, without outliers
+    int rejected_observations = 0;   ///< removed as outliers afterwards
+    int rejected_landmarks = 0;      ///< landmarks whose newest observation was one: their tracks should end
     bool marginalization_failed = false;
 };
 
-/// Fixed-lag smoother over keyframe states [theta p v bg ba] with structureless stereo landmarks, inertial factors and a
-/// prior. Usage: configure; start with the first keyframe; then add_keyframe and optimize for each following one.
+/// Fixed-lag smoother over keyframe states [theta p v bg ba] with structureless stereo landmarks, inertial factors and
+/// a prior. Usage: configure; start with the first keyframe; then add_keyframe and optimize for each following one.
 /// About 10 MB, no heap after construction: allocate it once. Thread-bound. Deterministic.
 class Window {
 public:
@@ -44,33 +44,36 @@ public:
                    const ImuNoise& noise, const RegularityConfig& regularity = {});
     void set_stage_observer(StageObserver* observer);
 
-    /// Forgets keyframes, landmarks and prior, and begins with one keyframe and its Gaussian prior. The calibration stays.
+    /// Forgets keyframes, landmarks and prior, and begins with one keyframe and its Gaussian prior. The calibration is
+    /// kept.
     /// @param information  15x15, order [theta p v bg ba], about `state`
     void start(const KeyframeInput& input, const NavState& state,
                const Eigen::Matrix<double, kStateDim, kStateDim>& information);
 
-    /// Appends a keyframe predicted from the newest one by `preintegration`. Room is made before: a keyframe that is no
-    /// longer one of the three newest and says no more than the one before it is dropped (RedundancyTest); otherwise
-    /// the oldest one is marginalized if the window is full.
+    /// Appends a keyframe predicted from the newest one by `preintegration`. Room is made first: a keyframe that is not
+    /// among the three newest any more and adds nothing to the one before it is dropped (RedundancyTest); otherwise the
+    /// oldest one is marginalized if the window is full.
     /// @return kDegenerate if the preintegration spans no time (window untouched).
     Status add_keyframe(const KeyframeInput& input, const Preintegration& preintegration);
 
-    /// Planes the mesh knows, used by every optimize() until told anew or start(). Without effect in mode S.
+    /// Sets the planes that the mesh has found; every optimize() uses them until the next call or start(). Has no
+    /// effect in mode S.
     void set_planes(const PlaneProposals& proposals) { proposals_ = proposals; }
 
     /// Bounded optimization of the whole window, then removal of outliers.
-    /// @param effort  times the configured number of iterations, one at least
+    /// @param effort  scales the configured number of iterations; at least one is made
     WindowSummary optimize(double effort = 1.0);
 
     /// Landmarks whose newest observation optimize() has just rejected.
     std::span<const LandmarkId> rejected() const { return {rejected_.data(), rejected_.size()}; }
 
-    /// Marginal covariance of the newest keyframe's state after optimize(), 15x15, order [theta p v bg ba], of the error
-    /// in the tangent of the estimate. @return kDegenerate if the window's information is singular (untouched).
+    /// Marginal covariance of the newest keyframe's state after optimize(), 15x15, order [theta p v bg ba], of the
+    /// error in the tangent space of the estimate. @return kDegenerate if the window's information is singular (output
+    /// untouched).
     Status newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance);
 
-    /// Where the landmarks should appear to the left camera of a body in this state; by increasing id. Valid until the next
-    /// call that is not const.
+    /// Where the landmarks should appear to the left camera of a body in this state; by increasing id. Valid until the
+    /// next non-const call.
     std::span<const LandmarkPrediction> predict_landmarks(const NavState& state);
 
     /// Corrections of the calibration so far.
@@ -78,7 +81,7 @@ public:
     /// Standard deviation of a calibration parameter (kTimeOffset, ...) after newest_covariance(); 0 if not estimated.
     double calibration_sigma(int parameter);
 
-    /// Fills what the window says of the health. @param summary  of its last optimization; empty before the first one
+    /// Fills the window's fields of the health. @param summary  of its last optimization; empty before the first one
     void report(const WindowSummary& summary, Health& health) const;
 
     /// Residuals of the keyframes that have left since configure().
@@ -90,7 +93,8 @@ public:
     /// Cameras of the keyframes, and how residuals are whitened.
     const WindowCameras& cameras() const { return cameras_; }
 
-    /// Keyframe k's inertial factor integrated anew, at another bias. @return kDegenerate if refused (untouched).
+    /// Replaces keyframe k's inertial factor by one integrated at another bias. @return kDegenerate if refused
+    /// (untouched).
     Status replace_imu_factor(int keyframe, const Preintegration& preintegration);
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The cameras of the window's keyframes at the present states, and what their observations weigh.
+// The cameras of the window's keyframes at the present states, and the weight of their observations.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,11 +17,11 @@
 
 namespace facet {
 
-/// Camera poses, the views between them, and the whitening of pixels, which all who look at landmarks share. Poses are
-/// those of the last update(); whoever changes states calls it before the next look. About 550 kB. Thread-bound. No heap.
+/// Camera poses, the views between them, and the whitening of pixels, shared by all users of landmarks. Poses are those
+/// of the last update(), which must be called after states have changed. About 550 kB. Thread-bound. No heap.
 class WindowCameras {
 public:
-    /// `state` and `config` must outlive the cameras. Noise begins with what the configuration says.
+    /// `state` and `config` must outlive the cameras. The noise starts at the configured value.
     void bind(const WindowState& state, const WindowConfig& config, const StereoRig& rig);
 
     /// Poses and views at the present states and calibration.
@@ -31,37 +31,37 @@ public:
     const CameraPose& right(int keyframe) const { return poses_[static_cast<std::size_t>(keyframe)].right; }
     /// How a keyframe's cameras see the chart of landmarks first seen by `host`, host <= keyframe.
     const StereoView& view(int keyframe, int host) const { return views_.at(keyframe, host); }
-    /// The same from where Jacobians are taken.
+    /// The same at the poses where Jacobians are evaluated.
     const StereoView& view_lin(int keyframe, int host) const { return views_lin_.at(keyframe, host); }
     const Eigen::Matrix3d& R_B_W_lin(int keyframe) const { return R_B_W_lin_[static_cast<std::size_t>(keyframe)]; }
 
-    /// Left camera of a body in this state, with the calibration as it stands.
+    /// Left camera of a body in this state, with the present calibration.
     CameraPose left_of(const NavState& state) const {
         return CameraPose::from(state.T_W_B() * state_->calibration.T_B_Bc * T_B_C0_);
     }
 
-    /// Weights follow the residuals measured last.
+    /// Lets the weights follow the residuals measured last.
     void learn_noise();
-    /// Takes the residuals of a linearization; see VisionNoise::measure.
+    /// Takes the sums of a linearization's residuals; see VisionNoise::measure.
     void measure_noise(double squared_error_px2, int rows, const LossSums& loss) {
         noise_.measure(squared_error_px2, rows, loss);
     }
-    /// True once the states are roughly right: outliers lose all influence, instead of most of it.
+    /// True once the states are roughly right: outliers then lose all influence, instead of most of it.
     void set_settled(bool is_settled);
 
     const VisionNoise& noise() const { return noise_; }
     const RobustLoss& loss() const { return loss_; }
     const StereoGeometry& geometry() const { return geometry_; }
-    /// Standard deviations in a pixel.
+    /// Number of standard deviations in a pixel.
     double pixels_to_sigmas() const { return 1.0 / noise_.sigma_px(); }
-    /// Variance of observations as measured at the last linearization of the whole window, in units of the one they are
-    /// weighted with, outliers included, within [0.05, 20]: for tests that ask whether things agree.
+    /// Variance of observations as measured at the last linearization of the whole window, in units of the variance
+    /// they are weighted with, outliers included, clamped to [0.05, 20]: for tests of whether observations agree.
     double observation_variance() const {
         return std::clamp(std::pow(noise_.measured_px() / noise_.sigma_px(), 2), 0.05, 20.0);
     }
 
 private:
-    /// Body pose at a keyframe's image: its state, moved by what the time offset has changed since.
+    /// Body pose at a keyframe's image: its state, moved by the change of the time offset since.
     Se3 T_W_B_at_image(const Keyframe& keyframe, const NavState& state) const;
     void whiten();
 

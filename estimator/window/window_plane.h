@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A plane as a variable of the window, and how two of them lie to each other.
+// A plane as a variable of the window, and the relation between two of them.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -9,17 +9,17 @@
 
 namespace facet {
 
-/// One plane. First-estimate Jacobians from when marginalization has used it, as with keyframes.
+/// One plane. Jacobians are first estimates once marginalization has used it, as with keyframes.
 struct WindowPlane {
     PlaneId id;
     PlaneKind kind = PlaneKind::kHorizontal;
     Plane plane;
     Plane plane_lin;
-    bool is_bound = false;     ///< the prior knows it
-    int constraints = 0;       ///< landmarks that it held at the last linearization
-    double mean_chi2 = 0.0;    ///< of these landmarks' heights, were they free
-    int misfit_keyframes = 0;  ///< in a row, at which that was too much
-    int unseen_keyframes = 0;  ///< in a row, at which the mesh did not propose it
+    bool is_bound = false;     ///< it is part of the prior
+    int constraints = 0;       ///< landmarks held on it at the last linearization
+    double mean_chi2 = 0.0;    ///< of these landmarks' heights if they were free
+    int misfit_keyframes = 0;  ///< in a row, with too large a mean_chi2
+    int unseen_keyframes = 0;  ///< in a row, without a proposal by the mesh
 
     const Plane& linearization_point() const { return is_bound ? plane_lin : plane; }
     void bind() {

@@ -75,7 +75,7 @@ double WindowProblem::add_prior(ReducedSystem& system) {
     }
     const double cost = prior.evaluate(prior_displacement_, prior_gradient_);
     if (prior.keyframes() == 1 && !state_->keyframes[0].is_bound) {
-        // The first prior may be far off in attitude: its exact Jacobian, until marginalization binds it.
+        // The first prior may be far off in attitude: use its exact Jacobian until marginalization binds it.
         Eigen::Matrix<double, kStateDim, kStateDim> jacobian = Eigen::Matrix<double, kStateDim, kStateDim>::Identity();
         jacobian.block<3, 3>(kTheta, kTheta) =
             so3_right_jacobian_inverse(prior_displacement_.segment<3>(globals + kTheta));
@@ -92,7 +92,7 @@ double WindowProblem::add_prior(ReducedSystem& system) {
 }
 
 double WindowProblem::add_planes(ReducedSystem& system) const {
-    // Keeps a plane definite that has just lost its landmarks; a radian or a metre against that is nothing.
+    // Keeps a plane definite that has just lost its landmarks; this information is negligible otherwise.
     constexpr double kGuard = 1e-4;
     if (state_->planes.empty()) {
         return 0.0;

@@ -18,8 +18,8 @@ namespace facet {
 /// How well the window fits, at its last linearization.
 struct WindowFit {
     int active_landmarks = 0;
-    int vision_rows = 0;                    ///< scalar residuals of active landmarks minus three a landmark
-    double vision_squared_error_px2 = 0.0;  ///< not robust, but that no observation counts for more than kBlunderPx
+    int vision_rows = 0;                    ///< scalar residuals of active landmarks minus three per landmark
+    double vision_squared_error_px2 = 0.0;  ///< not robust, but no observation counts for more than kBlunderPx
     LossSums vision_loss;                   ///< of all observations of active landmarks
 
     /// Squared residual per degree of freedom, in units of this standard deviation; 0 without any.
@@ -28,14 +28,14 @@ struct WindowFit {
     }
 };
 
-/// Structureless window problem: prior, inertial factors, and landmarks that are triangulated anew and eliminated at each
-/// linearization. Fulfils the Problem concept of levenberg(). Thread-bound. No heap.
+/// Structureless window problem: prior, inertial factors, and landmarks that are triangulated anew and eliminated at
+/// each linearization. Satisfies the Problem concept of levenberg(). Thread-bound. No heap.
 class WindowProblem {
 public:
-    /// What is farther off is one blunder more, however far: the next outlier removal takes it (px).
+    /// Limit on a residual in WindowFit: what is farther off is a blunder, left to the next outlier removal (px).
     static constexpr double kBlunderPx = 10.0;
 
-    /// What is given must outlive the problem.
+    /// The arguments must outlive the problem.
     void bind(WindowState& state, WindowCameras& cameras, const CalibrationConfig& calibration,
               const RegularityConfig& regularity);
     void set_stage_observer(StageObserver* observer) { observer_ = observer; }
@@ -49,11 +49,12 @@ public:
     void apply(const ReducedSolver::Step& step);
     void restore();
 
-    /// Linearizes only what touches the oldest keyframe: prior, its inertial factor, and the landmarks that
-    /// `is_selected` names (all must be seen by it). Used by marginalization.
+    /// Linearizes only the terms of the oldest keyframe: prior, its inertial factor, and the landmarks marked in
+    /// `is_selected` (all must be seen by it). Used by marginalization.
     double linearize_oldest(ReducedSystem& system, const std::array<bool, kMaxLandmarks>& is_selected);
 
-    /// Linearizes only what ties one keyframe to its neighbours without images: prior, inertial and rest factors.
+    /// Linearizes only the terms that connect one keyframe to its neighbours without images: prior, inertial and rest
+    /// factors.
     double linearize_inertial(ReducedSystem& system, int keyframe);
 
     const WindowFit& fit() const { return fit_; }
@@ -63,14 +64,15 @@ public:
     int plane_row(int plane) const { return calibration_config_->dim() + kPlaneDim * plane; }
 
 private:
-    /// Adds the calibration's part of the vision terms, which hold poses only so far: the calibration moves the poses, so
-    /// with G_k = RigCalibration::d_pose, H_gk = sum_j G_j^T H_jk, H_gg = sum_jk G_j^T H_jk G_k, g_g = sum_k G_k^T g_k.
+    /// Adds the calibration's part of the vision terms, which so far contain poses only: the calibration moves the
+    /// poses, so with G_k = RigCalibration::d_pose, H_gk = sum_j G_j^T H_jk, H_gg = sum_jk G_j^T H_jk G_k,
+    /// g_g = sum_k G_k^T g_k.
     void add_calibration(ReducedSystem& system) const;
     double add_plane_height(Landmark& landmark);
-    /// How the planes lie to each other and to gravity.
+    /// Adds the constraints between planes, and between planes and gravity.
     double add_planes(ReducedSystem& system) const;
     double add_prior(ReducedSystem& system);
-    /// What ties a keyframe to the one before it without images: inertial and rest factor.
+    /// Adds the terms that connect a keyframe to the one before it without images: inertial and rest factor.
     double add_link(ReducedSystem& system, int keyframe) {
         return add_imu(system, keyframe) + add_rest(system, keyframe);
     }

@@ -12,7 +12,7 @@ void WindowProblem::select_landmarks() {
     cameras_->update();
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         Landmark& landmark = state_->landmarks[i];
-        // Seen by one keyframe only, a stereo match still tells where to look for the landmark.
+        // Seen by one keyframe only, a stereo match still shows where to search for the landmark.
         const bool is_known = (landmark.observations.size() >= 2 || landmark.observations[0].measurement.has_right) &&
                               triangulate_landmark(*state_, *cameras_, *regularity_config_, kSettlingSteps, landmark);
         landmark.is_active = is_known && landmark.observations.size() >= 2;
@@ -22,8 +22,8 @@ void WindowProblem::select_landmarks() {
 
 double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     if (!triangulate_landmark(*state_, *cameras_, *regularity_config_, 1,
-                              landmark)) {  // it follows its cameras as these move, step by step
-        return landmark.cost;               // out of this step, but leaving must not look like a gain
+                              landmark)) {  // it follows its cameras step by step as they move
+        return landmark.cost;               // left out of this step, which must not look like a gain
     }
     const int host = landmark.observations.front().keyframe;
     schur_.clear();
@@ -59,7 +59,7 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     return cost;
 }
 
-/// The landmark's height above its plane, if it has one, put into schur_. @return its robust cost
+/// Adds the landmark's height above its plane, if it has one, to schur_. @return its robust cost
 double WindowProblem::add_plane_height(Landmark& landmark) {
     if (landmark.plane == Landmark::kNoPlane) {
         return 0.0;
@@ -72,8 +72,9 @@ double WindowProblem::add_plane_height(Landmark& landmark) {
                                   regularity_config_->sigma_m, loss, l))) {
         return 0.0;
     }
-    // At the optimum images pull the point off the plane as much as the plane pulls it back, so that with q = w s / sigma^2,
-    // s the height's variance by images alone, the free height is e = r (1 + q); its variance is sigma^2 + s, s as measured.
+    // At the optimum the images pull the point off the plane as strongly as the plane pulls it back. With
+    // q = w s / sigma^2, s the height's variance by images alone, the free height is therefore e = r (1 + q); its
+    // variance is sigma^2 + s, s as measured.
     const double q = schur_.point_variance(l.d_r_d_point);
     landmark.plane_chi2 =
         l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (1.0 + cameras_->observation_variance() * q / l.weight);

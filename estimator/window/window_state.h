@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the window holds: keyframes, landmarks and the prior. Plain data; the algorithms stand beside it.
+// The contents of the window: keyframes, landmarks and the prior. Plain data; the algorithms are elsewhere.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -16,17 +16,18 @@
 
 namespace facet {
 
-/// One keyframe. The stamp is the image's plus the time offset estimated when it came; later corrections of the offset move
-/// the cameras along `state`'s velocity and `w_B`. `state_lin` is where the prior counts from, if it covers the keyframe, and where first-estimate Jacobians
-/// are taken once marginalization has bound it.
+/// One keyframe. The stamp is the image's plus the time offset estimated when the keyframe was added; later corrections
+/// of the offset move the cameras along `state`'s velocity and `w_B`. `state_lin` is the state that the prior refers
+/// to, if the prior covers the keyframe, and the point of first-estimate Jacobians once marginalization has bound the
+/// keyframe.
 struct Keyframe {
     Timestamp stamp;
     NavState state;
     NavState state_lin;
-    Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias taken off (rad/s)
-    double time_offset_s = 0.0;                     ///< that is in the stamp
+    Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias subtracted (rad/s)
+    double time_offset_s = 0.0;                     ///< the offset contained in the stamp
     bool is_bound = false;        ///< marginalization has used this keyframe: Jacobians stay at state_lin
-    bool has_imu_factor = false;  ///< none for the oldest keyframe, nor where the prior has taken it in
+    bool has_imu_factor = false;  ///< false for the oldest keyframe, and if the prior has absorbed it
     ImuFactor imu_from_previous;
     bool rests_since_previous = false;  ///< the vehicle stood still between the previous keyframe and this one
 
@@ -41,9 +42,9 @@ struct WindowState {
     PlanePairs plane_pairs;
     PriorFactor prior;  ///< over the calibration, the planes and the first keyframes
     RigCalibration calibration;
-    RigCalibration calibration_lin;  ///< where the prior counts from
+    RigCalibration calibration_lin;  ///< the calibration that the prior refers to
 
-    /// Forgets what was seen; calibration and prior stay.
+    /// Forgets keyframes, landmarks and planes; calibration and prior are kept.
     void clear() {
         keyframes.clear();
         landmarks.clear();
@@ -51,7 +52,7 @@ struct WindowState {
         plane_pairs.clear();
     }
 
-    /// How far calibration (its first parameters) and planes have moved from where the prior counts from.
+    /// Displacement of the calibration (its first parameters) and the planes from the points that the prior refers to.
     template <class Vector>
     void globals_displacement(int calibration_dim, Vector&& d) const {
         d.head(calibration_dim) = calibration_lin.box_minus_to(calibration).head(calibration_dim);

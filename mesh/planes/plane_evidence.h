@@ -111,7 +111,7 @@ private:
         LandmarkId id;
         PlaneSerial former = 0;
         PlaneSerial owner = 0;
-        bool is_good = false;  ///< its sightings agree
+        bool is_good = false;  ///< its sightings agree with each other
         bool is_held = false;  ///< the estimator holds it on a plane
         bool was_chosen = false;
     };

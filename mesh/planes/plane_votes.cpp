@@ -15,7 +15,7 @@ constexpr int kRadius = 4;  // bins of the kernel to each side
 constexpr float kLeastSigmaBins = 0.8F;
 constexpr float kMostSigmaBins = 2.0F;
 
-/// Gaussian with peak one: what it gives is the support within about a sigma.
+/// Gaussian with peak one, so that the result is the support within about a sigma.
 std::array<float, 2 * kRadius + 1> kernel_of(float sigma_bins) {
     const float sigma = std::clamp(sigma_bins, kLeastSigmaBins, kMostSigmaBins);
     std::array<float, 2 * kRadius + 1> kernel{};
@@ -26,7 +26,7 @@ std::array<float, 2 * kRadius + 1> kernel_of(float sigma_bins) {
     return kernel;
 }
 
-/// Correlation with the kernel; nothing comes in from outside.
+/// Correlation with the kernel; bins outside count as zero.
 template <std::size_t N>
 void smooth(std::array<float, N>& bins, const std::array<float, 2 * kRadius + 1>& kernel) {
     std::array<float, N + 2 * kRadius> padded{};
@@ -184,7 +184,7 @@ std::span<const PlanePeak> PlaneVotes::find_peaks(float min_support_m2) {
     if (upright_weight_ > min_support_m2) {
         const auto kernel =
             kernel_of(std::sqrt(upright_variance_ / upright_weight_) / static_cast<float>(kDistanceBin));
-        // Rows without a peak are compared with only, and lose against one as they are.
+        // Rows without a peak are only compared with, unsmoothed: they cannot exceed a peak.
         for (std::size_t a = 0; a < kAzimuthBins; ++a) {
             if (may_peak(a, min_support_m2)) {
                 smooth(walls_[a], kernel);
