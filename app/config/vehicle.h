@@ -30,7 +30,7 @@ struct VehicleCameras {
     CameraV4l2Options right;
 };
 
-/// The line that tells when the cameras expose.
+/// The line whose edges mark the exposures of the cameras.
 struct VehicleTrigger {
     TriggerGpioOptions input;
     Duration delay;  ///< from the edge to the start of exposure
@@ -79,7 +79,7 @@ struct VehiclePulses {
     GpioLineName line;
 };
 
-/// What is asked of the system; what it refuses is told and done without.
+/// What is asked of the system; a refusal is reported, and the program goes on without.
 struct VehicleRealtime {
     bool lock_memory = false;
     int prefault_stack_kb = 256;  ///< of each thread

@@ -21,7 +21,7 @@ PlaneLog::PlaneLog(const std::string& folder) : file_(folder + "/planes.csv") {
 void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes) {
     std::vector<const TrackedPlane*> reported;
     for (const TrackedPlane& plane : planes) {
-        if (plane.is_told) {
+        if (plane.is_reported) {
             reported.push_back(&plane);
         }
     }

@@ -62,14 +62,14 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
     result.is_usable = ok(result.status) && is_usable(estimate.health.state);
     mesh_is_new_ = result.is_keyframe && result.is_usable && update_mesh(frame, estimate.health);
     result.has_mesh = mesh_is_new_;
-    result.told.clear();
+    result.planes.clear();
     if (result.has_mesh) {
         result.mesh_vertices = mesher_->mesh().vertex_count();
         result.mesh_faces = mesher_->mesh().face_count();
         result.mesh = mesher_->counters();
         for (const TrackedPlane& plane : planes_->planes()) {
-            if (plane.is_told) {
-                result.told.push_back(plane);
+            if (plane.is_reported) {
+                result.planes.push_back(plane);
             }
         }
     }

@@ -30,7 +30,7 @@ struct FrameResult {
     int mesh_vertices = 0;
     int mesh_faces = 0;
     MeshCounters mesh;
-    FixedVector<TrackedPlane, kMaxPlanes> told;  ///< planes, as the finder has them
+    FixedVector<TrackedPlane, kMaxPlanes> planes;  ///< planes, as the finder has them
 };
 
 /// Takes samples in order of time to the estimator, and keyframes to the mesher and the plane finder, whose planes go
@@ -45,9 +45,9 @@ public:
     /// See Estimator.
     void set_observation_hook(ObservationHook* hook) { estimator_.set_observation_hook(hook); }
 
-    /// What the estimator is told of the planes that were found at a keyframe.
+    /// The planes that the estimator is given for those found at a keyframe.
     using PlaneSource = std::function<const PlaneProposals&(const KeyframeView& view, const PlaneProposals& found)>;
-    /// For studies; without one it is told what was found.
+    /// For studies; without one it is given what was found.
     void set_plane_source(PlaneSource source) { plane_source_ = std::move(source); }
 
     void add_imu(const ImuSample& sample);

@@ -147,7 +147,7 @@ void OutputThreads::publish(const FrameResult& frame) {
     }
     status_.total_ms = frame.timing.total_ms;
     if (frame.has_mesh) {
-        status_.planes = frame.told.size();
+        status_.planes = frame.planes.size();
         status_.mesh_faces = frame.mesh_faces;
     }
 }

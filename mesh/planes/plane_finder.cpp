@@ -207,7 +207,7 @@ void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
 void PlaneFinder::propose() {
     proposals_.clear();
     for (TrackedPlane& plane : planes_) {
-        plane.is_told = false;
+        plane.is_reported = false;
         if (!plane.id.valid() || plane.lost > config_.leave_keyframes || plane.doubts >= kDoubtsToWithhold) {
             continue;
         }
@@ -215,7 +215,7 @@ void PlaneFinder::propose() {
         if (points_.size() < kMinProposed) {
             continue;
         }
-        plane.is_told = true;
+        plane.is_reported = true;
         PlaneProposal& proposal = proposals_.push_back({});
         proposal.id = plane.id;
         proposal.kind = plane.kind;

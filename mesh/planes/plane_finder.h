@@ -23,13 +23,13 @@ struct TrackedPlane {
     PlaneId id;  ///< invalid until confirmed
     PlaneKind kind = PlaneKind::kHorizontal;
     PlaneFit fit;
-    double area_m2 = 0.0;  ///< of its faces in the horizon
-    int landmarks = 0;     ///< on it now
-    int found = 0;         ///< keyframes that found it
-    int lost = 0;          ///< keyframes in a row that did not
-    int doubts = 0;        ///< keyframes in a row at which its landmarks did not form a plane
-    bool is_held = false;  ///< normal and distance are the estimator's
-    bool is_told = false;  ///< among the last proposals
+    double area_m2 = 0.0;      ///< of its faces in the horizon
+    int landmarks = 0;         ///< on it now
+    int found = 0;             ///< keyframes that found it
+    int lost = 0;              ///< keyframes in a row that did not
+    int doubts = 0;            ///< keyframes in a row at which its landmarks did not form a plane
+    bool is_held = false;      ///< normal and distance are the estimator's
+    bool is_reported = false;  ///< among the last proposals
 };
 
 /// What the finder has done since configure().

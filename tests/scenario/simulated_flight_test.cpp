@@ -81,27 +81,28 @@ void drop_lines(const std::string& path, Predicate drop) {
     std::ofstream(path) << kept;
 }
 
-/// Limits that an error ten times as large does not meet. A similar flight of six seconds, room_tour_spr of
-/// tests/golden, measured with `facet eval --scene`: ATE 1.0 mm; mean NEES of the pose 3.1, where 6 is expected;
-/// median distance of the mesh 6.9 mm after ICP; 70 % of the surface seen lie within 5 cm of the mesh; 4 of 5 true
-/// planes were found, and all 7 planes found are true.
+constexpr double kMaxAte_m = 0.002;
+
+/// Limits within a factor of two of what this flight measures (`simulated_flight_test -s` shows it): ATE 0.94 mm; mean
+/// NEES of the pose 1.3, where 6 is expected; median distance of the mesh 6.6 mm after ICP; 69 % of the surface seen
+/// lie within 5 cm of the mesh; 4 of 5 true planes are found, and every plane found is true.
 void check_figures(const test::FlightFigures& flight) {
     INFO(text_report(flight.trajectory) << text_report(flight.claims) << text_report(flight.mesh)
                                         << text_report(flight.planes));
-    CHECK(flight.trajectory.se3.translation_m.rmse < 0.005);
+    CHECK(flight.trajectory.se3.translation_m.rmse < kMaxAte_m);
     const NeesStatistics& pose = flight.claims.parts[0];
     CHECK(pose.count == 100);
     CHECK(flight.claims.unusable == 0);
-    CHECK(pose.mean > 1.0);
-    CHECK(pose.mean < 8.0);
+    CHECK(pose.mean > 0.6);
+    CHECK(pose.mean < 3.0);
     const MeshRow& mesh = flight.mesh.by_icp;
     REQUIRE(std::string(kClaimParts[0].name) == "pose");
     REQUIRE(kMeshTolerances[2] == 0.05);
-    CHECK(mesh.accuracy.median < 0.014);
-    CHECK(mesh.completeness.within[2] > 0.5);
+    CHECK(mesh.accuracy.median < 0.010);
+    CHECK(mesh.completeness.within[2] > 0.6);
     CHECK(flight.planes.wanted > 0);
-    CHECK(flight.planes.recall() >= 0.5);
-    CHECK(flight.planes.precision() >= 0.75);
+    CHECK(flight.planes.recall() >= 0.6);
+    CHECK(flight.planes.precision() >= 0.85);
 }
 
 }  // namespace
@@ -119,7 +120,7 @@ TEST_CASE("a simulated flight is estimated to millimetres, the same each time, a
     const Evaluation clean = evaluate_trajectory(log, dir.file("first"));
     INFO("ATE RMSE " << clean.se3.translation_m.rmse << " m over " << clean.path_m << " m");
     CHECK(clean.path_m > 1.0);
-    CHECK(clean.se3.translation_m.rmse < 0.005);
+    CHECK(clean.se3.translation_m.rmse < kMaxAte_m);  // measured: 0.96 mm
     // At rest, tilt is indistinguishable from the accelerometer's bias (0.1 m/s^2 is 0.6 deg): the median is in flight.
     CHECK(clean.yaw4.rotation_deg.median < 0.7);
 
@@ -157,7 +158,7 @@ TEST_CASE("a simulated flight is estimated to millimetres, the same each time, a
     CHECK(faulted.frames < 101);
     CHECK(faulted.estimates == faulted.frames);
     CHECK(faulted.last.health.state == TrackingState::kTracking);
-    CHECK(evaluate_trajectory(log, dir.file("faulted")).se3.translation_m.rmse < 0.01);
+    CHECK(evaluate_trajectory(log, dir.file("faulted")).se3.translation_m.rmse < kMaxAte_m);  // 1.09 mm
     replay(log, dir.file("faulted_again"), faults);
     CHECK(bytes(dir.file("faulted/trajectory.tum")) == bytes(dir.file("faulted_again/trajectory.tum")));
 
@@ -171,5 +172,5 @@ TEST_CASE("a simulated flight is estimated to millimetres, the same each time, a
     CHECK(damaged.estimates == 99);
     CHECK(damaged.warnings.size() >= 3);
     CHECK(damaged.last.health.imu_gaps == 1);
-    CHECK(evaluate_trajectory(log, dir.file("damaged")).se3.translation_m.rmse < 0.01);
+    CHECK(evaluate_trajectory(log, dir.file("damaged")).se3.translation_m.rmse < kMaxAte_m);  // 0.97 mm
 }

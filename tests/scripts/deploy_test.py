@@ -116,7 +116,7 @@ class Deploy(unittest.TestCase):
         self.assertEqual(pasted.returncode, 0, pasted.stderr)
         self.assertNotIn("runs on", run.stdout)
 
-    def test_every_failure_stops_and_is_told(self):
+    def test_every_failure_stops_and_is_reported(self):
         cases = {
             "print-architecture": (2, "cannot log in"),
             "mkdir": (2, "cannot make"),

@@ -56,7 +56,7 @@ TEST_CASE("the planes that a run writes can be read") {
     TrackedPlane plane;
     plane.id = PlaneId{3};
     plane.kind = PlaneKind::kVertical;
-    plane.is_told = true;
+    plane.is_reported = true;
     plane.fit.normal_W = Vector3d(0.6, -0.8, 0.0);
     plane.fit.distance_m = -1.0 / 3.0;
     log.write(Timestamp{1}, {&plane, 1});
