@@ -114,6 +114,11 @@ void add_sim_command(CLI::App& app, int& exit_code) {
                     "Rotate both cameras together relative to the IMU in the calibration files (deg); truth/ has the "
                     "true extrinsics")
         ->capture_default_str();
+    sub->add_option(
+           "--calibration-error", options->calibration_error,
+           "Errors in every parameter of both cameras in the calibration files, in units of what a good "
+           "calibration leaves unknown (as --inject calibration=K,SEED of facet replay); truth/ has the true ones")
+        ->capture_default_str();
     sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
     sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")
         ->capture_default_str();

@@ -125,6 +125,11 @@ const std::vector<FaultInfo>& fault_table() {
          "imu_duplicate",
          {{"SHARE", 0.0, 1.0, 1.0}},
          "inertial samples delivered twice with probability SHARE"},
+        {FaultKind::kCalibration,
+         "calibration",
+         {{"K", 0.0, 100.0, 1.0}, {"SEED", 0.0, 4294967295.0, 1.0}},
+         "both cameras' calibration wrong by K times what a good one leaves unknown",
+         true},
     };
     return kTable;
 }
@@ -142,6 +147,9 @@ Fault parse_fault(std::string_view spec) {
     const FaultInfo& info = find_info(head, reader);
     fault.kind = info.kind;
     read_values(info, values, has_values, reader, fault);
+    if (has_window && info.is_constant) {
+        reader.fail(fmt::format("'{}' holds for the whole run: no start", info.name));
+    }
     if (has_window) {
         std::string_view length;
         const bool has_length = split(window, '+', length);

@@ -25,6 +25,7 @@ enum class FaultKind : std::uint8_t {
     kImuClip,
     kImuNoise,
     kImuDuplicate,
+    kCalibration,
     kCount
 };
 
@@ -55,8 +56,12 @@ struct FaultInfo {
     const char* name;
     std::vector<FaultValue> values;
     const char* meaning;
+    bool is_constant = false;  ///< holds for the whole run: takes no START
 };
 const std::vector<FaultInfo>& fault_table();
+
+/// Whether the fault is one of samples, for FaultInjector; otherwise it is one of the calibration.
+constexpr bool is_of_samples(const Fault& fault) { return fault.kind != FaultKind::kCalibration; }
 
 /// Reads NAME[=VALUE[,VALUE]][@START[+LENGTH]]: START and LENGTH in seconds; without LENGTH to the end, without START
 /// from the beginning. Throws InputError that names the token.

@@ -17,7 +17,7 @@ namespace facet {
 
 /// A frame with pixels of its own.
 struct OwnedFrame {
-    Timestamp stamp;         ///< what the estimator is told
+    Timestamp stamp;         ///< that the estimator is given
     Timestamp log_stamp;     ///< what the log said
     Timestamp output_stamp;  ///< under which the estimate is filed: `stamp` with the jumps of the clock taken out again
     GreyImage left;

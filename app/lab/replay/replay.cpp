@@ -3,9 +3,12 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <iterator>
 #include <optional>
 #include <variant>
 
+#include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault_injector.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
@@ -16,6 +19,24 @@
 
 namespace facet {
 namespace {
+
+/// The calibration that the estimator is given: with the errors that faults ask for.
+Calibration disturbed(const ReplayOptions& options) {
+    Calibration calibration = options.calibration;
+    for (const Fault& fault : options.faults) {
+        if (fault.kind == FaultKind::kCalibration &&
+            !add_calibration_error(fault.values[0], static_cast<std::uint64_t>(fault.values[1]), calibration.rig)) {
+            throw InputError(fmt::format("--inject '{}': no usable camera is left", fault.spec));
+        }
+    }
+    return calibration;
+}
+
+std::vector<Fault> faults_of_samples(const std::vector<Fault>& faults) {
+    std::vector<Fault> chosen;
+    std::copy_if(faults.begin(), faults.end(), std::back_inserter(chosen), is_of_samples);
+    return chosen;
+}
 
 /// One run: the log, the faults put into it, the pipeline and the files it fills.
 class Replay {
@@ -83,9 +104,10 @@ void Replay::open_log() {
         throw InputError(fmt::format("{}: no frame between --start and its --duration", options_.dataset));
     }
     summary_.frames_listed += log_->frame_count();
-    if (!options_.faults.empty()) {
-        injector_.emplace(options_.faults, options_.calibration.noise,
-                          log_->log_begin() + pass_shift_ + log_options.start, kFrameDelay);
+    const std::vector<Fault> faults = faults_of_samples(options_.faults);
+    if (!faults.empty()) {
+        injector_.emplace(faults, options_.calibration.noise, log_->log_begin() + pass_shift_ + log_options.start,
+                          kFrameDelay);
     }
 }
 
@@ -159,7 +181,7 @@ bool Replay::pull() {
 RunSummary Replay::run(const std::atomic<bool>& stop) {
     const auto begin = StageTimer::Clock::now();
     open_log();
-    pipeline_.configure(options_.config, options_.calibration);
+    pipeline_.configure(options_.config, disturbed(options_));
     if (options_.truth.any()) {
         truth_.emplace(options_.dataset, options_.calibration.rig, options_.truth);
         pipeline_.set_observation_hook(&*truth_);

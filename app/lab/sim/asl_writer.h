@@ -15,7 +15,7 @@ namespace facet::sim {
 
 /// What goes into a dataset's sensor.yaml and data.csv files.
 struct AslContent {
-    const StereoRig* rig = nullptr;  ///< its intrinsics; the extrinsics are those below
+    const StereoRig* rig = nullptr;  ///< its intrinsics as written; the extrinsics are those below
     std::array<Eigen::Matrix4d, 2> T_B_C;
     ImuNoise imu_noise;
     double camera_rate_hz = 20.0;

@@ -19,6 +19,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/lab/faults/calibration_error.h"
 #include "app/lab/sim/asl_writer.h"
 #include "app/lab/sim/default_rig.h"
 #include "app/lab/sim/parallel.h"
@@ -73,6 +74,8 @@ Status check_options(const SimOptions& o, std::string& error) {
         error = fmt::format("--time-offset: {} s is outside -0.05 to 0.05 s", o.time_offset_s);
     } else if (!(o.extrinsic_error_deg >= 0.0 && o.extrinsic_error_deg <= 30.0)) {
         error = fmt::format("--extrinsic-error: {} deg is outside 0 to 30 deg", o.extrinsic_error_deg);
+    } else if (!(o.calibration_error >= 0.0 && o.calibration_error <= 100.0)) {
+        error = fmt::format("--calibration-error: {} is outside 0 to 100", o.calibration_error);
     }
     return error.empty() ? Status::kOk : Status::kInvalidArgument;
 }
@@ -145,6 +148,7 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     meta["mover"] = o.mover;
     meta["time_offset_s"] = o.time_offset_s;
     meta["extrinsic_error_deg"] = o.extrinsic_error_deg;
+    meta["calibration_error"] = o.calibration_error;
     meta["clearance_m"] = flight.min_clearance_m;
     meta["path_m"] = flight.path_m;
     meta["max_speed_m_per_s"] = flight.max_speed_m_per_s;
@@ -194,13 +198,33 @@ std::array<Eigen::Matrix4d, 2> claimed_extrinsics(const SimOptions& o) {
     return T_B_C;
 }
 
+/// The calibration that the files claim.
+Status claim_calibration(const SimOptions& o, StereoRig& rig, std::array<Eigen::Matrix4d, 2>& T_B_C,
+                         std::string& error) {
+    T_B_C = claimed_extrinsics(o);
+    if (o.calibration_error == 0.0) {
+        return Status::kOk;
+    }
+    rig.T_B_C0 = Se3::from_matrix(T_B_C[0]);
+    rig.T_B_C1 = Se3::from_matrix(T_B_C[1]);
+    if (!add_calibration_error(o.calibration_error, o.seed, rig)) {
+        error = fmt::format("--calibration-error: {} leaves no usable camera", o.calibration_error);
+        return Status::kInvalidArgument;
+    }
+    T_B_C = {rig.T_B_C0.matrix(), rig.T_B_C1.matrix()};
+    return Status::kOk;
+}
+
 /// All files but the images.
 /// @param stamps  of the images, as written
 Status write_tables(const SimOptions& o, const World& world, const CoarsePass& coarse,
                     const std::vector<Timestamp>& stamps, double end_s, std::string& error) {
     const StereoRig rig = euroc_rig();
+    StereoRig claimed = rig;
+    AslContent content{&claimed, {}, euroc_imu_noise(), o.rate_hz, stamps, {}};
+    FACET_TRY(claim_calibration(o, claimed, content.T_B_C, error));
     const std::vector<ImuRecord> imu = make_imu(o, world.flight, end_s);
-    AslContent content{&rig, claimed_extrinsics(o), euroc_imu_noise(), o.rate_hz, stamps, imu};
+    content.imu = imu;
     const std::string meta = meta_json(o, inspect_flight(world.flight, world.scene));
     std::string path;
     Status status = write_asl(o.out, content, path);
@@ -214,6 +238,7 @@ Status write_tables(const SimOptions& o, const World& world, const CoarsePass& c
         file.close();
         status = file ? Status::kOk : Status::kIo;
     }
+    content.rig = &rig;
     content.T_B_C = {euroc_T_B_C(0), euroc_T_B_C(1)};
     for (int camera = 0; camera < 2 && ok(status); ++camera) {
         status = write_camera_yaml(fmt::format("{}/truth/cam{}_sensor.yaml", o.out, camera), camera, content, path);

@@ -225,6 +225,34 @@ TEST_CASE("An extrinsic error turns both cameras as one in the calibration; the 
     CHECK((claimed[0] - real[0]).topRightCorner<3, 1>().norm() < 1e-9);
 }
 
+TEST_CASE("A calibration error is in the calibration files alone; the truth is beside them") {
+    const TemporaryFolder right("right");
+    const TemporaryFolder wrong("wrong");
+    SimSummary summary;
+    std::string error;
+    SimOptions options = tiny(right.path());
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    options.out = wrong.path();
+    options.calibration_error = 1.0;
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    auto a = contents(right.path());
+    auto b = contents(wrong.path());
+    for (const char* camera : {"cam0", "cam1"}) {
+        const std::string claimed = "mav0/" + std::string(camera) + "/sensor.yaml";
+        CHECK(a[claimed] != b[claimed]);
+        CHECK(a[claimed] == b["truth/" + std::string(camera) + "_sensor.yaml"]);
+        a.erase(claimed);
+        b.erase(claimed);
+    }
+    a.erase("truth/meta.json");
+    CHECK(b["truth/meta.json"].find("\"calibration_error\": 1.0") != std::string::npos);
+    b.erase("truth/meta.json");
+    CHECK(a == b);
+    options.calibration_error = -1.0;
+    CHECK(simulate(options, {}, summary, error) == Status::kInvalidArgument);
+    CHECK(error.find("--calibration-error") != std::string::npos);
+}
+
 TEST_CASE("Hovering, vibration and the mover show in their files") {
     const TemporaryFolder folder("hover");
     SimSummary summary;

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/faults/calibration_error.h"
+
+#include <Eigen/Core>
+
+#include "app/support/rng.h"
+#include "estimator/geometry/so3.h"
+
+namespace facet {
+namespace {
+
+constexpr std::uint64_t kPurpose = 43;  // of the random numbers, the left camera's; the right one has the next
+
+/// @return whether the camera can be used (otherwise untouched)
+bool disturb(const CalibrationSigmas& sigmas, double factor, RandomStream& random, CameraModel& camera, Se3& T_B_C) {
+    const auto error = [&](double sigma) { return factor * sigma * random.normal(); };
+    CameraIntrinsics k = camera.intrinsics();
+    k.fx *= 1.0 + error(sigmas.focal);
+    k.fy *= 1.0 + error(sigmas.focal);
+    k.cx += error(sigmas.principal_px);
+    k.cy += error(sigmas.principal_px);
+    const double k1 = error(sigmas.radial);
+    const double k2 = error(sigmas.radial);
+    const double p1 = error(sigmas.tangential);
+    const double p2 = error(sigmas.tangential);
+    if (k.distortion != Distortion::kNone) {
+        k.coeffs[0] += k1;
+        k.coeffs[1] += k2;
+    }
+    if (k.distortion == Distortion::kRadialTangential) {
+        k.coeffs[2] += p1;
+        k.coeffs[3] += p2;
+    }
+    Eigen::Vector3d turn;
+    Eigen::Vector3d shift;
+    for (int axis = 0; axis < 3; ++axis) {
+        turn(axis) = error(sigmas.rotation_rad);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        shift(axis) = error(sigmas.place_m);
+    }
+    if (!ok(CameraModel::validate(k))) {
+        return false;
+    }
+    camera = CameraModel(k);
+    T_B_C.q = (T_B_C.q * so3_exp(turn)).normalized();
+    T_B_C.p += shift;
+    return true;
+}
+
+}  // namespace
+
+bool add_calibration_error(double factor, std::uint64_t seed, StereoRig& rig, const CalibrationSigmas& sigmas) {
+    StereoRig wrong = rig;
+    RandomStream left(seed, kPurpose);
+    RandomStream right(seed, kPurpose + 1);
+    if (!disturb(sigmas, factor, left, wrong.left, wrong.T_B_C0) ||
+        !disturb(sigmas, factor, right, wrong.right, wrong.T_B_C1) || !(wrong.baseline_m() > 1e-3)) {
+        return false;
+    }
+    rig = wrong;
+    return true;
+}
+
+}  // namespace facet
