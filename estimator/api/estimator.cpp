@@ -159,7 +159,7 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
 void Estimator::Impl::update_covariance() {
     const StageScope scope(observer, Stage::kSolve);
     if (ok(window.newest_covariance(now.covariance))) {
-        for (int i = 0; i < kCalibrationDim; ++i) {
+        for (int i = 0; i < kRigDim; ++i) {
             calibration_sigma(i) = window.calibration_sigma(i);
         }
     }

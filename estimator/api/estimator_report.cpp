@@ -41,7 +41,7 @@ void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimat
     estimate.state = now.state;
     estimate.covariance = now.covariance.topLeftCorner<9, 9>();
     estimate.T_B_Bc = window.calibration().T_B_Bc;
-    estimate.T_B_Bc_sigma = calibration_sigma.tail<6>();
+    estimate.T_B_Bc_sigma = calibration_sigma.segment<6>(kRigTheta);
     Health& health = estimate.health;
     monitor.update(e, health);
     if (frame_taken && phase != Phase::kEmpty) {

@@ -83,8 +83,7 @@ void fill_surface(const FrontendOutput& tracks, const WindowState& state, const 
     for (const FeatureObservation& o : tracks.surface) {
         seen.id = o.landmark;
         seen.observations.clear();
-        seen.observations.push_back(
-            {static_cast<int>(state.keyframes.size()) - 1, {o.left_xy, o.right_xy, o.has_right}});
+        seen.observations.push_back(cameras.observe(static_cast<int>(state.keyframes.size()) - 1, o));
         LandmarkSnapshot snapshot;
         if (describe(seen, state, cameras, variance, snapshot)) {
             snapshot.left_px = o.left_px;

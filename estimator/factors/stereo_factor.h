@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include "estimator/geometry/lens_correction.h"
 #include "estimator/geometry/relative_view.h"
 #include "estimator/geometry/robust_loss.h"
 #include "platform/base/status.h"
@@ -27,6 +28,17 @@ struct StereoGeometry {
     double scale_right = 1.0;
 };
 
+/// Parameters of single cameras that a residual depends on: the right camera's pose against the left one [theta p], and
+/// the lenses of the left and of the right camera.
+inline constexpr int kCameraTermsDim = 6 + 2 * kLensDim;
+
+/// What a residual's dependence on them is made of.
+struct CameraTerms {
+    const LensJacobian& left;
+    const LensJacobian& right;       ///< only if there is a right measurement
+    const Eigen::Matrix3d& R_Bc_C1;  ///< of the right camera in the frame in which its position is counted
+};
+
 /// How both cameras of one keyframe see a host's chart.
 struct StereoView {
     RelativeView left;
@@ -40,8 +52,10 @@ struct StereoLinearization {
     static constexpr int kPaddedPoseDim = 8;
 
     Eigen::Vector4d r;
-    Eigen::Matrix<double, kPaddedPoseDim, 4> d_r_d_T_W_B_transposed;  ///< order [theta p]
-    Eigen::Matrix<double, 4, 3> d_r_d_point;                          ///< order [x y rho] of the host chart
+    Eigen::Matrix<double, kPaddedPoseDim, 4> d_r_d_T_W_B_transposed;     ///< order [theta p]
+    Eigen::Matrix<double, 4, 3> d_r_d_point;                             ///< order [x y rho] of the host chart
+    bool has_cameras = false;                                            ///< whether the next one is filled
+    Eigen::Matrix<double, kCameraTermsDim, 4> d_r_d_cameras_transposed;  ///< in the order of CameraTerms
     double cost = 0.0;  ///< robust, 1/2 rho(|r|^2) summed over the cameras
     LossSums loss;      ///< over the cameras
 };
@@ -56,9 +70,10 @@ struct StereoLinearization {
 /// @param view_lin  likewise from the pose at which the Jacobians are evaluated (first-estimate Jacobians); equal to
 ///                  `view` if free
 /// @param R_B_W_lin rotation of the latter pose
+/// @param cameras   for the Jacobian by the parameters of single cameras; nullptr to skip
 /// @return kDegenerate if the point is behind a camera at either pose (outputs untouched). No heap. Reentrant.
 Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
                         const StereoView& view_lin, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
-                        const RobustLoss& loss, StereoLinearization& out);
+                        const RobustLoss& loss, const CameraTerms* cameras, StereoLinearization& out);
 
 }  // namespace facet

@@ -10,8 +10,14 @@ namespace facet {
 
 static_assert(StereoLinearization::kPaddedPoseDim <= kStateDim, "padding must fall into the keyframe's own rows");
 
-void LandmarkSchur::clear() {
+void LandmarkSchur::clear(int cameras_row) {
     count_ = 0;
+    cameras_row_ = cameras_row;
+    if (cameras_row >= 0) {
+        h_cameras_.setZero();
+        h_cameras_point_.setZero();
+        g_cameras_.setZero();
+    }
     plane_.row = -1;
     h_point_.setZero();
     g_point_.setZero();
@@ -28,6 +34,14 @@ void LandmarkSchur::add(int keyframe, const StereoLinearization& linearization) 
     term.g_pose.noalias() = a_t.lazyProduct(linearization.r);
     h_point_.noalias() += b.transpose().lazyProduct(b);
     g_point_.noalias() += b.transpose().lazyProduct(linearization.r);
+    if (cameras_row_ >= 0) {
+        FACET_ASSERT(linearization.has_cameras);
+        const auto& c_t = linearization.d_r_d_cameras_transposed;
+        term.h_pose_cameras.noalias() = a_t.lazyProduct(c_t.transpose());
+        h_cameras_.noalias() += c_t.lazyProduct(c_t.transpose());
+        h_cameras_point_.noalias() += c_t.lazyProduct(b);
+        g_cameras_.noalias() += c_t.lazyProduct(linearization.r);
+    }
 }
 
 void LandmarkSchur::add_plane(int row, const CoplanarityLinearization& linearization) {
@@ -75,6 +89,10 @@ Status LandmarkSchur::eliminate_into(ReducedSystem& system) {
         h.block<kPadded, kPoseDim>(row, row) += ti.h_pose;
         g.segment<kPadded>(row) += ti.g_pose - ti.h_pose_point * g_white;
     }
+    if (cameras_row_ >= 0) {
+        cholesky.whiten_rows(h_cameras_point_);
+        eliminate_cameras_into(system, g_white);
+    }
     if (plane_.row >= 0) {
         cholesky.whiten_rows(plane_.h_plane_point);
         eliminate_plane_into(system, g_white);
@@ -82,10 +100,26 @@ Status LandmarkSchur::eliminate_into(ReducedSystem& system) {
     return Status::kOk;
 }
 
+void LandmarkSchur::eliminate_cameras_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const {
+    const auto& w = h_cameras_point_;
+    auto h = system.h();
+    h.block<kCameraTermsDim, kCameraTermsDim>(cameras_row_, cameras_row_) += h_cameras_ - w.lazyProduct(w.transpose());
+    system.g().segment<kCameraTermsDim>(cameras_row_) += g_cameras_ - w * g_white;
+    for (int i = 0; i < count_; ++i) {
+        h.block<kPadded, kCameraTermsDim>(system.offset(terms_[i].keyframe), cameras_row_) +=
+            terms_[i].h_pose_cameras - terms_[i].h_pose_point.lazyProduct(w.transpose());
+    }
+}
+
 void LandmarkSchur::eliminate_plane_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const {
     const Eigen::Matrix3d& w = plane_.h_plane_point;
     system.h().block<kPlaneDim, kPlaneDim>(plane_.row, plane_.row) += plane_.h_plane - w * w.transpose();
     system.g().segment<kPlaneDim>(plane_.row) += plane_.g_plane - w * g_white;
+    if (cameras_row_ >= 0) {
+        FACET_ASSERT(plane_.row > cameras_row_);
+        system.h().block<kPlaneDim, kCameraTermsDim>(plane_.row, cameras_row_) -=
+            w.lazyProduct(h_cameras_point_.transpose());
+    }
     for (int i = 0; i < count_; ++i) {
         system.h().block<kPadded, kPlaneDim>(system.offset(terms_[i].keyframe), plane_.row) -=
             terms_[i].h_pose_point.lazyProduct(w.transpose());

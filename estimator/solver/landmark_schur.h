@@ -17,11 +17,14 @@ namespace facet {
 /// is minimised over dl in closed form, dl = -(B^T B)^-1 B^T (r + A dx), which leaves for the poses
 ///   H  = A^T A - A^T B (B^T B)^-1 B^T A,     g = A^T r - A^T B (B^T B)^-1 B^T r.      [Forster17] eq. (30), [Ceres]
 /// A co-planarity residual adds a row to A and B, and three columns to A that belong to the plane.
+/// Parameters of single cameras are more columns of A, shared by all measurements.
 /// The point's chart does not matter: any invertible change of B's columns cancels.
 /// Thread-bound. No heap.
 class LandmarkSchur {
 public:
-    void clear();
+    /// @param cameras_row  row of the system where the parameters of single cameras begin, for measurements that have
+    ///                     a Jacobian by them; -1: none has
+    void clear(int cameras_row = -1);
 
     /// Adds a measurement by keyframe index (each keyframe at most once, ascending).
     void add(int keyframe, const StereoLinearization& linearization);
@@ -41,6 +44,7 @@ public:
     Status eliminate_into(ReducedSystem& system);
 
 private:
+    void eliminate_cameras_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const;
     void eliminate_plane_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const;
 
     /// Padded to whole vectors: rows below those of the pose are zero, and are added to those of the velocity without
@@ -51,6 +55,7 @@ private:
         Eigen::Matrix<double, kPadded, kPoseDim> h_pose;
         Eigen::Matrix<double, kPadded, 3> h_pose_point;
         Eigen::Matrix<double, kPadded, 1> g_pose;
+        Eigen::Matrix<double, kPadded, kCameraTermsDim> h_pose_cameras;  ///< only if there are camera terms
     };
     struct PlaneTerm {
         int row = -1;  ///< none
@@ -59,6 +64,10 @@ private:
         Eigen::Vector3d g_plane;
     };
     int count_ = 0;
+    int cameras_row_ = -1;
+    Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> h_cameras_;
+    Eigen::Matrix<double, kCameraTermsDim, 3> h_cameras_point_;
+    Eigen::Matrix<double, kCameraTermsDim, 1> g_cameras_;
     PlaneTerm plane_;
     std::array<PoseTerm, kMaxKeyframes> terms_;
     Eigen::Matrix3d h_point_ = Eigen::Matrix3d::Zero();

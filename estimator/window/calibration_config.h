@@ -11,20 +11,21 @@ namespace facet {
 struct CalibrationConfig {
     bool estimate_time_offset = true;
     double time_offset_sigma_s = 0.005;
+    bool estimate_cameras = false;
+    double focal_sigma = 5e-4;
+    double principal_sigma_px = 0.3;
+    double distortion_sigma = 5e-4;
+    double camera_rotation_sigma_rad = 5e-4;
+    double camera_position_sigma_m = 3e-4;
     bool estimate_extrinsics = false;
     double rotation_sigma_rad = 0.01;
     double translation_sigma_m = 0.005;
 
-    /// Number of parameters estimated: 0, 1 (time offset) or 7 (all; its prior then holds an unwanted time offset).
-    int dim() const { return estimate_extrinsics ? 7 : (estimate_time_offset ? 1 : 0); }
-    /// Standard deviation of the prior of a parameter, order [time_offset theta p].
-    double sigma(int parameter) const {
-        const double unwanted_time_offset_s = 1e-7;
-        if (parameter == 0) {
-            return estimate_time_offset ? time_offset_sigma_s : unwanted_time_offset_s;
-        }
-        return parameter < 4 ? rotation_sigma_rad : translation_sigma_m;
-    }
+    /// Number of parameters estimated, the first ones of RigCalibration: 0, 1 (time offset), 7 (the camera pair as one
+    /// too) or 25 (all). The prior then holds those that are not wanted.
+    int dim() const;
+    /// Standard deviation of the prior of a parameter.
+    double sigma(int parameter) const;
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
 };
@@ -34,8 +35,20 @@ inline constexpr auto kCalibrationFields = std::to_array<ParameterField<Calibrat
      "Estimate the time offset between the clocks of the cameras and of the IMU."},
     {FACET_FIELD(CalibrationConfig, time_offset_sigma_s), "s", 1e-6, 0.1,
      "Standard deviation of the time offset before the first estimate; the default is what triggering leaves open."},
+    {FACET_FIELD(CalibrationConfig, estimate_cameras), "-", 0, 1,
+     "Estimate what a good calibration leaves open of each camera: lens and pose on the body."},
+    {FACET_FIELD(CalibrationConfig, focal_sigma), "-", 1e-6, 0.1,
+     "Relative standard deviation of the given focal lengths."},
+    {FACET_FIELD(CalibrationConfig, principal_sigma_px), "px", 1e-3, 50,
+     "Standard deviation of the given principal points, each axis."},
+    {FACET_FIELD(CalibrationConfig, distortion_sigma), "-", 1e-6, 0.1,
+     "Standard deviation of the given coefficients k1 and k2 of the distortion."},
+    {FACET_FIELD(CalibrationConfig, camera_rotation_sigma_rad), "rad", 1e-6, 0.1,
+     "Standard deviation of each camera's given rotation on the body, each axis; the default is 0.03 degrees."},
+    {FACET_FIELD(CalibrationConfig, camera_position_sigma_m), "m", 1e-6, 0.1,
+     "Standard deviation of each camera's given position on the body, each axis."},
     {FACET_FIELD(CalibrationConfig, estimate_extrinsics), "-", 0, 1,
-     "Estimate how the camera pair is mounted on the body; off, because the given calibration is usually better."},
+     "Estimate how the camera pair as one is mounted on the body when that is known roughly only."},
     {FACET_FIELD(CalibrationConfig, rotation_sigma_rad), "rad", 1e-6, 0.2,
      "Standard deviation of the given rotation of the camera pair on the body."},
     {FACET_FIELD(CalibrationConfig, translation_sigma_m), "m", 1e-6, 0.2,

@@ -15,8 +15,12 @@ namespace facet {
 
 /// A sighting of a landmark by one keyframe of the window.
 struct LandmarkObservation {
-    int keyframe = 0;  ///< index in the window, 0 = oldest
-    StereoMeasurement measurement;
+    int keyframe = 0;                                          ///< index in the window, 0 = oldest
+    StereoMeasurement measurement;                             ///< corrected for what is known of the lenses
+    Eigen::Vector2d given_left_xy = Eigen::Vector2d::Zero();   ///< with the lens as given
+    Eigen::Vector2d given_right_xy = Eigen::Vector2d::Zero();  ///< likewise
+    LensJacobian d_left_d_lens = LensJacobian::Zero();
+    LensJacobian d_right_d_lens = LensJacobian::Zero();
 };
 
 /// A tracked point. Its position is not part of the state: it is computed anew from the poses at each linearization.

@@ -18,7 +18,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     regularity_config_ = regularity;
     noise_ = noise;
     left_ = rig.left;
-    cameras_.bind(state_, config_, rig);
+    cameras_.bind(state_, config_, calibration_config_, rig);
     problem_.bind(state_, cameras_, calibration_config_, regularity_config_);
     planes_.configure(regularity);
     proposals_.clear();
@@ -107,7 +107,7 @@ std::span<const LandmarkPrediction> Window::predict_landmarks(const NavState& st
             Eigen::Vector2d uv;
             if (q.z() > 0.0 && ok(left_.project(q, uv)) && left_.in_image(uv, 0.0)) {
                 prediction.in_view = true;
-                prediction.left_xy = q.hnormalized();
+                prediction.left_xy = cameras_.given_left_xy(q.hnormalized());
                 prediction.inverse_depth = point.rho / q.z();
             }
         }
@@ -120,7 +120,7 @@ void Window::add_observations(int keyframe, std::span<const FeatureObservation> 
     for (const FeatureObservation& o : observations) {
         Landmark* landmark = state_.landmarks.find_or_insert(o.landmark);
         if (landmark != nullptr && landmark->observations.size() < landmark->observations.capacity()) {
-            landmark->observations.push_back({keyframe, {o.left_xy, o.right_xy, o.has_right}});
+            landmark->observations.push_back(cameras_.observe(keyframe, o));
         }
     }
 }
@@ -180,7 +180,7 @@ void Window::report(const WindowSummary& summary, Health& health) const {
 
 void Window::remove_outliers(WindowSummary& summary) {
     const StageScope scope(observer_, Stage::kTriangulation);
-    cameras_.update();
+    problem_.refresh();
     rejected_.clear();
     const OutlierCount count = facet::remove_outliers(config_.outlier_threshold_px, state_, cameras_, rejected_);
     summary.rejected_observations = count.observations;

@@ -8,16 +8,40 @@ constexpr double kStartThreshold = 1.5;  // of Huber's loss, until the window ha
 
 }  // namespace
 
-void WindowCameras::bind(const WindowState& state, const WindowConfig& config, const StereoRig& rig) {
+void WindowCameras::bind(const WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
+                         const StereoRig& rig) {
     state_ = &state;
     config_ = &config;
-    T_B_C0_ = rig.T_B_C0;
-    T_B_C1_ = rig.T_B_C1;
-    focal_left_px_ = rig.left.focal_px();
-    focal_right_px_ = rig.right.focal_px();
+    calibration_ = &calibration;
+    rig_ = rig;
     is_settled_ = false;
     noise_.reset(config.pixel_sigma_px, config.learn_pixel_sigma);
     whiten();
+}
+
+LandmarkObservation WindowCameras::observe(int keyframe, const FeatureObservation& feature) const {
+    LandmarkObservation o;
+    o.keyframe = keyframe;
+    o.measurement = {feature.left_xy, feature.right_xy, feature.has_right};
+    if (estimates_lenses()) {
+        o.given_left_xy = feature.left_xy;
+        o.given_right_xy = feature.right_xy;
+        o.d_left_d_lens = d_xy_d_lens(rig_.left, feature.left_xy);
+        if (feature.has_right) {
+            o.d_right_d_lens = d_xy_d_lens(rig_.right, feature.right_xy);
+        }
+        correct(o);
+    }
+    return o;
+}
+
+void WindowCameras::correct(LandmarkObservation& o) const {
+    o.measurement.left_xy = o.given_left_xy + o.d_left_d_lens * state_->calibration.lens[0];
+    o.measurement.right_xy = o.given_right_xy + o.d_right_d_lens * state_->calibration.lens[1];
+}
+
+Eigen::Vector2d WindowCameras::given_left_xy(const Eigen::Vector2d& xy) const {
+    return estimates_lenses() ? (xy - d_xy_d_lens(rig_.left, xy) * state_->calibration.lens[0]).eval() : xy;
 }
 
 void WindowCameras::learn_noise() {
@@ -31,8 +55,8 @@ void WindowCameras::set_settled(bool is_settled) {
 }
 
 void WindowCameras::whiten() {
-    geometry_.scale_left = focal_left_px_ / noise_.sigma_px();
-    geometry_.scale_right = focal_right_px_ / noise_.sigma_px();
+    geometry_.scale_left = rig_.left.focal_px() / noise_.sigma_px();
+    geometry_.scale_right = rig_.right.focal_px() / noise_.sigma_px();
     loss_ = is_settled_ ? RobustLoss{config_->loss_threshold * noise_.scale_px() / noise_.sigma_px(), true}
                         : RobustLoss{kStartThreshold, false};
 }
@@ -43,8 +67,11 @@ Se3 WindowCameras::T_W_B_at_image(const Keyframe& keyframe, const NavState& stat
 }
 
 void WindowCameras::update() {
-    const Se3 T_B_C0 = state_->calibration.T_B_Bc * T_B_C0_;
-    const Se3 T_B_C1 = state_->calibration.T_B_Bc * T_B_C1_;
+    const RigCalibration& calibration = state_->calibration;
+    const Se3 T_Bc_C1 = estimates_lenses() ? calibration.T_Bc_C1(rig_.T_B_C1) : rig_.T_B_C1;
+    const Se3 T_B_C0 = calibration.T_B_Bc * rig_.T_B_C0;
+    const Se3 T_B_C1 = calibration.T_B_Bc * T_Bc_C1;
+    R_Bc_C1_ = T_Bc_C1.R();
     geometry_.R_C0_B = T_B_C0.R().transpose();
     geometry_.R_C1_B = T_B_C1.R().transpose();
     geometry_.p_B_C0 = T_B_C0.p;

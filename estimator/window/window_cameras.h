@@ -10,6 +10,8 @@
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/values/capacity.h"
 #include "estimator/values/nav_state.h"
+#include "estimator/values/observation.h"
+#include "estimator/window/calibration_config.h"
 #include "estimator/window/stereo_views.h"
 #include "estimator/window/vision_noise.h"
 #include "estimator/window/window_config.h"
@@ -21,8 +23,21 @@ namespace facet {
 /// of the last update(), which must be called after states have changed. About 550 kB. Thread-bound. No heap.
 class WindowCameras {
 public:
-    /// `state` and `config` must outlive the cameras. The noise starts at the configured value.
-    void bind(const WindowState& state, const WindowConfig& config, const StereoRig& rig);
+    /// What is given must outlive the cameras. The noise starts at the configured value.
+    void bind(const WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
+              const StereoRig& rig);
+
+    /// A feature as an observation by a keyframe, corrected for what is known of the lenses.
+    LandmarkObservation observe(int keyframe, const FeatureObservation& feature) const;
+    /// Corrects an observation anew.
+    void correct(LandmarkObservation& observation) const;
+    bool estimates_lenses() const { return calibration_->estimate_cameras; }
+    /// The Jacobians by parameters of single cameras that an observation has.
+    CameraTerms terms(const LandmarkObservation& observation) const {
+        return {observation.d_left_d_lens, observation.d_right_d_lens, R_Bc_C1_};
+    }
+    /// Where a point that the left camera sees at xy appears to the lens as given.
+    Eigen::Vector2d given_left_xy(const Eigen::Vector2d& xy) const;
 
     /// Poses and views at the present states and calibration.
     void update();
@@ -37,7 +52,7 @@ public:
 
     /// Left camera of a body in this state, with the present calibration.
     CameraPose left_of(const NavState& state) const {
-        return CameraPose::from(state.T_W_B() * state_->calibration.T_B_Bc * T_B_C0_);
+        return CameraPose::from(state.T_W_B() * state_->calibration.T_B_Bc * rig_.T_B_C0);
     }
 
     /// Lets the weights follow the residuals measured last.
@@ -67,10 +82,9 @@ private:
 
     const WindowState* state_ = nullptr;
     const WindowConfig* config_ = nullptr;
-    Se3 T_B_C0_;  ///< as calibrated
-    Se3 T_B_C1_;
-    double focal_left_px_ = 1.0;
-    double focal_right_px_ = 1.0;
+    const CalibrationConfig* calibration_ = nullptr;
+    StereoRig rig_;  ///< as given
+    Eigen::Matrix3d R_Bc_C1_ = Eigen::Matrix3d::Identity();
     bool is_settled_ = false;
     VisionNoise noise_;
     RobustLoss loss_;

@@ -18,11 +18,23 @@ void WindowProblem::bind(WindowState& state, WindowCameras& cameras, const Calib
     regularity_config_ = &regularity;
 }
 
+void WindowProblem::refresh() {
+    cameras_->update();
+    if (!cameras_->estimates_lenses()) {
+        return;
+    }
+    for (int i = 0; i < state_->landmarks.size(); ++i) {
+        for (LandmarkObservation& o : state_->landmarks[i].observations) {
+            cameras_->correct(o);
+        }
+    }
+}
+
 double WindowProblem::linearize(ReducedSystem& system) {
     const StageScope scope(observer_, Stage::kLinearization);
     const int keyframes = static_cast<int>(state_->keyframes.size());
     system.reset(keyframes, globals());
-    cameras_->update();
+    refresh();
     double cost = 0.0;
     fit_ = {};
     for (int i = 0; i < state_->landmarks.size(); ++i) {
@@ -42,7 +54,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
 
 double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<bool, kMaxLandmarks>& is_selected) {
     system.reset(static_cast<int>(state_->keyframes.size()), globals());
-    cameras_->update();
+    refresh();
     double cost = 0.0;
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         if (is_selected[static_cast<std::size_t>(i)]) {

@@ -57,6 +57,9 @@ public:
     /// factors.
     double linearize_inertial(ReducedSystem& system, int keyframe);
 
+    /// Cameras and observations at the present states and calibration.
+    void refresh();
+
     const WindowFit& fit() const { return fit_; }
     /// Parameters that all keyframes share: calibration and planes.
     int globals() const { return plane_row(static_cast<int>(state_->planes.size())); }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // The landmarks' part of the window problem.
+#include <algorithm>
+
 #include "estimator/window/landmark_triangulation.h"
 #include "estimator/window/stage_scope.h"
 #include "estimator/window/window_problem.h"
@@ -9,7 +11,7 @@ namespace facet {
 void WindowProblem::select_landmarks() {
     constexpr int kSettlingSteps = 3;  // towards new observations, before planes are asked whether points fit
     const StageScope scope(observer_, Stage::kTriangulation);
-    cameras_->update();
+    refresh();
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         Landmark& landmark = state_->landmarks[i];
         // Seen by one keyframe only, a stereo match still shows where to search for the landmark.
@@ -26,7 +28,7 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
         return landmark.cost;               // left out of this step, which must not look like a gain
     }
     const int host = landmark.observations.front().keyframe;
-    schur_.clear();
+    schur_.clear(cameras_->estimates_lenses() ? kRigDim : -1);
     double cost = 0.0;
     LossSums loss;
     double squared_error_px2 = 0.0;
@@ -34,9 +36,10 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     const double variance_px2 = cameras_->noise().sigma_px() * cameras_->noise().sigma_px();
     for (const LandmarkObservation& o : landmark.observations) {
         StereoLinearization l;
+        const CameraTerms terms = cameras_->terms(o);
         if (!ok(linearize_stereo(o.measurement, cameras_->geometry(), cameras_->view(o.keyframe, host),
                                  cameras_->view_lin(o.keyframe, host), cameras_->R_B_W_lin(o.keyframe), landmark.point,
-                                 cameras_->loss(), l))) {
+                                 cameras_->loss(), cameras_->estimates_lenses() ? &terms : nullptr, l))) {
             return landmark.cost;
         }
         schur_.add(o.keyframe, l);
@@ -83,11 +86,11 @@ double WindowProblem::add_plane_height(Landmark& landmark) {
 }
 
 void WindowProblem::add_calibration(ReducedSystem& system) const {
-    const int dim = calibration_config_->dim();
+    const int dim = std::min(calibration_config_->dim(), kRigDim);
     if (dim == 0) {
         return;
     }
-    using Columns = Eigen::Matrix<double, kPoseDim, Eigen::Dynamic, 0, kPoseDim, kCalibrationDim>;
+    using Columns = Eigen::Matrix<double, kPoseDim, Eigen::Dynamic, 0, kPoseDim, kRigDim>;
     boost::container::static_vector<Columns, kMaxKeyframes> d_pose;
     for (const Keyframe& keyframe : state_->keyframes) {
         const NavState& at = keyframe.linearization_point();
@@ -107,7 +110,7 @@ void WindowProblem::add_calibration(ReducedSystem& system) const {
             }
         }
         const Columns& d = d_pose[static_cast<std::size_t>(j)];
-        for (int row = dim; row < system.globals(); ++row) {  // planes
+        for (int row = dim; row < system.globals(); ++row) {  // single cameras, planes
             h.row(row).head(dim) += h.col(row).segment<kPoseDim>(system.offset(j)).transpose().lazyProduct(d);
         }
         h.block(system.offset(j), 0, kPoseDim, dim) += column;

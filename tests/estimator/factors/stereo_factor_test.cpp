@@ -49,7 +49,7 @@ StereoLinearization linearize(const Setup& s, const Se3& at, const Se3& lin, con
                               double huber = 1e9) {
     StereoLinearization l;
     REQUIRE(ok(linearize_stereo(s.z, s.geometry, view_from(s, at), view_from(s, lin), lin.R().transpose(), point,
-                                RobustLoss{huber}, l)));
+                                RobustLoss{huber}, nullptr, l)));
     return l;
 }
 
@@ -125,7 +125,7 @@ TEST_CASE("stereo factor refuses points behind a camera and leaves the output al
     StereoLinearization l;
     l.cost = -1.0;
     const StereoView view = view_from(s, beyond);
-    CHECK(linearize_stereo(s.z, s.geometry, view, view, beyond.R().transpose(), s.point, RobustLoss{}, l) ==
+    CHECK(linearize_stereo(s.z, s.geometry, view, view, beyond.R().transpose(), s.point, RobustLoss{}, nullptr, l) ==
           Status::kDegenerate);
     CHECK(l.cost == -1.0);
 }

@@ -28,13 +28,14 @@ struct Fixture {
     explicit Fixture(double pixel_sigma, bool calibrate = false, bool with_planes = false) {
         calibration.estimate_time_offset = calibrate;
         calibration.estimate_extrinsics = calibrate;
+        calibration.estimate_cameras = calibrate;
         SyntheticFlight::Options options;
         options.pixel_sigma = pixel_sigma;
         options.landmarks = 120;
         options.in_room = with_planes;
         SyntheticFlight flight(options);
         config.loss_threshold = 10.0;
-        cameras->bind(*state, config, flight.rig());
+        cameras->bind(*state, config, calibration, flight.rig());
         problem->bind(*state, *cameras, calibration, regularity);
         for (int k = 0; k < kKeyframes; ++k) {
             Keyframe keyframe;
@@ -48,12 +49,14 @@ struct Fixture {
             keyframe.state_lin = keyframe.state;
             state->keyframes.push_back(keyframe);
             for (const FeatureObservation& o : flight.observe(kStep_s * k, 60)) {
-                state->landmarks.find_or_insert(o.landmark)
-                    ->observations.push_back({k, {o.left_xy, o.right_xy, o.has_right}});
+                state->landmarks.find_or_insert(o.landmark)->observations.push_back(cameras->observe(k, o));
             }
         }
         if (calibrate) {
             state->calibration.T_B_Bc = {so3_exp({0.01, -0.02, 0.015}), {0.02, 0.01, -0.03}};
+            state->calibration.right = {so3_exp({-0.001, 0.002, 0.001}), {0.001, -0.002, 0.001}};
+            state->calibration.lens[0] << 1e-3, -2e-3, 0.5, -0.3, 1e-3, -1e-3;
+            state->calibration.lens[1] << -1e-3, 1e-3, -0.4, 0.2, -1e-3, 5e-4;
         }
         if (with_planes) {
             add_planes(flight.planes());
