@@ -11,7 +11,7 @@ namespace facet {
 struct CalibrationConfig {
     bool estimate_time_offset = true;
     double time_offset_sigma_s = 0.005;
-    bool estimate_cameras = false;
+    bool estimate_cameras = true;
     double focal_sigma = 5e-4;
     double principal_sigma_px = 0.3;
     double distortion_sigma = 5e-4;

@@ -118,7 +118,7 @@ TEST_CASE("the window's gradient is the derivative of its cost", "[window_proble
     const bool with_planes = GENERATE(false, true);
     Fixture f(0.5, calibrate, with_planes);
     f.problem->select_landmarks();
-    for (int pass = 0; pass < 3; ++pass) {
+    for (int pass = 0; pass < 20; ++pass) {  // until the landmarks have settled: the calibration is far off
         f.problem->linearize(*f.system);
     }
     f.problem->linearize(*f.system);

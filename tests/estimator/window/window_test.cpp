@@ -214,6 +214,88 @@ TEST_CASE("the window finds the cameras' time offset and rotation", "[window]") 
     }
 }
 
+namespace {
+
+/// What the window makes of cameras whose principal points and right mount are not as given.
+struct CamerasFound {
+    RigCalibration calibration;
+    double sigma_principal_px = 0.0;  ///< of the left camera's, horizontal
+    double sigma_focal = 0.0;         ///< of the left camera's, horizontal
+};
+
+/// @param moving  false: the first instant of the flight again and again, at rest
+CamerasFound find_cameras(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px, bool moving) {
+    SyntheticFlight::Options options;
+    options.gyro_noise = 1.7e-4;
+    options.accel_noise = 2e-3;
+    options.pixel_sigma = 0.2;
+    SyntheticFlight flight(options);
+    const ImuNoise noise = test::euroc_like_noise();
+    WindowConfig config;
+    config.keyframes = 12;
+    config.pixel_sigma_px = 0.2;
+    const auto smoother = std::make_unique<Window>();
+    smoother->configure(config, {}, flight.rig(), noise);
+    const StateMatrix information = test::start_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+    NavState start = flight.state(0.0);
+    ImuSample force;
+    if (!moving) {
+        start.v_W_B.setZero();
+        force.a_B = start.q_W_B.conjugate() * Eigen::Vector3d(0.0, 0.0, 9.81);
+    }
+    for (int k = 0; k <= (moving ? 150 : 30); ++k) {
+        const double t = 0.2 * k;
+        auto seen = flight.observe(moving ? t : 0.0);
+        for (FeatureObservation& o : seen) {  // a principal point that is farther right is given as too far left
+            o.left_xy += left_px / flight.rig().left.focal_px();
+            o.right_xy += right_px / flight.rig().right.focal_px();
+        }
+        const Eigen::Vector3d rate = moving ? flight.rate(t) : Eigen::Vector3d::Zero();
+        const KeyframeInput input{test::at(t), rate, !moving && k > 0, {seen.data(), seen.size()}};
+        if (k == 0) {
+            smoother->start(input, start, information);
+            continue;
+        }
+        Preintegration p(smoother->newest().state.bias);
+        if (moving) {
+            p = flight.preintegrate(t - 0.2, t, smoother->newest().state.bias, noise);
+        } else {
+            ImuSample after = force;
+            force.stamp = test::at(t - 0.2);
+            after.stamp = test::at(t);
+            REQUIRE(ok(p.integrate(force, after, noise)));
+        }
+        REQUIRE(ok(smoother->add_keyframe(input, p)));
+        REQUIRE_FALSE(smoother->optimize().solver.solver_failed);
+    }
+    StateMatrix covariance;
+    REQUIRE(ok(smoother->newest_covariance(covariance)));
+    return {smoother->calibration(), smoother->calibration_sigma(kLeftLens + 2),
+            smoother->calibration_sigma(kLeftLens)};
+}
+
+}  // namespace
+
+TEST_CASE("principal points are found in lively flight", "[window]") {
+    const Eigen::Vector2d left(0.5, -0.3);
+    const Eigen::Vector2d right(-0.2, 0.4);
+    const CamerasFound found = find_cameras(left, right, true);
+    INFO("left " << found.calibration.lens[0].transpose() << ", right " << found.calibration.lens[1].transpose());
+    CHECK((found.calibration.lens[0].segment<2>(2) - left).norm() < 0.15);
+    CHECK((found.calibration.lens[1].segment<2>(2) - right).norm() < 0.15);
+    CHECK(found.sigma_principal_px < 0.1);
+}
+
+TEST_CASE("what standing does not reveal of the cameras stays as given", "[window]") {
+    const CamerasFound found = find_cameras({0.0, 0.0}, {0.0, 0.0}, false);
+    const CalibrationConfig config;
+    INFO("left " << found.calibration.lens[0].transpose() << ", right " << found.calibration.lens[1].transpose());
+    CHECK(found.calibration.lens[0].segment<2>(2).norm() < config.principal_sigma_px);
+    CHECK(found.sigma_principal_px > 0.5 * config.principal_sigma_px);
+    CHECK(found.sigma_focal > 0.5 * config.focal_sigma);
+    CHECK(found.sigma_focal < 1.001 * config.focal_sigma);
+}
+
 TEST_CASE("the window allocates nothing once it exists", "[window]") {
     SyntheticFlight::Options options;
     options.pixel_sigma = 0.5;

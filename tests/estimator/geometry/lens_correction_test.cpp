@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/geometry/lens_correction.h"
+
+#include <catch2/catch.hpp>
+
+using namespace facet;
+
+namespace {
+
+CameraIntrinsics pinhole(Distortion distortion) {
+    CameraIntrinsics k{752, 480, 458.7, 457.3, 367.2, 248.4, distortion, {}};
+    if (distortion == Distortion::kRadialTangential) {
+        k.coeffs = {-0.283, 0.074, 2e-4, 2e-5};
+    } else if (distortion == Distortion::kEquidistant) {
+        k.coeffs = {-0.013, 0.02, -0.012, 0.002};
+    }
+    return k;
+}
+
+CameraIntrinsics corrected(const CameraIntrinsics& k, const LensCorrection& d) {
+    CameraIntrinsics c = k;
+    c.fx *= 1.0 + d(0);
+    c.fy *= 1.0 + d(1);
+    c.cx += d(2);
+    c.cy += d(3);
+    c.coeffs[0] += d(4);
+    c.coeffs[1] += d(5);
+    return c;
+}
+
+}  // namespace
+
+TEST_CASE("a corrected point is where the corrected camera sees the pixel", "[lens_correction]") {
+    const Distortion distortion = GENERATE(Distortion::kNone, Distortion::kRadialTangential, Distortion::kEquidistant);
+    const CameraIntrinsics given = pinhole(distortion);
+    const CameraModel camera(given);
+    LensCorrection correction;
+    correction << 1e-3, -8e-4, 0.6, -0.4, 1e-3, -1.5e-3;
+    if (distortion == Distortion::kNone) {
+        correction.tail<2>().setZero();
+    }
+    const CameraModel truth(corrected(given, correction));
+    for (const double u : {20.0, 367.0, 500.0, 730.0}) {
+        for (const double v : {15.0, 248.0, 460.0}) {
+            Eigen::Vector2d xy;
+            Eigen::Vector2d expected;
+            REQUIRE(ok(camera.unproject({u, v}, xy)));
+            REQUIRE(ok(truth.unproject({u, v}, expected)));
+            const Eigen::Vector2d found = xy + d_xy_d_lens(camera, xy) * correction;
+            INFO("pixel " << u << " " << v << ", correction " << (expected - xy).transpose());
+            CHECK((found - expected).norm() < 0.01 / 458.0);  // a hundredth of a pixel
+            CHECK((found - expected).norm() < 0.02 * (expected - xy).norm() + 1e-9);
+        }
+    }
+}
+
+TEST_CASE("each column is the derivative by its parameter", "[lens_correction]") {
+    const Distortion distortion = GENERATE(Distortion::kRadialTangential, Distortion::kEquidistant);
+    const CameraIntrinsics given = pinhole(distortion);
+    const CameraModel camera(given);
+    const Eigen::Vector2d uv(610.0, 101.0);
+    Eigen::Vector2d xy;
+    REQUIRE(ok(camera.unproject(uv, xy)));
+    const LensJacobian jacobian = d_xy_d_lens(camera, xy);
+    for (int i = 0; i < kLensDim; ++i) {
+        const double step = i < 2 || i > 3 ? 1e-6 : 1e-3;
+        LensCorrection d = LensCorrection::Zero();
+        d(i) = step;
+        Eigen::Vector2d plus;
+        Eigen::Vector2d minus;
+        REQUIRE(ok(CameraModel(corrected(given, d)).unproject(uv, plus)));
+        REQUIRE(ok(CameraModel(corrected(given, -d)).unproject(uv, minus)));
+        INFO("parameter " << i);
+        CHECK((jacobian.col(i) - (plus - minus) / (2.0 * step)).norm() < 1e-6 + 1e-5 * jacobian.col(i).norm());
+    }
+}
+
+TEST_CASE("on the axis of a fisheye the coefficients have no effect", "[lens_correction]") {
+    const LensJacobian jacobian = d_xy_d_lens(CameraModel(pinhole(Distortion::kEquidistant)), {0.0, 0.0});
+    CHECK(jacobian.allFinite());
+    CHECK(jacobian.rightCols<2>().norm() == 0.0);
+}
