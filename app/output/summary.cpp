@@ -43,6 +43,26 @@ Json final_state(const Estimate& last) {
             {"imu_dropped", last.health.imu_dropped}};
 }
 
+/// What a camera's parameters were corrected by, and the standard deviations left.
+Json lens(const LensCorrection& d) {
+    return {{"focal_relative", Json::array({d(0), d(1)})},
+            {"principal_point_px", Json::array({d(2), d(3)})},
+            {"k1_k2", Json::array({d(4), d(5)})}};
+}
+
+Json corrections(const CalibrationEstimate& estimate) {
+    const RigCalibration& c = estimate.correction;
+    const RigCalibration::Tangent& sigma = estimate.sigma;
+    return {{"left", lens(c.lens[0])},
+            {"left_sigma", lens(sigma.segment<kLensDim>(kLeftLens))},
+            {"right", lens(c.lens[1])},
+            {"right_sigma", lens(sigma.segment<kLensDim>(kRightLens))},
+            {"right_turned_deg", to_json(so3_log(c.right.q) / kRadPerDeg)},
+            {"right_turned_sigma_deg", to_json(sigma.segment<3>(kRightTheta) / kRadPerDeg)},
+            {"right_moved_m", to_json(c.right.p)},
+            {"right_moved_sigma_m", to_json(sigma.segment<3>(kRightPos))}};
+}
+
 void add(const std::vector<NamedCounter>& counters, Json& json) {
     for (const NamedCounter& counter : counters) {
         json[counter.name] = counter.value;
@@ -167,6 +187,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"not_finite", summary.not_finite},
                  {"first_estimate_ns", summary.first_estimate.ns},
                  {"final", final_state(summary.last)}};
+    json["calibration_corrections"] = corrections(summary.corrections);
     json["residuals_px"] = residuals(summary.residuals);
     json["mesh"] = mesh(summary);
     json["planes"] = planes(summary);

@@ -45,6 +45,7 @@ struct RunSummary {
     Estimate last;                    ///< last frame given, whatever its state
     std::vector<TimedFrame> timed;    ///< frames given to the estimator, in order
     VisionResiduals residuals;        ///< of the keyframes that have left the window
+    CalibrationEstimate corrections;  ///< of the calibration, at the end
     MeshCounters mesh;                ///< what the mesher did
     PlaneCounters planes;             ///< what the plane finder did
     int mesh_vertices = 0;            ///< live at the end

@@ -64,6 +64,7 @@ public:
 
     const Mesher& mesher() const { return *mesher_; }
     const PlaneFinder& planes() const { return *planes_; }
+    CalibrationEstimate calibration() const { return estimator_.calibration(); }
     const VisionResiduals& residuals() const { return estimator_.residuals(); }
     std::size_t imu_samples() const { return imu_samples_; }
     std::size_t imu_refused() const { return imu_refused_; }

@@ -7,9 +7,16 @@
 #include "estimator/geometry/se3.h"
 #include "estimator/values/health.h"
 #include "estimator/values/nav_state.h"
+#include "estimator/window/rig_calibration.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {
+
+/// Corrections of the calibration as given, and how well they are known.
+struct CalibrationEstimate {
+    RigCalibration correction;
+    RigCalibration::Tangent sigma = RigCalibration::Tangent::Zero();  ///< 0 where not estimated
+};
 
 /// Estimate at one frame.
 struct Estimate {

@@ -260,6 +260,15 @@ std::span<const MemoryPart> Estimator::memory() {
 
 const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 
+CalibrationEstimate Estimator::calibration() const {
+    CalibrationEstimate estimate;
+    estimate.correction = impl_->window.calibration();
+    for (int i = 0; i < impl_->config.calibration.dim() && impl_->window.has_factor(); ++i) {
+        estimate.sigma(i) = impl_->window.calibration_sigma(i);
+    }
+    return estimate;
+}
+
 const VisionResiduals& Estimator::residuals() const { return impl_->window.residuals(); }
 
 Status Estimator::add_imu(const ImuSample& sample) { return impl_->imu.push(sample); }

@@ -74,6 +74,9 @@ public:
     /// Landmarks and camera at the newest keyframe; empty before the second one. Valid until the next add_frame.
     const KeyframeView& keyframe_view() const;
 
+    /// The calibration as it is estimated now. Takes about a millisecond: not for every frame.
+    CalibrationEstimate calibration() const;
+
     /// Residuals of the keyframes that have left the window since configure().
     const VisionResiduals& residuals() const;
 

@@ -8,8 +8,8 @@
 
 namespace facet {
 
-/// Corrections of a camera's intrinsics [fx fy cx cy k1 k2]: focal lengths relative (-), principal point (px), the first
-/// two coefficients of the distortion (-).
+/// Corrections of a camera's intrinsics [fx fy cx cy k1 k2]: focal lengths relative (-), principal point (px), first two
+/// coefficients of the distortion (-).
 inline constexpr int kLensDim = 6;
 using LensCorrection = Eigen::Matrix<double, kLensDim, 1>;
 using LensJacobian = Eigen::Matrix<double, 2, kLensDim>;

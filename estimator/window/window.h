@@ -84,6 +84,9 @@ public:
     /// Fills the window's fields of the health. @param summary  of its last optimization; empty before the first one
     void report(const WindowSummary& summary, Health& health) const;
 
+    /// Whether the solver holds a factor of the last optimization, which calibration_sigma() needs.
+    bool has_factor() const { return is_factorized_; }
+
     /// Residuals of the keyframes that have left since configure().
     const VisionResiduals& residuals() const { return residuals_; }
 
