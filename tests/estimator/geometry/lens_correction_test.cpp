@@ -48,8 +48,9 @@ TEST_CASE("a corrected point is where the corrected camera sees the pixel", "[le
             REQUIRE(ok(truth.unproject({u, v}, expected)));
             const Eigen::Vector2d found = xy + d_xy_d_lens(camera, xy) * correction;
             INFO("pixel " << u << " " << v << ", correction " << (expected - xy).transpose());
-            CHECK((found - expected).norm() < 0.01 / 458.0);  // a hundredth of a pixel
-            CHECK((found - expected).norm() < 0.02 * (expected - xy).norm() + 1e-9);
+            // Corrections of two to three sigmas of a good calibration: a twentieth of a pixel, in the corners.
+            CHECK((found - expected).norm() < 0.05 / 458.0);
+            CHECK((found - expected).norm() < 0.03 * (expected - xy).norm() + 1e-9);
         }
     }
 }
