@@ -11,7 +11,7 @@
 namespace facet {
 
 const std::vector<ConfigEntry>& config_table() {
-    static const std::vector<ConfigEntry> table = [] {
+    static const std::vector<ConfigEntry> kTable = [] {
         std::vector<ConfigEntry> entries;
         for_each_section([&](const char* name, auto section, const auto& fields) {
             for (const auto& field : fields) {
@@ -29,7 +29,7 @@ const std::vector<ConfigEntry>& config_table() {
         });
         return entries;
     }();
-    return table;
+    return kTable;
 }
 
 std::string value_text(const ConfigEntry& entry, const ProgramConfig& config) {

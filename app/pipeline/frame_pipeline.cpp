@@ -14,7 +14,7 @@ namespace {
 
 /// Why estimator, mesher and plane finder cannot be configured.
 std::string refusal(const ProgramConfig& config, const Calibration& calibration) {
-    if (const std::string fault = describe_fault(config); !fault.empty()) {
+    if (std::string fault = describe_fault(config); !fault.empty()) {
         return fault;
     }
     const CameraIntrinsics& left = calibration.rig.left.intrinsics();
