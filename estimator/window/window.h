@@ -37,7 +37,7 @@ struct WindowSummary {
 
 /// Fixed-lag smoother over keyframe states [theta p v bg ba] with structureless stereo landmarks, inertial factors and
 /// a prior. Usage: configure; start with the first keyframe; then add_keyframe and optimize for each following one.
-/// About 10 MB, no heap after construction: allocate it once. Thread-bound. Deterministic.
+/// About 30 MB, no heap after construction: allocate it once. Thread-bound. Deterministic.
 class Window {
 public:
     void configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,

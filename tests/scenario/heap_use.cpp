@@ -40,7 +40,7 @@ HeapUse measure_heap(const std::string& log, RegularityMode mode) {
             pipeline.add_frame(frame, frame.stamp, *result);
             ++use.frames;
             use.keyframes += result->is_keyframe ? 1 : 0;
-            use.planes = result->has_mesh ? static_cast<int>(result->told.size()) : use.planes;
+            use.planes = result->has_mesh ? static_cast<int>(result->planes.size()) : use.planes;
         }
         const std::uint64_t allocations = guard.allocations();
         if (allocations != 0 && use.allocations == 0) {
