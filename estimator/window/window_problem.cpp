@@ -10,6 +10,9 @@
 
 namespace facet {
 
+static_assert(PriorFactor::kMaxGlobals == kCalibrationDim + kPlaneDim * kMaxPlanes,
+              "room for all that keyframes share");
+
 void WindowProblem::bind(WindowState& state, WindowCameras& cameras, const CalibrationConfig& calibration,
                          const RegularityConfig& regularity) {
     state_ = &state;
