@@ -47,7 +47,7 @@ Json final_state(const Estimate& last) {
 Json lens(const LensCorrection& d) {
     return {{"focal_relative", Json::array({d(0), d(1)})},
             {"principal_point_px", Json::array({d(2), d(3)})},
-            {"k1_k2", Json::array({d(4), d(5)})}};
+            {"distortion", Json::array({d(4), d(5), d(6), d(7)})}};
 }
 
 Json corrections(const CalibrationEstimate& estimate) {

@@ -27,8 +27,8 @@ bool find_point(const Landmark& landmark, const WindowCameras& cameras, InverseD
         return false;
     }
     const StereoView& view = cameras.view(o.keyframe, o.keyframe);
-    const std::array<Sighting, 2> pair{Sighting{&view.left, o.measurement.left_xy, cameras.geometry().scale_left},
-                                       Sighting{&view.right, o.measurement.right_xy, cameras.geometry().scale_right}};
+    const std::array<Sighting, 2> pair{Sighting{&view.left, o.measurement.left_xy, cameras.whitening_left(o)},
+                                       Sighting{&view.right, o.measurement.right_xy, cameras.whitening_right(o)}};
     TriangulationOptions options;
     options.rho_prior_sigma = kRhoPriorSigma;
     return ok(triangulate_linear(pair, point)) && ok(triangulate(pair, options, point));

@@ -20,7 +20,7 @@ namespace facet {
 class PriorFactor {
 public:
     /// Most globals: the rig's calibration and the planes.
-    static constexpr int kMaxGlobals = 25 + kPlaneDim * kMaxPlanes;
+    static constexpr int kMaxGlobals = 29 + kPlaneDim * kMaxPlanes;
     static constexpr int kMaxDim = kMaxGlobals + kMaxKeyframes * kStateDim;
 
     using Matrix = Eigen::Map<Eigen::MatrixXd, Eigen::Aligned64>;

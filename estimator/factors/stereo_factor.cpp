@@ -12,23 +12,26 @@ struct Camera {
     const RelativeView& view_lin;
     const Eigen::Matrix3d& R_C_B;
     const Eigen::Vector3d& p_B_C;
-    double scale;
     const Eigen::Vector2d& measured;
-    const LensJacobian* lens;                 ///< nullptr: no Jacobian by parameters of this camera
-    const Eigen::Matrix3d* R_Bc_C = nullptr;  ///< nullptr: the camera has no pose of its own
+    Eigen::Matrix2d whitening;
 };
 
-constexpr int kFirstLens = 6;  // row of the left lens in the Jacobian by parameters of single cameras
+/// What the rows of one camera are derived by, weights included.
+struct ImageRows {
+    Eigen::Vector3d q_lin;                   ///< sight line in C where Jacobians are evaluated
+    Eigen::Matrix<double, 3, 2> d_r_d_q_t;   ///< by the sight line, transposed
+    Eigen::Matrix2d minus_d_r_d_measured_t;  ///< by the measured point, times -1, transposed
+};
 
 /// Fills two rows, starting at `row`. @return kDegenerate if the point is behind the camera
 Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
-                 const RobustLoss& loss, int row, StereoLinearization& out) {
+                 const RobustLoss& loss, int row, StereoLinearization& out, ImageRows& rows) {
     const Eigen::Vector3d q = camera.view.sight_line(point);
-    const Eigen::Vector3d q_lin = camera.view_lin.sight_line(point);
-    if (!is_in_front(q) || !is_in_front(q_lin)) {
+    rows.q_lin = camera.view_lin.sight_line(point);
+    if (!is_in_front(q) || !is_in_front(rows.q_lin)) {
         return Status::kDegenerate;
     }
-    const Eigen::Vector2d r = camera.scale * (q.head<2>() / q.z() - camera.measured);
+    const Eigen::Vector2d r = camera.whitening * (q.head<2>() / q.z() - camera.measured);
     const double s = r.squaredNorm();
     const double weight = loss.weight(s);
     const double sqrt_weight = std::sqrt(weight);
@@ -36,30 +39,44 @@ Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const I
     out.loss += {1, s, weight, loss.slope(s), weight * weight * s};
     out.r.segment<2>(row) = sqrt_weight * r;
 
-    const double gain = sqrt_weight * camera.scale / q_lin.z();
-    const Eigen::Vector2d xy = q_lin.head<2>() / q_lin.z();
-    out.d_r_d_point.middleRows<2>(row) = gain * camera.view_lin.d_image_d_point_times_z(xy);
+    rows.minus_d_r_d_measured_t = sqrt_weight * camera.whitening.transpose();
+    const double inv_z = 1.0 / rows.q_lin.z();
+    const Eigen::Vector2d xy = rows.q_lin.head<2>() * inv_z;
+    rows.d_r_d_q_t.topRows<2>() = inv_z * rows.minus_d_r_d_measured_t;
+    rows.d_r_d_q_t.row(2).noalias() = -xy.transpose().lazyProduct(rows.d_r_d_q_t.topRows<2>());
+    const auto& T = camera.view_lin.T_C_H;
+    const auto d_r_d_q = rows.d_r_d_q_t.transpose();
+    out.d_r_d_point.block<2, 2>(row, 0).noalias() = d_r_d_q.lazyProduct(T.topLeftCorner<3, 2>());
+    out.d_r_d_point.block<2, 1>(row, 2).noalias() = d_r_d_q.lazyProduct(T.topRightCorner<3, 1>());
     // In B: Exp(-theta) q = q + q x theta, and a move of the body by dp takes rho dp from q.
-    const Eigen::Vector3d q_B = camera.R_C_B.transpose() * q_lin + point.rho * camera.p_B_C;
+    const Eigen::Vector3d q_B = camera.R_C_B.transpose() * rows.q_lin + point.rho * camera.p_B_C;
     for (int i = 0; i < 2; ++i) {
-        const Eigen::Vector3d d_r_d_q_B = gain * (camera.R_C_B.row(i) - xy(i) * camera.R_C_B.row(2)).transpose();
+        const Eigen::Vector3d d_r_d_q_B = camera.R_C_B.transpose() * rows.d_r_d_q_t.col(i);
         auto column = out.d_r_d_T_W_B_transposed.col(row + i);
         column.head<3>() = d_r_d_q_B.cross(q_B);
         column.segment<3>(3) = -point.rho * (R_B_W_lin.transpose() * d_r_d_q_B);
-        if (camera.lens == nullptr) {
-            continue;
-        }
-        auto own = out.d_r_d_cameras_transposed.col(row + i);
-        own.segment<kLensDim>(kFirstLens + (row / 2) * kLensDim) =
-            (-sqrt_weight * camera.scale) * camera.lens->row(i).transpose();
-        if (camera.R_Bc_C != nullptr) {
-            // In C: Exp(-theta) q = q + q x theta, and a move of the camera by dp takes rho dp from q.
-            const Eigen::Vector3d d_r_d_q = gain * Eigen::Vector3d(i == 0 ? 1.0 : 0.0, i == 1 ? 1.0 : 0.0, -xy(i));
-            own.head<3>() = d_r_d_q.cross(q_lin);
-            own.segment<3>(3) = -point.rho * (*camera.R_Bc_C * d_r_d_q);
-        }
+        column.tail<2>().setZero();
     }
     return Status::kOk;
+}
+
+/// The rows of the left image by its lens.
+void add_left_lens(const ImageRows& rows, const LensJacobian& lens, StereoLinearization& out) {
+    out.d_r_d_left_lens_transposed.noalias() =
+        -lens.transpose().cast<double>().lazyProduct(rows.minus_d_r_d_measured_t);
+}
+
+/// The rows of the right image by its camera's pose on the pair and its lens.
+void add_right_camera(const ImageRows& rows, const CameraTerms& terms, double rho, StereoLinearization& out) {
+    auto& d = out.d_r_d_right_camera_transposed;
+    // In C: Exp(-theta) q = q + q x theta, and a move of the camera by dp takes rho dp from q.
+    for (int i = 0; i < 2; ++i) {
+        d.col(i).head<3>() = rows.d_r_d_q_t.col(i).cross(rows.q_lin);
+        d.col(i).segment<3>(3) = -rho * (terms.R_Bc_C1 * rows.d_r_d_q_t.col(i));
+    }
+    d.middleRows<kLensDim>(kPoseDim).noalias() =
+        -terms.right.transpose().cast<double>().lazyProduct(rows.minus_d_r_d_measured_t);
+    d.bottomRows<2>().setZero();
 }
 
 }  // namespace
@@ -67,34 +84,29 @@ Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const I
 Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
                         const StereoView& view_lin, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
                         const RobustLoss& loss, const CameraTerms* cameras, StereoLinearization& out) {
-    StereoLinearization result;
-    result.r.setZero();
-    result.d_r_d_T_W_B_transposed.setZero();
-    result.d_r_d_point.setZero();
-    result.has_cameras = cameras != nullptr;
-    if (result.has_cameras) {
-        result.d_r_d_cameras_transposed.setZero();
+    out.has_right = z.has_right;
+    out.has_cameras = cameras != nullptr;
+    out.cost = 0.0;
+    out.loss = {};
+    ImageRows rows;
+    const Camera left{view.left,       view_lin.left, geometry.R_C0_B,
+                      geometry.p_B_C0, z.left_xy,     geometry.scale * z.d_left_d_xy.cast<double>()};
+    FACET_TRY(linearize(left, R_B_W_lin, point, loss, 0, out, rows));
+    if (out.has_cameras) {
+        add_left_lens(rows, cameras->left, out);
     }
-    const Camera left{view.left,
-                      view_lin.left,
-                      geometry.R_C0_B,
-                      geometry.p_B_C0,
-                      geometry.scale_left,
-                      z.left_xy,
-                      cameras != nullptr ? &cameras->left : nullptr};
-    FACET_TRY(linearize(left, R_B_W_lin, point, loss, 0, result));
-    if (z.has_right) {
-        const Camera right{view.right,
-                           view_lin.right,
-                           geometry.R_C1_B,
-                           geometry.p_B_C1,
-                           geometry.scale_right,
-                           z.right_xy,
-                           cameras != nullptr ? &cameras->right : nullptr,
-                           cameras != nullptr ? &cameras->R_Bc_C1 : nullptr};
-        FACET_TRY(linearize(right, R_B_W_lin, point, loss, 2, result));
+    if (!z.has_right) {
+        out.r.tail<2>().setZero();
+        out.d_r_d_point.bottomRows<2>().setZero();
+        out.d_r_d_T_W_B_transposed.rightCols<2>().setZero();
+        return Status::kOk;
     }
-    out = result;
+    const Camera right{view.right,      view_lin.right, geometry.R_C1_B,
+                       geometry.p_B_C1, z.right_xy,     geometry.scale * z.d_right_d_xy.cast<double>()};
+    FACET_TRY(linearize(right, R_B_W_lin, point, loss, 2, out, rows));
+    if (out.has_cameras) {
+        add_right_camera(rows, *cameras, point.rho, out);
+    }
     return Status::kOk;
 }
 

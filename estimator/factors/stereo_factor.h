@@ -7,30 +7,33 @@
 #include "estimator/geometry/lens_correction.h"
 #include "estimator/geometry/relative_view.h"
 #include "estimator/geometry/robust_loss.h"
+#include "estimator/values/nav_state.h"
 #include "platform/base/status.h"
 
 namespace facet {
 
-/// One landmark as seen by one keyframe, in normalised undistorted coordinates.
+/// One landmark as seen by one keyframe: normalised undistorted points, and how the pixel moves with each.
 struct StereoMeasurement {
     Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();
     Eigen::Vector2d right_xy = Eigen::Vector2d::Zero();  ///< only if has_right
     bool has_right = false;
+    Eigen::Matrix2f d_left_d_xy = Eigen::Matrix2f::Identity();   ///< of the left pixel by left_xy (px)
+    Eigen::Matrix2f d_right_d_xy = Eigen::Matrix2f::Identity();  ///< likewise; only if has_right
 };
 
-/// Both cameras on the body, in the form projections need, and the whitening of their residuals.
+/// Both cameras on the body, in the form projections need, and the weight of their pixels.
 struct StereoGeometry {
     Eigen::Matrix3d R_C0_B = Eigen::Matrix3d::Identity();
     Eigen::Matrix3d R_C1_B = Eigen::Matrix3d::Identity();
     Eigen::Vector3d p_B_C0 = Eigen::Vector3d::Zero();
     Eigen::Vector3d p_B_C1 = Eigen::Vector3d::Zero();
-    double scale_left = 1.0;  ///< focal length over pixel sigma: whitens normalised residuals
-    double scale_right = 1.0;
+    double scale = 1.0;  ///< one over a pixel's sigma: whitens residuals (1/px)
 };
 
-/// Parameters of single cameras that a residual depends on: the right camera's pose against the left one [theta p], and
-/// the lenses of the left and of the right camera.
-inline constexpr int kCameraTermsDim = 6 + 2 * kLensDim;
+/// Parameters of single cameras that a residual depends on: the left lens, then the right camera's pose against the
+/// left one [theta p] and its lens.
+inline constexpr int kRightCameraDim = kPoseDim + kLensDim;
+inline constexpr int kCameraTermsDim = kLensDim + kRightCameraDim;
 
 /// What a residual's dependence on them is made of.
 struct CameraTerms {
@@ -48,21 +51,28 @@ struct StereoView {
 /// Whitened, robustly weighted linearization of one measurement: rows (u0, v0, u1, v1), the last two zero without a
 /// right measurement. The weights are applied already: the normal equations are J^T J and J^T r.
 struct StereoLinearization {
-    /// Pose parameters padded to whole vectors: rows of J^T beyond kPoseDim are zero.
+    /// Parameters padded to whole vectors: rows of J^T beyond the parameters are zero.
     static constexpr int kPaddedPoseDim = 8;
+    static constexpr int kPaddedRightDim = 16;
+    static_assert(kLensDim % 8 == 0, "the left lens needs no padding");
 
     Eigen::Vector4d r;
-    Eigen::Matrix<double, kPaddedPoseDim, 4> d_r_d_T_W_B_transposed;     ///< order [theta p]
-    Eigen::Matrix<double, 4, 3> d_r_d_point;                             ///< order [x y rho] of the host chart
-    bool has_cameras = false;                                            ///< whether the next one is filled
-    Eigen::Matrix<double, kCameraTermsDim, 4> d_r_d_cameras_transposed;  ///< in the order of CameraTerms
-    double cost = 0.0;  ///< robust, 1/2 rho(|r|^2) summed over the cameras
-    LossSums loss;      ///< over the cameras
+    Eigen::Matrix<double, kPaddedPoseDim, 4> d_r_d_T_W_B_transposed;  ///< order [theta p]
+    Eigen::Matrix<double, 4, 3> d_r_d_point;                          ///< order [x y rho] of the host chart
+    bool has_right = false;
+    bool has_cameras = false;  ///< whether the next two are filled, the second one only if has_right
+    Eigen::Matrix<double, kLensDim, 2> d_r_d_left_lens_transposed;            ///< of the rows u0, v0
+    Eigen::Matrix<double, kPaddedRightDim, 2> d_r_d_right_camera_transposed;  ///< of u1, v1; order [theta p lens]
+    double cost = 0.0;                                                        ///< robust, 1/2 rho(|r|^2), summed
+    LossSums loss;                                                            ///< over the cameras
 };
 
-/// Reprojection residual of a landmark in both cameras of the keyframe at T_W_B.
+/// Reprojection residual of a landmark in both cameras of the keyframe at T_W_B, in pixels to first order.
 ///   q_Ck = T_Ck_H (x, y, 1, rho) = R_Ck_B (R_W_B^T (ray_W + rho (centre_W - p_W_B)) - rho p_B_Ck)
-///   r_k  = scale_k * (q_Ck.xy / q_Ck.z - xy_k)
+///   r_k  = scale d_uv_d_xy_k (q_Ck.xy / q_Ck.z - xy_k)
+/// The Jacobian of the pixel by the undistorted point makes residuals of all places in the image equally precise: a
+/// pixel at the border of a wide lens covers several times the angle, and tens of times the tangent, of one in its
+/// middle.
 /// Structureless vision factor before elimination of the point: [Forster17] Sec. VII, with an inverse-depth chart.
 /// The host camera only defines the chart of the point: there is no Jacobian with respect to the host's pose, because
 /// the point is a free variable that is eliminated.
@@ -71,7 +81,7 @@ struct StereoLinearization {
 ///                  `view` if free
 /// @param R_B_W_lin rotation of the latter pose
 /// @param cameras   for the Jacobian by the parameters of single cameras; nullptr to skip
-/// @return kDegenerate if the point is behind a camera at either pose (outputs untouched). No heap. Reentrant.
+/// @return kDegenerate if the point is behind a camera at either pose (then `out` is undefined). No heap. Reentrant.
 Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
                         const StereoView& view_lin, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
                         const RobustLoss& loss, const CameraTerms* cameras, StereoLinearization& out);

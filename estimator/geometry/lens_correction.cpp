@@ -7,17 +7,21 @@
 namespace facet {
 namespace {
 
-/// dD/dk1 and dD/dk2.
-Eigen::Matrix2d d_distorted_d_coefficients(Distortion distortion, const Eigen::Vector2d& xy) {
-    Eigen::Matrix2d d = Eigen::Matrix2d::Zero();
+/// dD/dk.
+Eigen::Matrix<double, 2, 4> d_distorted_d_coefficients(Distortion distortion, const Eigen::Vector2d& xy) {
+    Eigen::Matrix<double, 2, 4> d = Eigen::Matrix<double, 2, 4>::Zero();
     const double r2 = xy.squaredNorm();
     if (distortion == Distortion::kRadialTangential) {
-        d << r2 * xy, r2 * r2 * xy;
+        const double x = xy.x();
+        const double y = xy.y();
+        d << r2 * xy, r2 * r2 * xy, Eigen::Vector2d(2.0 * x * y, r2 + 2.0 * y * y),
+            Eigen::Vector2d(r2 + 2.0 * x * x, 2.0 * x * y);
     } else if (distortion == Distortion::kEquidistant && r2 > 0.0) {
         const double r = std::sqrt(r2);
         const double theta = std::atan(r);
-        const double t3 = theta * theta * theta;
-        d << (t3 / r) * xy, (t3 * theta * theta / r) * xy;
+        const double t2 = theta * theta;
+        const Eigen::Vector2d first = (theta * t2 / r) * xy;
+        d << first, t2 * first, t2 * t2 * first, t2 * t2 * t2 * first;
     }
     return d;
 }
@@ -28,13 +32,13 @@ LensJacobian d_xy_d_lens(const CameraModel& camera, const Eigen::Vector2d& xy) {
     const CameraIntrinsics& k = camera.intrinsics();
     Eigen::Matrix2d d_distorted_d_xy;
     const Eigen::Vector2d distorted = camera.distort(xy, &d_distorted_d_xy);
-    LensJacobian d = LensJacobian::Zero();
+    Eigen::Matrix<double, 2, kLensDim> d = Eigen::Matrix<double, 2, kLensDim>::Zero();
     d(0, 0) = -distorted.x();
     d(1, 1) = -distorted.y();
     d(0, 2) = -1.0 / k.fx;
     d(1, 3) = -1.0 / k.fy;
-    d.rightCols<2>() = -d_distorted_d_coefficients(k.distortion, xy);
-    return d_distorted_d_xy.inverse() * d;
+    d.rightCols<4>() = -d_distorted_d_coefficients(k.distortion, xy);
+    return (d_distorted_d_xy.inverse() * d).cast<float>();
 }
 
 }  // namespace facet

@@ -8,11 +8,14 @@
 
 namespace facet {
 
-/// Corrections of a camera's intrinsics [fx fy cx cy k1 k2]: focal lengths relative (-), principal point (px), first
-/// two coefficients of the distortion (-).
-inline constexpr int kLensDim = 6;
+/// Corrections of a camera's intrinsics [fx fy cx cy, coefficients]: focal lengths relative (-), principal point (px),
+/// the four coefficients of the distortion in the order of CameraIntrinsics (-).
+inline constexpr int kLensDim = 8;
+inline constexpr int kLensPrincipal = 2;   ///< offset of the principal point
+inline constexpr int kLensDistortion = 4;  ///< offset of the coefficients
 using LensCorrection = Eigen::Matrix<double, kLensDim, 1>;
-using LensJacobian = Eigen::Matrix<double, 2, kLensDim>;
+/// Of an undistorted point. In single precision: times a correction, a thousandth of a pixel needs three digits.
+using LensJacobian = Eigen::Matrix<float, 2, kLensDim>;
 
 /// Derivative of the normalised undistorted point xy of a fixed pixel by the corrections, at none: with the distortion
 /// x' = D(x; k) and its Jacobian J = dD/dx,

@@ -23,9 +23,11 @@ bool add_sighting(const Sighting& sighting, const InverseDepthPoint& point, cons
     }
     const double inv_z = 1.0 / q.z();
     const Eigen::Vector2d xy = q.head<2>() * inv_z;
-    const Eigen::Vector2d r = sighting.scale * (xy - sighting.xy);
+    const Eigen::Vector2d r = sighting.whitening * (xy - sighting.xy);
     const double weight = loss.weight(r.squaredNorm());
-    const Eigen::Matrix<double, 2, 3> d_r_d_point = sighting.scale * inv_z * sighting.view->d_image_d_point_times_z(xy);
+    const Eigen::Matrix2d d_r_d_image_over_z = inv_z * sighting.whitening;
+    const Eigen::Matrix<double, 2, 3> d_r_d_point =
+        d_r_d_image_over_z.lazyProduct(sighting.view->d_image_d_point_times_z(xy));
     out.h.noalias() += (weight * d_r_d_point.transpose()).lazyProduct(d_r_d_point);
     out.g.noalias() += d_r_d_point.transpose().lazyProduct(weight * r);
     return true;

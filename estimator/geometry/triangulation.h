@@ -15,7 +15,8 @@ namespace facet {
 struct Sighting {
     const RelativeView* view = nullptr;
     Eigen::Vector2d xy = Eigen::Vector2d::Zero();  ///< normalised, undistorted (-)
-    double scale = 1.0;                            ///< focal length over standard deviation: whitens residuals
+    /// Of the pixel by xy, over the pixel's standard deviation.
+    Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
 };
 
 struct TriangulationOptions {
@@ -35,7 +36,7 @@ struct TriangulationOptions {
 /// @return kDegenerate if no sighting has a baseline to the host (outputs untouched).
 Status triangulate_linear(std::span<const Sighting> sightings, InverseDepthPoint& point);
 
-/// Minimises sum rho(|scale * (project(point) - xy)|^2), and the plane's residual if there is one, over the point by
+/// Minimises sum rho(|whitening (project(point) - xy)|^2), and the plane's residual if there is one, over the point by
 /// Gauss-Newton, from the point given. Points beyond infinity are put at infinity (rho = 0).
 /// @return kDegenerate if the point is behind a camera, nearer than 1 / max_rho, or not finite (outputs untouched).
 /// No heap. Reentrant.

@@ -10,37 +10,58 @@ namespace facet {
 
 static_assert(StereoLinearization::kPaddedPoseDim <= kStateDim, "padding must fall into the keyframe's own rows");
 
-void LandmarkSchur::clear(int cameras_row) {
+namespace {
+
+constexpr int kPaddedRight = StereoLinearization::kPaddedRightDim;
+
+/// Adds J^T J of two rows to h, of which only the lower triangle counts: blocks of four columns from the diagonal on.
+template <int kDim, int kFirst = 0, class Block>
+void add_square(const Eigen::Matrix<double, kDim, 2>& j_t, Block& h) {
+    if constexpr (kFirst < kDim) {
+        h.template block<kDim - kFirst, 4>(kFirst, kFirst) +=
+            j_t.template bottomRows<kDim - kFirst>().lazyProduct(j_t.template middleRows<4>(kFirst).transpose());
+        add_square<kDim, kFirst + 4>(j_t, h);
+    }
+}
+
+/// Adds A^T C - W_A W_C^T, A with two rows.
+template <class Block, class A, class Wa, class C, class Wc>
+void add_product(const A& a_t, const C& c_t, const Wa& wa, const Wc& wc, Block block) {
+    for (int i = 0; i < block.cols(); ++i) {
+        block.col(i) += c_t(i, 0) * a_t.col(0) + c_t(i, 1) * a_t.col(1) - wc(i, 0) * wa.col(0) - wc(i, 1) * wa.col(1) -
+                        wc(i, 2) * wa.col(2);
+    }
+}
+
+}  // namespace
+
+void LandmarkSchur::clear(CameraTermSums* cameras) {
     count_ = 0;
-    cameras_row_ = cameras_row;
-    if (cameras_row >= 0) {
-        h_cameras_.setZero();
+    cameras_ = cameras;
+    if (cameras != nullptr) {
         h_cameras_point_.setZero();
-        g_cameras_.setZero();
     }
     plane_.row = -1;
     h_point_.setZero();
     g_point_.setZero();
 }
 
-void LandmarkSchur::add(int keyframe, const StereoLinearization& linearization) {
+void LandmarkSchur::add(int keyframe) {
     FACET_ASSERT(count_ < kMaxKeyframes && (count_ == 0 || terms_[count_ - 1].keyframe < keyframe));
-    const auto& a_t = linearization.d_r_d_T_W_B_transposed;
-    const auto& b = linearization.d_r_d_point;
-    PoseTerm& term = terms_[count_++];
+    Term& term = terms_[count_++];
     term.keyframe = keyframe;
-    term.h_pose.noalias() = a_t.lazyProduct(a_t.topRows<kPoseDim>().transpose());
-    term.h_pose_point.noalias() = a_t.lazyProduct(b);
-    term.g_pose.noalias() = a_t.lazyProduct(linearization.r);
+    const StereoLinearization& l = term.linearization;
+    const auto& b = l.d_r_d_point;
+    term.h_pose_point.noalias() = l.d_r_d_T_W_B_transposed.lazyProduct(b);
     h_point_.noalias() += b.transpose().lazyProduct(b);
-    g_point_.noalias() += b.transpose().lazyProduct(linearization.r);
-    if (cameras_row_ >= 0) {
-        FACET_ASSERT(linearization.has_cameras);
-        const auto& c_t = linearization.d_r_d_cameras_transposed;
-        term.h_pose_cameras.noalias() = a_t.lazyProduct(c_t.transpose());
-        h_cameras_.noalias() += c_t.lazyProduct(c_t.transpose());
-        h_cameras_point_.noalias() += c_t.lazyProduct(b);
-        g_cameras_.noalias() += c_t.lazyProduct(linearization.r);
+    g_point_.noalias() += b.transpose().lazyProduct(l.r);
+    if (cameras_ != nullptr) {
+        FACET_ASSERT(l.has_cameras);
+        h_cameras_point_.topRows<kLensDim>().noalias() += l.d_r_d_left_lens_transposed.lazyProduct(b.topRows<2>());
+        if (l.has_right) {
+            h_cameras_point_.bottomRows<kPaddedRight>().noalias() +=
+                l.d_r_d_right_camera_transposed.lazyProduct(b.bottomRows<2>());
+        }
     }
 }
 
@@ -78,20 +99,22 @@ Status LandmarkSchur::eliminate_into(ReducedSystem& system) {
     auto h = system.h();
     auto g = system.g();
     for (int i = 0; i < count_; ++i) {
-        PoseTerm& ti = terms_[i];
+        Term& ti = terms_[i];
         cholesky.whiten_rows(ti.h_pose_point);
         const int row = system.offset(ti.keyframe);
         for (int j = 0; j < i; ++j) {
             h.block<kPadded, kPoseDim>(row, system.offset(terms_[j].keyframe)) -=
                 ti.h_pose_point.lazyProduct(terms_[j].h_pose_point.topRows<kPoseDim>().transpose());
         }
-        ti.h_pose -= ti.h_pose_point.lazyProduct(ti.h_pose_point.topRows<kPoseDim>().transpose());
-        h.block<kPadded, kPoseDim>(row, row) += ti.h_pose;
-        g.segment<kPadded>(row) += ti.g_pose - ti.h_pose_point * g_white;
+        const auto& a_t = ti.linearization.d_r_d_T_W_B_transposed;
+        h.block<kPadded, kPoseDim>(row, row) +=
+            a_t.lazyProduct(a_t.topRows<kPoseDim>().transpose()) -
+            ti.h_pose_point.lazyProduct(ti.h_pose_point.topRows<kPoseDim>().transpose());
+        g.segment<kPadded>(row) += a_t.lazyProduct(ti.linearization.r) - ti.h_pose_point.lazyProduct(g_white);
     }
-    if (cameras_row_ >= 0) {
+    if (cameras_ != nullptr) {
         cholesky.whiten_rows(h_cameras_point_);
-        eliminate_cameras_into(system, g_white);
+        eliminate_cameras(g_white);
     }
     if (plane_.row >= 0) {
         cholesky.whiten_rows(plane_.h_plane_point);
@@ -100,14 +123,38 @@ Status LandmarkSchur::eliminate_into(ReducedSystem& system) {
     return Status::kOk;
 }
 
-void LandmarkSchur::eliminate_cameras_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const {
+void LandmarkSchur::eliminate_cameras(const Eigen::Vector3d& g_white) {
     const auto& w = h_cameras_point_;
-    auto h = system.h();
-    h.block<kCameraTermsDim, kCameraTermsDim>(cameras_row_, cameras_row_) += h_cameras_ - w.lazyProduct(w.transpose());
-    system.g().segment<kCameraTermsDim>(cameras_row_) += g_cameras_ - w * g_white;
+    const auto w_left = w.topRows<kLensDim>();
+    const auto w_right = w.bottomRows<kPaddedRight>();
+    CameraTermSums& sums = *cameras_;
+    auto h_left = sums.h.topLeftCorner<kLensDim, kLensDim>();
+    auto h_right = sums.h.bottomRightCorner<kPaddedRight, kPaddedRight>();
+    bool has_right = false;
     for (int i = 0; i < count_; ++i) {
-        h.block<kPadded, kCameraTermsDim>(system.offset(terms_[i].keyframe), cameras_row_) +=
-            terms_[i].h_pose_cameras - terms_[i].h_pose_point.lazyProduct(w.transpose());
+        const StereoLinearization& l = terms_[i].linearization;
+        const auto& w_pose = terms_[i].h_pose_point;
+        CameraTermSums::PoseBlock& h_pose = sums.h_pose[static_cast<std::size_t>(terms_[i].keyframe)];
+        const auto& a_t = l.d_r_d_T_W_B_transposed;
+        add_product(a_t.leftCols<2>(), l.d_r_d_left_lens_transposed, w_pose, w_left, h_pose.leftCols<kLensDim>());
+        add_square(l.d_r_d_left_lens_transposed, h_left);
+        sums.g.head<kLensDim>() += l.d_r_d_left_lens_transposed.lazyProduct(l.r.head<2>());
+        if (l.has_right) {
+            has_right = true;
+            const auto& right = l.d_r_d_right_camera_transposed;
+            add_product(a_t.rightCols<2>(), right, w_pose, w_right, h_pose.rightCols<kPaddedRight>());
+            add_square(right, h_right);
+            sums.g.tail<kPaddedRight>() += right.lazyProduct(l.r.tail<2>());
+        } else {
+            h_pose.rightCols<kPaddedRight>() -= w_pose.lazyProduct(w_right.transpose());
+        }
+    }
+    h_left -= w_left.lazyProduct(w_left.transpose());
+    sums.g.head<kLensDim>() -= w_left.lazyProduct(g_white);
+    if (has_right) {
+        h_right -= w_right.lazyProduct(w_right.transpose());
+        sums.h.bottomLeftCorner<kPaddedRight, kLensDim>() -= w_right.lazyProduct(w_left.transpose());
+        sums.g.tail<kPaddedRight>() -= w_right.lazyProduct(g_white);
     }
 }
 
@@ -115,10 +162,10 @@ void LandmarkSchur::eliminate_plane_into(ReducedSystem& system, const Eigen::Vec
     const Eigen::Matrix3d& w = plane_.h_plane_point;
     system.h().block<kPlaneDim, kPlaneDim>(plane_.row, plane_.row) += plane_.h_plane - w * w.transpose();
     system.g().segment<kPlaneDim>(plane_.row) += plane_.g_plane - w * g_white;
-    if (cameras_row_ >= 0) {
-        FACET_ASSERT(plane_.row > cameras_row_);
-        system.h().block<kPlaneDim, kCameraTermsDim>(plane_.row, cameras_row_) -=
-            w.lazyProduct(h_cameras_point_.transpose());
+    if (cameras_ != nullptr) {
+        FACET_ASSERT(plane_.row > cameras_->row);
+        system.h().block<kPlaneDim, kCameraTermsDim>(plane_.row, cameras_->row) -=
+            w.lazyProduct(h_cameras_point_.topRows<kCameraTermsDim>().transpose());
     }
     for (int i = 0; i < count_; ++i) {
         system.h().block<kPadded, kPlaneDim>(system.offset(terms_[i].keyframe), plane_.row) -=

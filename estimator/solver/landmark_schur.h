@@ -7,6 +7,7 @@
 
 #include "estimator/factors/coplanarity_factor.h"
 #include "estimator/factors/stereo_factor.h"
+#include "estimator/solver/camera_term_sums.h"
 #include "estimator/solver/reduced_system.h"
 
 namespace facet {
@@ -22,12 +23,14 @@ namespace facet {
 /// Thread-bound. No heap.
 class LandmarkSchur {
 public:
-    /// @param cameras_row  row of the system where the parameters of single cameras begin, for measurements that have
-    ///                     a Jacobian by them; -1: none has
-    void clear(int cameras_row = -1);
+    /// @param cameras  takes the part of the parameters of single cameras, for measurements that have a Jacobian by
+    ///                 them; nullptr: none has. Must outlive the elimination.
+    void clear(CameraTermSums* cameras = nullptr);
 
-    /// Adds a measurement by keyframe index (each keyframe at most once, ascending).
-    void add(int keyframe, const StereoLinearization& linearization);
+    /// Where the next measurement is to be linearized.
+    StereoLinearization& next() { return terms_[static_cast<std::size_t>(count_)].linearization; }
+    /// Adds what next() holds as a measurement by this keyframe (each keyframe at most once, ascending).
+    void add(int keyframe);
 
     /// Adds a co-planarity residual with the plane whose variables begin at this row of the system; at most one.
     void add_plane(int row, const CoplanarityLinearization& linearization);
@@ -39,23 +42,21 @@ public:
     /// Gaussian prior on the inverse depth, kept out of the poses' information: r = (rho - 0) / sigma.
     void add_rho_prior(double rho, double sigma);
 
-    /// Eliminates the point and adds the rest to the system.
-    /// @return kDegenerate if the point's information is singular (system untouched).
+    /// Eliminates the point and adds the rest to the system, that of single cameras to their sums.
+    /// @return kDegenerate if the point's information is singular (system and sums untouched).
     Status eliminate_into(ReducedSystem& system);
 
 private:
-    void eliminate_cameras_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const;
+    void eliminate_cameras(const Eigen::Vector3d& g_white);
     void eliminate_plane_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const;
 
     /// Padded to whole vectors: rows below those of the pose are zero, and are added to those of the velocity without
     /// effect.
     static constexpr int kPadded = StereoLinearization::kPaddedPoseDim;
-    struct PoseTerm {
-        int keyframe;
-        Eigen::Matrix<double, kPadded, kPoseDim> h_pose;
+    struct Term {
+        int keyframe = 0;
+        StereoLinearization linearization;
         Eigen::Matrix<double, kPadded, 3> h_pose_point;
-        Eigen::Matrix<double, kPadded, 1> g_pose;
-        Eigen::Matrix<double, kPadded, kCameraTermsDim> h_pose_cameras;  ///< only if there are camera terms
     };
     struct PlaneTerm {
         int row = -1;  ///< none
@@ -64,12 +65,10 @@ private:
         Eigen::Vector3d g_plane;
     };
     int count_ = 0;
-    int cameras_row_ = -1;
-    Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> h_cameras_;
-    Eigen::Matrix<double, kCameraTermsDim, 3> h_cameras_point_;
-    Eigen::Matrix<double, kCameraTermsDim, 1> g_cameras_;
+    CameraTermSums* cameras_ = nullptr;
+    Eigen::Matrix<double, CameraTermSums::kPaddedDim, 3> h_cameras_point_;
     PlaneTerm plane_;
-    std::array<PoseTerm, kMaxKeyframes> terms_;
+    std::array<Term, kMaxKeyframes + 1> terms_;  ///< one more, so that there is always a next one
     Eigen::Matrix3d h_point_ = Eigen::Matrix3d::Zero();
     Eigen::Vector3d g_point_ = Eigen::Vector3d::Zero();
 };

@@ -22,15 +22,15 @@ double CalibrationConfig::sigma(int parameter) const {
     if (parameter < kRigDim) {
         return estimate_extrinsics ? translation_sigma_m : camera_position_sigma_m;
     }
-    // Of two cameras with errors of their own, the difference.
-    if (parameter < kRightPos) {
-        return std::numbers::sqrt2 * camera_rotation_sigma_rad;
+    if (parameter >= kRightTheta && parameter < kRightLens) {
+        // Of two cameras with errors of their own, the difference.
+        return std::numbers::sqrt2 * (parameter < kRightPos ? camera_rotation_sigma_rad : camera_position_sigma_m);
     }
-    if (parameter < kLeftLens) {
-        return std::numbers::sqrt2 * camera_position_sigma_m;
+    const int lens = parameter - (parameter < kRightTheta ? kLeftLens : kRightLens);
+    if (lens < kLensDistortion) {
+        return lens < kLensPrincipal ? focal_sigma : principal_sigma_px;
     }
-    const int lens = (parameter - kLeftLens) % kLensDim;
-    return lens < 2 ? focal_sigma : (lens < 4 ? principal_sigma_px : distortion_sigma);
+    return lens < kLensDistortion + 2 ? distortion_sigma : late_distortion_sigma;
 }
 
 Status CalibrationConfig::validate() const { return validate_fields(kCalibrationFields, *this); }

@@ -15,6 +15,7 @@ struct CalibrationConfig {
     double focal_sigma = 5e-4;
     double principal_sigma_px = 0.3;
     double distortion_sigma = 5e-4;
+    double late_distortion_sigma = 1e-4;
     double camera_rotation_sigma_rad = 5e-4;
     double camera_position_sigma_m = 3e-4;
     bool estimate_extrinsics = false;
@@ -22,7 +23,7 @@ struct CalibrationConfig {
     double translation_sigma_m = 0.005;
 
     /// Number of parameters estimated, the first ones of RigCalibration: 0, 1 (time offset), 7 (the camera pair as one
-    /// too) or 25 (all). The prior then holds those that are not wanted.
+    /// too) or 29 (all). The prior then holds those that are not wanted.
     int dim() const;
     /// Standard deviation of the prior of a parameter.
     double sigma(int parameter) const;
@@ -43,6 +44,8 @@ inline constexpr auto kCalibrationFields = std::to_array<ParameterField<Calibrat
      "Standard deviation of the given principal points, each axis."},
     {FACET_FIELD(CalibrationConfig, distortion_sigma), "-", 1e-6, 0.1,
      "Standard deviation of the given coefficients k1 and k2 of the distortion."},
+    {FACET_FIELD(CalibrationConfig, late_distortion_sigma), "-", 1e-6, 0.1,
+     "Standard deviation of the given coefficients p1 and p2 of the distortion, k3 and k4 if it is equidistant."},
     {FACET_FIELD(CalibrationConfig, camera_rotation_sigma_rad), "rad", 1e-6, 0.1,
      "Standard deviation of each camera's given rotation on the body, each axis; the default is 0.03 degrees."},
     {FACET_FIELD(CalibrationConfig, camera_position_sigma_m), "m", 1e-6, 0.1,

@@ -15,9 +15,9 @@ bool triangulate_landmark(const WindowState& state, const WindowCameras& cameras
     boost::container::static_vector<Sighting, 2 * kMaxKeyframes> sightings;
     for (const LandmarkObservation& o : landmark.observations) {
         const StereoView& view = cameras.view(o.keyframe, host);
-        sightings.push_back({&view.left, o.measurement.left_xy, cameras.geometry().scale_left});
+        sightings.push_back({&view.left, o.measurement.left_xy, cameras.whitening_left(o)});
         if (o.measurement.has_right) {
-            sightings.push_back({&view.right, o.measurement.right_xy, cameras.geometry().scale_right});
+            sightings.push_back({&view.right, o.measurement.right_xy, cameras.whitening_right(o)});
         }
     }
     const std::span<const Sighting> span(sightings.data(), sightings.size());

@@ -8,12 +8,12 @@ namespace {
 
 /// Whitened distance of a measurement to the point's reprojection; infinite if the point is behind the camera.
 double reprojection_distance(const CameraPose& camera, const ScaledWorldPoint& point, const Eigen::Vector2d& xy,
-                             double scale) {
+                             const Eigen::Matrix2d& whitening) {
     const Eigen::Vector3d q = camera.R_C_W * point.from(camera.p_W_C);
     if (!(q.z() > 0.0)) {
         return std::numeric_limits<double>::infinity();
     }
-    return scale * (q.head<2>() / q.z() - xy).norm();
+    return (whitening * (q.head<2>() / q.z() - xy)).norm();
 }
 
 }  // namespace
@@ -22,7 +22,6 @@ OutlierCount remove_outliers(double threshold_px, WindowState& state, const Wind
                              boost::container::static_vector<LandmarkId, kMaxFeatures>& rejected) {
     OutlierCount count;
     const int newest = static_cast<int>(state.keyframes.size()) - 1;
-    const StereoGeometry& geometry = cameras.geometry();
     state.landmarks.remove_if([&](Landmark& landmark) {
         if (!landmark.is_active) {
             return false;
@@ -33,8 +32,8 @@ OutlierCount remove_outliers(double threshold_px, WindowState& state, const Wind
         std::size_t kept = 0;
         for (std::size_t i = 0; i < landmark.observations.size(); ++i) {
             LandmarkObservation o = landmark.observations[i];
-            const double left =
-                reprojection_distance(cameras.left(o.keyframe), point, o.measurement.left_xy, geometry.scale_left);
+            const double left = reprojection_distance(cameras.left(o.keyframe), point, o.measurement.left_xy,
+                                                      cameras.whitening_left(o));
             if (left > threshold_px * cameras.pixels_to_sigmas()) {
                 ++count.observations;
                 newest_rejected = newest_rejected || o.keyframe == newest;
@@ -42,7 +41,7 @@ OutlierCount remove_outliers(double threshold_px, WindowState& state, const Wind
             }
             if (o.measurement.has_right) {
                 const double right = reprojection_distance(cameras.right(o.keyframe), point, o.measurement.right_xy,
-                                                           geometry.scale_right);
+                                                           cameras.whitening_right(o));
                 if (right > threshold_px * cameras.pixels_to_sigmas()) {
                     ++count.observations;
                     o.measurement.has_right = false;

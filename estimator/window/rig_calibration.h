@@ -17,12 +17,12 @@ inline constexpr int kTimeOffset = 0;
 inline constexpr int kRigTheta = 1;
 inline constexpr int kRigPos = 4;
 inline constexpr int kRigDim = 7;
-/// ... then the parameters of single cameras, in the order of CameraTerms: the right camera's pose against the left one
-/// [theta p], and both lenses.
-inline constexpr int kRightTheta = kRigDim;
-inline constexpr int kRightPos = kRigDim + 3;
-inline constexpr int kLeftLens = kRigDim + 6;
-inline constexpr int kRightLens = kLeftLens + kLensDim;
+/// ... then the parameters of single cameras, in the order of CameraTerms: the left lens, the right camera's pose
+/// against the left one [theta p], and its lens.
+inline constexpr int kLeftLens = kRigDim;
+inline constexpr int kRightTheta = kLeftLens + kLensDim;
+inline constexpr int kRightPos = kRightTheta + 3;
+inline constexpr int kRightLens = kRightTheta + kPoseDim;
 inline constexpr int kCalibrationDim = kRigDim + kCameraTermsDim;
 
 /// Corrections of the calibration as given.
@@ -45,8 +45,8 @@ struct RigCalibration {
     /// The d with other = box_plus(d).
     Tangent box_minus_to(const RigCalibration& other) const {
         Tangent d;
-        d << other.time_offset_s - time_offset_s, T_B_Bc.box_minus_to(other.T_B_Bc), right.box_minus_to(other.right),
-            other.lens[0] - lens[0], other.lens[1] - lens[1];
+        d << other.time_offset_s - time_offset_s, T_B_Bc.box_minus_to(other.T_B_Bc), other.lens[0] - lens[0],
+            right.box_minus_to(other.right), other.lens[1] - lens[1];
         return d;
     }
     /// Right camera against the frame Bc.

@@ -6,6 +6,13 @@ namespace {
 
 constexpr double kStartThreshold = 1.5;  // of Huber's loss, until the window has settled
 
+Eigen::Matrix2f d_uv_d_xy(const CameraModel& camera, const Eigen::Vector2d& xy) {
+    Eigen::Matrix2d d_distorted_d_xy;
+    static_cast<void>(camera.distort(xy, &d_distorted_d_xy));
+    const CameraIntrinsics& k = camera.intrinsics();
+    return (Eigen::Vector2d(k.fx, k.fy).asDiagonal() * d_distorted_d_xy).cast<float>();
+}
+
 }  // namespace
 
 void WindowCameras::bind(const WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
@@ -15,6 +22,7 @@ void WindowCameras::bind(const WindowState& state, const WindowConfig& config, c
     calibration_ = &calibration;
     rig_ = rig;
     is_settled_ = false;
+    corrected_lens_ = {LensCorrection::Zero(), LensCorrection::Zero()};
     noise_.reset(config.pixel_sigma_px, config.learn_pixel_sigma);
     whiten();
 }
@@ -22,7 +30,13 @@ void WindowCameras::bind(const WindowState& state, const WindowConfig& config, c
 LandmarkObservation WindowCameras::observe(int keyframe, const FeatureObservation& feature) const {
     LandmarkObservation o;
     o.keyframe = keyframe;
-    o.measurement = {feature.left_xy, feature.right_xy, feature.has_right};
+    o.measurement.left_xy = feature.left_xy;
+    o.measurement.right_xy = feature.right_xy;
+    o.measurement.has_right = feature.has_right;
+    o.measurement.d_left_d_xy = d_uv_d_xy(rig_.left, feature.left_xy);
+    if (feature.has_right) {
+        o.measurement.d_right_d_xy = d_uv_d_xy(rig_.right, feature.right_xy);
+    }
     if (estimates_lenses()) {
         o.given_left_xy = feature.left_xy;
         o.given_right_xy = feature.right_xy;
@@ -35,13 +49,32 @@ LandmarkObservation WindowCameras::observe(int keyframe, const FeatureObservatio
     return o;
 }
 
+bool WindowCameras::take_lenses() {
+    if (!estimates_lenses()) {
+        return false;
+    }
+    double moved_px = 0.0;
+    for (std::size_t i = 0; i < 2; ++i) {
+        // A point at 45 degrees moves by the focal length times any parameter but the principal point's.
+        LensCorrection d = (state_->calibration.lens[i] - corrected_lens_[i]).cwiseAbs();
+        d.segment<2>(kLensPrincipal) /= rig_.left.focal_px();
+        moved_px += rig_.left.focal_px() * d.sum();
+    }
+    if (moved_px <= kNegligiblePx) {
+        return false;
+    }
+    corrected_lens_ = state_->calibration.lens;
+    return true;
+}
+
 void WindowCameras::correct(LandmarkObservation& o) const {
-    o.measurement.left_xy = o.given_left_xy + o.d_left_d_lens * state_->calibration.lens[0];
-    o.measurement.right_xy = o.given_right_xy + o.d_right_d_lens * state_->calibration.lens[1];
+    o.measurement.left_xy = o.given_left_xy + o.d_left_d_lens.cast<double>() * state_->calibration.lens[0];
+    o.measurement.right_xy = o.given_right_xy + o.d_right_d_lens.cast<double>() * state_->calibration.lens[1];
 }
 
 Eigen::Vector2d WindowCameras::given_left_xy(const Eigen::Vector2d& xy) const {
-    return estimates_lenses() ? (xy - d_xy_d_lens(rig_.left, xy) * state_->calibration.lens[0]).eval() : xy;
+    return estimates_lenses() ? (xy - d_xy_d_lens(rig_.left, xy).cast<double>() * state_->calibration.lens[0]).eval()
+                              : xy;
 }
 
 void WindowCameras::learn_noise() {
@@ -55,8 +88,7 @@ void WindowCameras::set_settled(bool is_settled) {
 }
 
 void WindowCameras::whiten() {
-    geometry_.scale_left = rig_.left.focal_px() / noise_.sigma_px();
-    geometry_.scale_right = rig_.right.focal_px() / noise_.sigma_px();
+    geometry_.scale = 1.0 / noise_.sigma_px();
     loss_ = is_settled_ ? RobustLoss{config_->loss_threshold * noise_.scale_px() / noise_.sigma_px(), true}
                         : RobustLoss{kStartThreshold, false};
 }

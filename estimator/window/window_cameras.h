@@ -32,6 +32,16 @@ public:
     /// Corrects an observation anew.
     void correct(LandmarkObservation& observation) const;
     bool estimates_lenses() const { return calibration_->estimate_cameras; }
+    /// Whether the lenses have moved by more than kNegligiblePx since this last said so: then all observations are to
+    /// be corrected anew.
+    bool take_lenses();
+    /// What whitens the difference of two points, as one camera sees them, near an observation.
+    Eigen::Matrix2d whitening_left(const LandmarkObservation& observation) const {
+        return geometry_.scale * observation.measurement.d_left_d_xy.cast<double>();
+    }
+    Eigen::Matrix2d whitening_right(const LandmarkObservation& observation) const {
+        return geometry_.scale * observation.measurement.d_right_d_xy.cast<double>();
+    }
     /// The Jacobians by parameters of single cameras that an observation has.
     CameraTerms terms(const LandmarkObservation& observation) const {
         return {observation.d_left_d_lens, observation.d_right_d_lens, R_Bc_C1_};
@@ -76,6 +86,9 @@ public:
     }
 
 private:
+    /// What observations may lag behind the lenses, far below their noise (px).
+    static constexpr double kNegligiblePx = 1e-3;
+
     /// Body pose at a keyframe's image: its state, moved by the change of the time offset since.
     Se3 T_W_B_at_image(const Keyframe& keyframe, const NavState& state) const;
     void whiten();
@@ -84,6 +97,7 @@ private:
     const WindowConfig* config_ = nullptr;
     const CalibrationConfig* calibration_ = nullptr;
     StereoRig rig_;  ///< as given
+    std::array<LensCorrection, 2> corrected_lens_{LensCorrection::Zero(), LensCorrection::Zero()};
     Eigen::Matrix3d R_Bc_C1_ = Eigen::Matrix3d::Identity();
     bool is_settled_ = false;
     VisionNoise noise_;

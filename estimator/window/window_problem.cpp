@@ -23,7 +23,7 @@ void WindowProblem::bind(WindowState& state, WindowCameras& cameras, const Calib
 
 void WindowProblem::refresh() {
     cameras_->update();
-    if (!cameras_->estimates_lenses()) {
+    if (!cameras_->take_lenses()) {
         return;
     }
     for (int i = 0; i < state_->landmarks.size(); ++i) {
@@ -40,13 +40,14 @@ double WindowProblem::linearize(ReducedSystem& system) {
     refresh();
     double cost = 0.0;
     fit_ = {};
+    begin_landmarks(system);
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         if (state_->landmarks[i].is_active) {
             cost += add_landmark(system, state_->landmarks[i]);
         }
     }
+    end_landmarks(system);
     cameras_->measure_noise(fit_.vision_squared_error_px2, fit_.vision_rows, fit_.vision_loss);
-    add_calibration(system);
     cost += add_prior(system);
     cost += add_planes(system);
     for (int k = 1; k < keyframes; ++k) {
@@ -59,12 +60,13 @@ double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<b
     system.reset(static_cast<int>(state_->keyframes.size()), globals());
     refresh();
     double cost = 0.0;
+    begin_landmarks(system);
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         if (is_selected[static_cast<std::size_t>(i)]) {
             cost += add_landmark(system, state_->landmarks[i]);
         }
     }
-    add_calibration(system);
+    end_landmarks(system);
     return cost + add_prior(system) + add_link(system, 1);
 }
 

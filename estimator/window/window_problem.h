@@ -82,6 +82,9 @@ private:
     double add_imu(ReducedSystem& system, int keyframe);
     double add_rest(ReducedSystem& system, int keyframe);
     double add_landmark(ReducedSystem& system, Landmark& landmark);
+    /// To be called before the first and after the last landmark.
+    void begin_landmarks(const ReducedSystem& system);
+    void end_landmarks(ReducedSystem& system) const;
 
     WindowState* state_ = nullptr;
     WindowCameras* cameras_ = nullptr;
@@ -90,6 +93,7 @@ private:
     StageObserver* observer_ = nullptr;
     WindowFit fit_;
     LandmarkSchur schur_;
+    CameraTermSums camera_sums_;
     std::array<NavState, kMaxKeyframes> saved_;
     RigCalibration saved_calibration_;
     std::array<Plane, kMaxPlanes> saved_planes_;

@@ -22,27 +22,40 @@ void WindowProblem::select_landmarks() {
     }
 }
 
+void WindowProblem::begin_landmarks(const ReducedSystem& system) {
+    if (cameras_->estimates_lenses()) {
+        camera_sums_.reset(system.keyframes(), kRigDim);
+    }
+}
+
+void WindowProblem::end_landmarks(ReducedSystem& system) const {
+    if (cameras_->estimates_lenses()) {
+        camera_sums_.add_into(system);
+    }
+    add_calibration(system);
+}
+
 double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     if (!triangulate_landmark(*state_, *cameras_, *regularity_config_, 1,
                               landmark)) {  // it follows its cameras step by step as they move
         return landmark.cost;               // left out of this step, which must not look like a gain
     }
     const int host = landmark.observations.front().keyframe;
-    schur_.clear(cameras_->estimates_lenses() ? kRigDim : -1);
+    schur_.clear(cameras_->estimates_lenses() ? &camera_sums_ : nullptr);
     double cost = 0.0;
     LossSums loss;
     double squared_error_px2 = 0.0;
     int rows = -3;
     const double variance_px2 = cameras_->noise().sigma_px() * cameras_->noise().sigma_px();
     for (const LandmarkObservation& o : landmark.observations) {
-        StereoLinearization l;
+        StereoLinearization& l = schur_.next();
         const CameraTerms terms = cameras_->terms(o);
         if (!ok(linearize_stereo(o.measurement, cameras_->geometry(), cameras_->view(o.keyframe, host),
                                  cameras_->view_lin(o.keyframe, host), cameras_->R_B_W_lin(o.keyframe), landmark.point,
                                  cameras_->loss(), cameras_->estimates_lenses() ? &terms : nullptr, l))) {
             return landmark.cost;
         }
-        schur_.add(o.keyframe, l);
+        schur_.add(o.keyframe);
         cost += l.cost;
         loss += l.loss;
         squared_error_px2 += std::min(l.loss.squared_error * variance_px2, l.loss.points * kBlunderPx * kBlunderPx);

@@ -28,12 +28,16 @@ Setup make_setup(unsigned seed, double rho) {
     const auto random3 = [&] { return Eigen::Vector3d(uniform(generator), uniform(generator), uniform(generator)); };
     const StereoRig rig = test::make_rig();
     Setup s;
-    s.geometry = {rig.T_B_C0.R().transpose(), rig.T_B_C1.R().transpose(), rig.T_B_C0.p, rig.T_B_C1.p, 400.0, 420.0};
+    s.geometry = {rig.T_B_C0.R().transpose(), rig.T_B_C1.R().transpose(), rig.T_B_C0.p, rig.T_B_C1.p, 2.0};
     const Se3 T_W_H{so3_exp(0.5 * random3()), random3()};
     s.host = CameraPose::from(T_W_H * rig.T_B_C0);
     s.T_W_B = T_W_H.box_plus((Vector6() << 0.05 * random3(), 0.3 * random3()).finished());
     s.point = {{0.2 * uniform(generator), 0.2 * uniform(generator)}, rho};
-    s.z = {{0.21 * uniform(generator), 0.1}, {0.05, 0.1 * uniform(generator)}, true};
+    s.z.left_xy = {0.21 * uniform(generator), 0.1};
+    s.z.right_xy = {0.05, 0.1 * uniform(generator)};
+    s.z.has_right = true;
+    s.z.d_left_d_xy << 200.0F, 10.0F, -15.0F, 190.0F;
+    s.z.d_right_d_xy << 210.0F, -20.0F, -15.0F, 220.0F;
     return s;
 }
 
@@ -82,6 +86,37 @@ TEST_CASE("stereo factor Jacobians match numeric differentiation", "[stereo_fact
     }
 }
 
+TEST_CASE("stereo factor Jacobians by single cameras match numeric differentiation", "[stereo_factor]") {
+    // Each lens moves the measured point; the right camera turns on the right of, and moves by, what its frame counts in.
+    const Setup s = make_setup(6, 0.4);
+    const LensJacobian left = LensJacobian::Random();
+    const LensJacobian right = LensJacobian::Random();
+    const Se3 T_B_C1{Eigen::Quaterniond(s.geometry.R_C1_B.transpose()), s.geometry.p_B_C1};
+    const Eigen::Matrix3d R_B_C1 = T_B_C1.R();
+    const CameraTerms terms{left, right, R_B_C1};
+    using Parameters = Eigen::Matrix<double, kCameraTermsDim, 1>;
+    const auto at = [&](const Parameters& d) {
+        Setup moved = s;
+        moved.z.left_xy += left.cast<double>() * d.head<kLensDim>();
+        moved.z.right_xy += right.cast<double>() * d.tail<kLensDim>();
+        moved.geometry.R_C1_B = (T_B_C1.q * so3_exp(d.segment<3>(kLensDim))).toRotationMatrix().transpose();
+        moved.geometry.p_B_C1 += d.segment<3>(kLensDim + 3);
+        const StereoView view = view_from(moved, s.T_W_B);
+        StereoLinearization l;
+        REQUIRE(ok(linearize_stereo(moved.z, moved.geometry, view, view, s.T_W_B.R().transpose(), s.point,
+                                    RobustLoss{1e9}, &terms, l)));
+        return l;
+    };
+    const StereoLinearization l = at(Parameters::Zero());
+    Eigen::Matrix<double, 4, kCameraTermsDim> jacobian = Eigen::Matrix<double, 4, kCameraTermsDim>::Zero();
+    jacobian.topLeftCorner<2, kLensDim>() = l.d_r_d_left_lens_transposed.transpose();
+    jacobian.bottomRightCorner<2, kRightCameraDim>() =
+        l.d_r_d_right_camera_transposed.topRows<kRightCameraDim>().transpose();
+    CHECK(l.d_r_d_right_camera_transposed.bottomRows<2>().isZero(0.0));  // padding
+    test::expect_jacobian_near(
+        jacobian, [&](const Parameters& d) { return at(d).r; }, Parameters::Zero().eval(), 1e-6);
+}
+
 TEST_CASE("stereo factor takes residuals at the estimate and Jacobians at the first estimate", "[stereo_factor]") {
     const Setup s = make_setup(3, 0.4);
     const Se3 moved = s.T_W_B.box_plus((Vector6() << 0.01, -0.02, 0.01, 0.05, 0.02, -0.03).finished());
@@ -98,7 +133,8 @@ TEST_CASE("stereo factor: an exact measurement has no residual, a mono one no ri
     const Eigen::Vector3d q_B = s.T_W_B.R().transpose() * world.from(s.T_W_B.p);
     const Eigen::Vector3d q_0 = s.geometry.R_C0_B * (q_B - s.point.rho * s.geometry.p_B_C0);
     const Eigen::Vector3d q_1 = s.geometry.R_C1_B * (q_B - s.point.rho * s.geometry.p_B_C1);
-    s.z = {q_0.head<2>() / q_0.z(), q_1.head<2>() / q_1.z(), true};
+    s.z.left_xy = q_0.head<2>() / q_0.z();
+    s.z.right_xy = q_1.head<2>() / q_1.z();
     CHECK(linearize(s, s.T_W_B, s.T_W_B, s.point).r.norm() < 1e-9);
     s.z.has_right = false;
     const StereoLinearization mono = linearize(s, s.T_W_B, s.T_W_B, s.point);

@@ -23,8 +23,9 @@ CameraIntrinsics corrected(const CameraIntrinsics& k, const LensCorrection& d) {
     c.fy *= 1.0 + d(1);
     c.cx += d(2);
     c.cy += d(3);
-    c.coeffs[0] += d(4);
-    c.coeffs[1] += d(5);
+    for (int i = 0; i < 4; ++i) {
+        c.coeffs[static_cast<std::size_t>(i)] += d(kLensDistortion + i);
+    }
     return c;
 }
 
@@ -35,9 +36,9 @@ TEST_CASE("a corrected point is where the corrected camera sees the pixel", "[le
     const CameraIntrinsics given = pinhole(distortion);
     const CameraModel camera(given);
     LensCorrection correction;
-    correction << 1e-3, -8e-4, 0.6, -0.4, 1e-3, -1.5e-3;
+    correction << 1e-3, -8e-4, 0.6, -0.4, 1e-3, -1.5e-3, 2e-4, -3e-4;
     if (distortion == Distortion::kNone) {
-        correction.tail<2>().setZero();
+        correction.tail<4>().setZero();
     }
     const CameraModel truth(corrected(given, correction));
     for (const double u : {20.0, 367.0, 500.0, 730.0}) {
@@ -46,7 +47,7 @@ TEST_CASE("a corrected point is where the corrected camera sees the pixel", "[le
             Eigen::Vector2d expected;
             REQUIRE(ok(camera.unproject({u, v}, xy)));
             REQUIRE(ok(truth.unproject({u, v}, expected)));
-            const Eigen::Vector2d found = xy + d_xy_d_lens(camera, xy) * correction;
+            const Eigen::Vector2d found = xy + d_xy_d_lens(camera, xy).cast<double>() * correction;
             INFO("pixel " << u << " " << v << ", correction " << (expected - xy).transpose());
             // Corrections of two to three sigmas of a good calibration: a twentieth of a pixel, in the corners.
             CHECK((found - expected).norm() < 0.05 / 458.0);
@@ -62,9 +63,10 @@ TEST_CASE("each column is the derivative by its parameter", "[lens_correction]")
     const Eigen::Vector2d uv(610.0, 101.0);
     Eigen::Vector2d xy;
     REQUIRE(ok(camera.unproject(uv, xy)));
-    const LensJacobian jacobian = d_xy_d_lens(camera, xy);
+    const Eigen::Matrix<double, 2, kLensDim> jacobian = d_xy_d_lens(camera, xy).cast<double>();
     for (int i = 0; i < kLensDim; ++i) {
-        const double step = i < 2 || i > 3 ? 1e-6 : 1e-3;
+        const bool is_principal = i >= kLensPrincipal && i < kLensDistortion;
+        const double step = is_principal ? 1e-3 : 1e-6;
         LensCorrection d = LensCorrection::Zero();
         d(i) = step;
         Eigen::Vector2d plus;
@@ -79,5 +81,5 @@ TEST_CASE("each column is the derivative by its parameter", "[lens_correction]")
 TEST_CASE("on the axis of a fisheye the coefficients have no effect", "[lens_correction]") {
     const LensJacobian jacobian = d_xy_d_lens(CameraModel(pinhole(Distortion::kEquidistant)), {0.0, 0.0});
     CHECK(jacobian.allFinite());
-    CHECK(jacobian.rightCols<2>().norm() == 0.0);
+    CHECK(jacobian.rightCols<4>().norm() == 0.0F);
 }

@@ -33,8 +33,8 @@ Scene see(const Eigen::Vector3d& p_W, int count, double sigma_px, unsigned seed 
         const Eigen::Vector3d p_C = camera.R_C_W * (p_W - camera.p_W_C);
         const double noise_x = sigma_px / 450.0 * normal(generator);
         const double noise_y = sigma_px / 450.0 * normal(generator);
-        scene.sightings.push_back(
-            {&scene.views[i], p_C.head<2>() / p_C.z() + Eigen::Vector2d(noise_x, noise_y), 450.0});
+        scene.sightings.push_back({&scene.views[i], p_C.head<2>() / p_C.z() + Eigen::Vector2d(noise_x, noise_y),
+                                   450.0 * Eigen::Matrix2d::Identity()});
     }
     return scene;
 }

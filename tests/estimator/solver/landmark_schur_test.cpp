@@ -32,7 +32,8 @@ Dense fill(LandmarkSchur& schur, const std::vector<int>& keyframes, std::mt19937
             Eigen::VectorXd::Zero(rows)};
     schur.clear();
     for (std::size_t i = 0; i < keyframes.size(); ++i) {
-        StereoLinearization l;
+        StereoLinearization& l = schur.next();
+        l.has_right = true;
         l.r = random_matrix(4, 1, generator);
         const Eigen::MatrixXd d_r_d_pose = random_matrix(4, 6, generator);
         l.d_r_d_T_W_B_transposed.setZero();
@@ -42,7 +43,7 @@ Dense fill(LandmarkSchur& schur, const std::vector<int>& keyframes, std::mt19937
         d.a.block(row, keyframes[i] * kStateDim, 4, 6) = d_r_d_pose;
         d.b.middleRows(row, 4) = l.d_r_d_point;
         d.r.segment(row, 4) = l.r;
-        schur.add(keyframes[i], l);
+        schur.add(keyframes[i]);
     }
     return d;
 }
@@ -64,6 +65,67 @@ TEST_CASE("landmark elimination equals the dense Schur complement", "[landmark_s
         h += d.a.transpose() * projector * d.a;
         g += d.a.transpose() * projector * d.r;
     }
+    const Eigen::MatrixXd lower = system->h().triangularView<Eigen::Lower>();
+    const Eigen::MatrixXd expected = h.triangularView<Eigen::Lower>();
+    CHECK((lower - expected).cwiseAbs().maxCoeff() < 1e-9);
+    CHECK((Eigen::VectorXd(system->g()) - g).cwiseAbs().maxCoeff() < 1e-9);
+}
+
+TEST_CASE("landmark elimination with single cameras' parameters equals the dense Schur complement",
+          "[landmark_schur]") {
+    constexpr int kRow = 2;
+    constexpr int kPlaneRow = kRow + kCameraTermsDim;
+    std::mt19937 generator(17);
+    const auto schur = std::make_unique<LandmarkSchur>();
+    const auto sums = std::make_unique<CameraTermSums>();
+    const auto system = std::make_unique<ReducedSystem>();
+    system->reset(kKeyframes, kPlaneRow + kPlaneDim);
+    sums->reset(kKeyframes, kRow);
+    Eigen::MatrixXd h = Eigen::MatrixXd::Zero(system->dim(), system->dim());
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(system->dim());
+    for (const bool right_too : {true, false}) {
+        schur->clear(sums.get());
+        Eigen::MatrixXd a = Eigen::MatrixXd::Zero(13, system->dim());
+        Eigen::MatrixXd b = Eigen::MatrixXd::Zero(13, 3);
+        Eigen::VectorXd r = Eigen::VectorXd::Zero(13);
+        for (int i = 0; i < 3; ++i) {  // the second of three sightings has no right pixel
+            StereoLinearization& l = schur->next();
+            l.has_cameras = true;
+            l.has_right = right_too && i != 1;
+            const int rows = l.has_right ? 4 : 2;
+            Eigen::MatrixXd j = Eigen::MatrixXd::Zero(4, system->dim() + 4);
+            j.topRows(rows) = random_matrix(rows, system->dim() + 4, generator);
+            l.r = j.col(system->dim());
+            l.d_r_d_point = j.rightCols<3>();
+            l.d_r_d_T_W_B_transposed.setZero();
+            l.d_r_d_T_W_B_transposed.topRows<6>() = j.middleCols<6>(20).transpose();
+            l.d_r_d_left_lens_transposed = j.topLeftCorner<2, kLensDim>().transpose();
+            l.d_r_d_right_camera_transposed.setConstant(l.has_right ? 0.0 : 1e3);  // not to be looked at
+            if (l.has_right) {
+                l.d_r_d_right_camera_transposed.topRows<kRightCameraDim>() =
+                    j.block<2, kRightCameraDim>(2, 0).transpose();
+            }
+            a.block<2, kLensDim>(4 * i, kRow) = l.d_r_d_left_lens_transposed.transpose();
+            a.block<2, kRightCameraDim>(4 * i + 2, kRow + kLensDim) = j.block<2, kRightCameraDim>(2, 0);
+            a.block<4, 6>(4 * i, system->offset(i + 1)) = j.middleCols<6>(20);
+            b.middleRows<4>(4 * i) = l.d_r_d_point;
+            r.segment<4>(4 * i) = l.r;
+            schur->add(i + 1);
+        }
+        CoplanarityLinearization plane;
+        plane.r = r(12) = 0.7;
+        plane.d_r_d_plane = random_matrix(1, 3, generator);
+        plane.d_r_d_point = random_matrix(1, 3, generator);
+        a.block<1, kPlaneDim>(12, kPlaneRow) = plane.d_r_d_plane;
+        b.row(12) = plane.d_r_d_point;
+        schur->add_plane(kPlaneRow, plane);
+        REQUIRE(ok(schur->eliminate_into(*system)));
+        const Eigen::MatrixXd projector =
+            Eigen::MatrixXd::Identity(13, 13) - b * (b.transpose() * b).inverse() * b.transpose();
+        h += a.transpose() * projector * a;
+        g += a.transpose() * projector * r;
+    }
+    sums->add_into(*system);
     const Eigen::MatrixXd lower = system->h().triangularView<Eigen::Lower>();
     const Eigen::MatrixXd expected = h.triangularView<Eigen::Lower>();
     CHECK((lower - expected).cwiseAbs().maxCoeff() < 1e-9);
@@ -112,12 +174,12 @@ TEST_CASE("landmark elimination refuses a point without information", "[landmark
     const auto schur = std::make_unique<LandmarkSchur>();
     const auto system = std::make_unique<ReducedSystem>();
     system->reset(2);
-    StereoLinearization l;
+    schur->clear();
+    StereoLinearization& l = schur->next();
     l.r.setOnes();
     l.d_r_d_T_W_B_transposed.setOnes();
     l.d_r_d_point.setZero();
-    schur->clear();
-    schur->add(0, l);
+    schur->add(0);
     CHECK(schur->eliminate_into(*system) == Status::kDegenerate);
     CHECK(system->h().isZero(0.0));
 }

@@ -55,8 +55,8 @@ struct Fixture {
         if (calibrate) {
             state->calibration.T_B_Bc = {so3_exp({0.01, -0.02, 0.015}), {0.02, 0.01, -0.03}};
             state->calibration.right = {so3_exp({-0.001, 0.002, 0.001}), {0.001, -0.002, 0.001}};
-            state->calibration.lens[0] << 1e-3, -2e-3, 0.5, -0.3, 1e-3, -1e-3;
-            state->calibration.lens[1] << -1e-3, 1e-3, -0.4, 0.2, -1e-3, 5e-4;
+            state->calibration.lens[0] << 1e-3, -2e-3, 0.5, -0.3, 1e-3, -1e-3, 2e-4, -3e-4;
+            state->calibration.lens[1] << -1e-3, 1e-3, -0.4, 0.2, -1e-3, 5e-4, -1e-4, 2e-4;
         }
         if (with_planes) {
             add_planes(flight.planes());
