@@ -74,8 +74,8 @@ Status EpipolarGeometry::point_at(const Ray& ray, double inverse_depth, Eigen::V
 
 double EpipolarGeometry::line_sigma(const Ray& ray, const Eigen::Vector2d& normal, const LensJacobian& d_right_d_lens,
                                     double inverse_depth) const {
-    // e = n . (x - q.xy / q.z), q = p_C1(rho): with x corrected by the right lens, q by the left one, and q + q x theta -
-    // rho R_C1_B dp for the right camera's pose.
+    // e = n . (x - q.xy / q.z), q = p_C1(rho). The right lens moves x, the left one q; the right camera's pose makes it
+    // q + q x theta - rho R_C1_B dp.
     const Eigen::Vector3d q = ray.direction_C1 + inverse_depth * p_C1_C0_;
     const Eigen::Vector2d xy = q.head<2>() / q.z();
     const Eigen::Vector3d d_e_d_q = -Eigen::Vector3d(normal.x(), normal.y(), -normal.dot(xy)) / q.z();
