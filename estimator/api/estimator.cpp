@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/api/estimator.h"
 
+#include <cmath>
+
 #include "estimator/api/estimator_impl.h"
 #include "estimator/api/keyframe_snapshot.h"
 #include "estimator/factors/rest_factor.h"
@@ -19,6 +21,9 @@ constexpr double kInitEffort = 4.0;
 // After a frame that came too late, up to the next keyframe: shares of the solver's steps and of the features.
 constexpr double kLateEffort = 0.5;
 constexpr double kLateFeatures = 0.67;
+// The front-end's order of the corrections is that of the calibration's tangent.
+static_assert(CameraCorrections::kDim == kCameraTermsDim && kRightTheta == kRigDim && kLeftLens == kRigDim + 6 &&
+              kRightLens == kLeftLens + kLensDim);
 
 }  // namespace
 
@@ -35,6 +40,7 @@ void Estimator::Impl::reset() {
     phase = Phase::kEmpty;
     rests = reset_wanted = is_late = false;
     calibration_sigma.setZero();
+    forget_corrections();
     reset_counter = 0;
     summary = {};
     view.number = 0;
@@ -144,6 +150,7 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     now.state = window.newest().state;
     reintegrate();
     update_covariance();
+    update_corrections();
     newest = now;
     rests = true;
     {
@@ -163,6 +170,29 @@ void Estimator::Impl::update_covariance() {
             calibration_sigma(i) = window.calibration_sigma(i);
         }
     }
+}
+
+void Estimator::Impl::forget_corrections() {
+    corrections = {};
+    if (config.calibration.estimate_cameras) {
+        for (int i = 0; i < CameraCorrections::kDim; ++i) {
+            corrections.covariance(i, i) = std::pow(config.calibration.sigma(kRigDim + i), 2);
+        }
+        frontend.correct_cameras(corrections);
+    }
+}
+
+void Estimator::Impl::update_corrections() {
+    if (!config.calibration.estimate_cameras) {
+        return;
+    }
+    const StageScope scope(observer, Stage::kSolve);
+    corrections.right = window.calibration().right;
+    corrections.lens = window.calibration().lens;
+    if (window.has_factor()) {
+        corrections.covariance = window.cameras_covariance();
+    }
+    frontend.correct_cameras(corrections);
 }
 
 void Estimator::Impl::reintegrate() {

@@ -10,6 +10,7 @@
 #include "estimator/frontend/frontend.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/propagation.h"
+#include "estimator/values/camera_corrections.h"
 #include "estimator/window/window.h"
 
 namespace facet {
@@ -33,6 +34,7 @@ struct Estimator::Impl {
     bool reset_wanted = false;  ///< requested by the user
     bool is_late = false;       ///< a frame took too long: less work up to the next keyframe
     Timestamp last_image;       ///< stamp of the last frame as given
+    CameraCorrections corrections;  ///< that the front-end works with
     RigCalibration::Tangent calibration_sigma = RigCalibration::Tangent::Zero();
     std::uint32_t reset_counter = 0;
     WindowSummary summary;
@@ -66,6 +68,10 @@ struct Estimator::Impl {
     /// biases, each with the uncertainty it has reached.
     void restart_in_flight();
     void update_covariance();
+    /// Corrections as the prior has them: none, and as uncertain as a good calibration.
+    void forget_corrections();
+    /// Hands the front-end what the window has found of single cameras.
+    void update_corrections();
     /// Integrates anew the inertial factors whose bias has moved too far for their first-order correction.
     void reintegrate();
     Status carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate);

@@ -125,6 +125,8 @@ Status Frontend::process(const StereoFrame& frame, const FrameHints& hints, Fron
     return impl_->process(frame, hints, output);
 }
 
+void Frontend::correct_cameras(const CameraCorrections& corrections) { impl_->stereo_matcher.correct(corrections); }
+
 void Frontend::drop_tracks(std::span<const LandmarkId> landmarks) {
     TrackList& tracks = impl_->tracks;
     for (const LandmarkId id : landmarks) {

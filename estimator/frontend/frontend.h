@@ -9,6 +9,7 @@
 #include "estimator/frontend/frontend_config.h"
 #include "estimator/frontend/frontend_types.h"
 #include "estimator/geometry/stereo_rig.h"
+#include "estimator/values/camera_corrections.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
 
@@ -26,7 +27,7 @@ public:
     /// Allocates all buffers for the rig's image sizes. kInvalidArgument if a field is out of range.
     Status configure(const FrontendConfig& config, const StereoRig& rig);
 
-    /// Forgets all tracks; landmark ids go on counting.
+    /// Forgets all tracks; landmark ids go on counting, corrections of the cameras stay.
     void reset();
 
     /// Processes one frame.
@@ -36,6 +37,10 @@ public:
     /// @return kInvalidArgument on a wrong image size or a rotation that is not a unit quaternion, kOutOfOrder if the
     ///         stamp does not increase: the tracks then stay as they were.
     Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
+
+    /// What the smoother has found of the cameras' calibration, for stereo matches from now on; configure() returns to
+    /// the rig as given. Observations stay those of the lenses as given.
+    void correct_cameras(const CameraCorrections& corrections);
 
     /// Ends the tracks the smoother has judged to be outliers; unknown ids are ignored.
     void drop_tracks(std::span<const LandmarkId> landmarks);

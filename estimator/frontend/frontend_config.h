@@ -67,7 +67,8 @@ inline constexpr auto kFrontendFields = std::to_array<ParameterField<FrontendCon
     {FACET_FIELD(FrontendConfig, forward_backward_px), "px", 0.05, 5,
      "A track is dropped if tracking it forward and back again misses its start by more than this."},
     {FACET_FIELD(FrontendConfig, stereo_epipolar_px), "px", 0.1, 10,
-     "Largest distance of a stereo match from its epipolar line."},
+     "Largest distance of a stereo match from an epipolar line that is known exactly; six sigmas of the line are added "
+     "in quadrature."},
     {FACET_FIELD(FrontendConfig, min_depth_m), "m", 0.05, 5, "Least depth of a stereo match."},
     {FACET_FIELD(FrontendConfig, ransac_threshold_px), "px", 0.2, 10,
      "Largest error of an inlier in the two-point outlier test."},

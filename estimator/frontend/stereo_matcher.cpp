@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/frontend/stereo_matcher.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -18,15 +17,14 @@ constexpr double kDistinctPx = 8.0;   // places farther apart than this are diff
 constexpr float kUniqueness = 0.7F;   // (1 - best + slack) / (1 - second + slack) must stay below
 constexpr float kSlack = 0.03F;       // what noise and slant take from a true match
 constexpr float kRivalMargin = 0.4F;  // a sample this much worse than the best cannot have a rival peak beside it
+// An epipolar line may be off by this many of its sigmas: three if the calibration is twice as bad as its prior says.
+constexpr double kLineSigmas = 6.0;
 
 }  // namespace
 
 Status StereoMatcher::configure(const FrontendConfig& config, const StereoRig& rig) {
     config_ = config;
-    rig_ = rig;
-    const Se3 T_C1_C0 = rig.T_C1_C0();
-    R_C1_C0_ = T_C1_C0.R();
-    p_C1_C0_ = T_C1_C0.p;
+    geometry_.configure(rig);
     FACET_TRY(aligner_.configure(config.window_px, config.pyramid_levels, config.lk_iterations, config.lk_epsilon_px));
     aligner_.allocate(patch_);
     aligner_.allocate(back_);
@@ -36,14 +34,7 @@ Status StereoMatcher::configure(const FrontendConfig& config, const StereoRig& r
 }
 
 bool StereoMatcher::place(const Ray& ray, double inverse_depth, PatchPose& pose) const {
-    Eigen::Matrix<double, 2, 3> d_uv_d_p;
-    const Eigen::Vector3d p = ray.direction_C1 + inverse_depth * p_C1_C0_;
-    if (!ok(rig_.right.project(p, pose.uv, &d_uv_d_p))) {
-        return false;
-    }
-    // Fronto-parallel patch: the inverse depth stays the same over the patch.
-    pose.A = (d_uv_d_p * ray.d_direction_d_uv).cast<float>();
-    return true;
+    return ok(geometry_.point_at(ray, inverse_depth, pose.uv, pose.A));
 }
 
 float StereoMatcher::score_at(const ImagePyramid& right, const Ray& ray, double inverse_depth) const {
@@ -147,26 +138,15 @@ Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right
     options.affine = true;
     float correlation = 0.0F;
     FACET_TRY(aligner_.align(patch_, right, options, pose, correlation));
-    if (!rig_.right.in_image(pose.uv, 1.0)) {
+    if (!geometry_.in_right_image(pose.uv, 1.0)) {
         return Status::kNotFound;
     }
-    StereoMatch found;
-    found.right_uv = pose.uv;
-    FACET_TRY(rig_.right.unproject(pose.uv, found.right_xy));
-
-    // Epipolar distance, and the inverse depth that comes nearest on the line: x_C1 ~ d + rho t.
-    const Eigen::Vector3d x = found.right_xy.homogeneous();
-    const Eigen::Vector3d line = p_C1_C0_.cross(ray.direction_C1);
-    const double off_px = std::abs(line.dot(x)) / line.head<2>().norm() * rig_.right.focal_px();
-    if (!(off_px < config_.stereo_epipolar_px)) {
+    EpipolarGeometry::Place place;
+    FACET_TRY(geometry_.compare(ray, pose.uv, place));
+    const bool is_on_line = place.off_px < std::hypot(config_.stereo_epipolar_px, kLineSigmas * place.off_sigma_px);
+    if (!is_on_line || !(place.inverse_depth > 1e-4 && place.inverse_depth < 1.0 / config_.min_depth_m)) {
         return Status::kDegenerate;
     }
-    const Eigen::Vector3d a = x.cross(p_C1_C0_);
-    found.inverse_depth = -a.dot(x.cross(ray.direction_C1)) / a.squaredNorm();
-    if (!(found.inverse_depth > 1e-4 && found.inverse_depth < 1.0 / config_.min_depth_m)) {
-        return Status::kDegenerate;
-    }
-    found.p_C0 = ray.xy.homogeneous() / found.inverse_depth;
 
     FACET_TRY(aligner_.extract(right, pose.uv, {0, false}, back_));
     PatchPose back{pose.A.inverse(), ray.uv};
@@ -176,18 +156,14 @@ Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right
     if (!((back.uv - ray.uv).norm() < config_.forward_backward_px)) {
         return Status::kDegenerate;
     }
-    match = found;
+    match = {pose.uv, place.given_xy, place.inverse_depth, ray.given_xy.homogeneous() / place.inverse_depth};
     return Status::kOk;
 }
 
 Status StereoMatcher::match(const ImagePyramid& left, const ImagePyramid& right, const Eigen::Vector2d& left_uv,
                             double known_inverse_depth, StereoMatch& match) {
     Ray ray;
-    Eigen::Matrix2d d_xy_d_uv;
-    ray.uv = left_uv;
-    FACET_TRY(rig_.left.unproject(left_uv, ray.xy, &d_xy_d_uv));
-    ray.direction_C1 = R_C1_C0_ * ray.xy.homogeneous();
-    ray.d_direction_d_uv = R_C1_C0_.leftCols<2>() * d_xy_d_uv;
+    FACET_TRY(geometry_.ray_of(left_uv, ray));
     FACET_TRY(aligner_.extract(left, left_uv, {1, true}, patch_));
     if (known_inverse_depth >= 0.0 && ok(refine(left, right, ray, known_inverse_depth, match))) {
         return Status::kOk;

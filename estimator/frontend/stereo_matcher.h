@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "estimator/frontend/epipolar_geometry.h"
 #include "estimator/frontend/epipolar_scan.h"
 #include "estimator/frontend/frontend_config.h"
 #include "estimator/frontend/image_pyramid.h"
@@ -17,22 +18,25 @@ namespace facet {
 
 struct StereoMatch {
     Eigen::Vector2d right_uv = Eigen::Vector2d::Zero();  ///< distorted pixel
-    Eigen::Vector2d right_xy = Eigen::Vector2d::Zero();  ///< normalised, in C1
+    Eigen::Vector2d right_xy = Eigen::Vector2d::Zero();  ///< normalised, in C1, by the lens as given
     double inverse_depth = 0.0;                          ///< 1 / Z in C0 (1/m)
-    Eigen::Vector3d p_C0 = Eigen::Vector3d::Zero();      ///< the point, on the left ray (m)
+    Eigen::Vector3d p_C0 = Eigen::Vector3d::Zero();      ///< on the left ray of the lens as given (m)
 };
 
-/// The point at inverse depth rho on the ray of xy is seen in the right image along
-///   p_C1(rho) = R_C1_C0 [xy; 1] + rho p_C1_C0
-/// (a curve, because of the distortion). Unless the depth is roughly known, the curve is searched for rho in
-/// [0, 1 / min_depth] by normalised correlation on level 1, a stretch at a time (EpipolarScan); the best place must
-/// stand out from every other one, so that repeated patterns stay unmatched rather than being matched wrongly. The
-/// place is refined by Lucas-Kanade to level 0, and must pass the backward check, the limit on the epipolar distance,
-/// and the test for positive depth. Both images are distorted ones; the patch is warped by the map between the two
-/// views. Heap: in configure() only. Thread-bound.
+/// Unless the depth is roughly known, the curve of the point in the right image (EpipolarGeometry) is searched for
+/// inverse depths in [0, 1 / min_depth] by normalised correlation on level 1, a stretch at a time (EpipolarScan); the
+/// best place must stand out from every other one, so that repeated patterns stay unmatched rather than being matched
+/// wrongly. The place is refined by Lucas-Kanade to level 0, which may leave the curve, and must pass the backward
+/// check, the limit on the epipolar distance, and the test for positive depth. The limit is
+///   hypot(stereo_epipolar_px, 6 sigma),   sigma of the line by the uncertainty of the calibration:
+/// wide until the calibration is found, for noise and slant alone afterwards. Both images are distorted ones; the patch
+/// is warped by the map between the two views. Heap: in configure() only. Thread-bound.
 class StereoMatcher {
 public:
     Status configure(const FrontendConfig& config, const StereoRig& rig);
+
+    /// The calibration as it is known now; configure() forgets it.
+    void correct(const CameraCorrections& corrections) { geometry_.correct(corrections); }
 
     /// @param left_uv             distorted pixel in the left image
     /// @param known_inverse_depth from an earlier match (1/m), or negative to search
@@ -42,12 +46,7 @@ public:
                  double known_inverse_depth, StereoMatch& match);
 
 private:
-    struct Ray {
-        Eigen::Vector2d uv;            ///< left, pixel
-        Eigen::Vector2d xy;            ///< left, normalised
-        Eigen::Vector3d direction_C1;  ///< R_C1_C0 [xy; 1]
-        Eigen::Matrix<double, 3, 2> d_direction_d_uv;
-    };
+    using Ray = EpipolarGeometry::Ray;
     bool place(const Ray& ray, double inverse_depth, PatchPose& pose) const;
     float score_at(const ImagePyramid& right, const Ray& ray, double inverse_depth) const;
     /// Fills scores_ at inverse depths 0, step, 2 step ...
@@ -61,9 +60,7 @@ private:
                   StereoMatch& match);
 
     FrontendConfig config_;
-    StereoRig rig_;
-    Eigen::Matrix3d R_C1_C0_ = Eigen::Matrix3d::Identity();
-    Eigen::Vector3d p_C1_C0_ = Eigen::Vector3d::Zero();
+    EpipolarGeometry geometry_;
     PatchAligner aligner_;
     EpipolarScan scan_;
     PatchTemplate patch_;

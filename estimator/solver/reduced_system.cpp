@@ -58,4 +58,20 @@ double ReducedSolver::variance(int parameter) {
     return step.squaredNorm();
 }
 
+Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> ReducedSolver::cameras_covariance(int first) {
+    // E' (L L^T)^-1 E = X'X with L X = E: above its first one, the rows of X are zero.
+    const int rows = dim_ - first;
+    FACET_ASSERT(first >= 0 && rows >= kCameraTermsDim);
+    const Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64> l(l_.data(), dim_, dim_);
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kCameraTermsDim>, Eigen::Aligned64> x(columns_.data(), rows,
+                                                                                           kCameraTermsDim);
+    x.setIdentity();
+    l.bottomRightCorner(rows, rows).triangularView<Eigen::Lower>().solveInPlace(x);
+    Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> covariance;
+    for (int i = 0; i < kCameraTermsDim; ++i) {
+        covariance.col(i).noalias() = x.transpose() * x.col(i);
+    }
+    return covariance;
+}
+
 }  // namespace facet

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "estimator/factors/prior_factor.h"
+#include "estimator/factors/stereo_factor.h"
 #include "estimator/imu/preintegration.h"
 #include "estimator/values/capacity.h"
 #include "platform/base/status.h"
@@ -76,11 +77,16 @@ public:
     /// Marginal variance of one parameter of the last system solved with lambda = 0. Overwrites step().
     double variance(int parameter);
 
+    /// Marginal covariance of the parameters of single cameras in the last system solved with lambda = 0, which must
+    /// have them. @param first  row of the first of them
+    Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> cameras_covariance(int first);
+
 private:
     int dim_ = 0;
     double predicted_decrease_ = 0.0;
     alignas(64) std::array<double, static_cast<std::size_t>(kMaxSystemDim) * kMaxSystemDim> l_;
     alignas(64) std::array<double, kMaxSystemDim> step_;
+    alignas(64) std::array<double, static_cast<std::size_t>(kMaxSystemDim) * kCameraTermsDim> columns_;
 };
 
 }  // namespace facet

@@ -80,6 +80,11 @@ public:
     const RigCalibration& calibration() const { return state_.calibration; }
     /// Standard deviation of a calibration parameter (kTimeOffset, ...) after newest_covariance(); 0 if not estimated.
     double calibration_sigma(int parameter);
+    /// Covariance of the parameters of single cameras, in the order of CameraTerms, after newest_covariance(); only if
+    /// they are estimated.
+    Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> cameras_covariance() {
+        return workspace_.solver.cameras_covariance(kRigDim);
+    }
 
     /// Fills the window's fields of the health. @param summary  of its last optimization; empty before the first one
     void report(const WindowSummary& summary, Health& health) const;

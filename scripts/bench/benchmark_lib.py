@@ -2,13 +2,17 @@
 """What the benchmark scripts share: running the program, reading its files, tables, the chi-square band."""
 import argparse
 import csv
+import json
 import math
 import pathlib
 import shutil
+import statistics
 import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+QUICK_FACTORS = [1.0, 0.0]
+QUICK_DURATION_S = 10.0
 
 
 def base_parser(description, out):
@@ -24,8 +28,67 @@ def base_parser(description, out):
     return parser
 
 
+def add_calibration_options(parser, seeds=(1, 2, 3)):
+    """Options of the benchmarks whose rows have calibrations that are wrong by K times what a good one leaves unknown.
+
+    The rows of real calibrations come first, those of a perfect one last. Without `seeds` there is no such option.
+    """
+    parser.add_argument("--factors", type=float, nargs="+", default=[1.0, 2.0, 0.0], metavar="K",
+                        help="errors of the calibration, in the order of the rows (default: 1 2 0)")
+    if seeds:
+        parser.add_argument("--seeds", type=int, nargs="+", default=list(seeds),
+                            help=f"draws of the errors (default: {' '.join(map(str, seeds))})")
+    parser.add_argument("--duration", type=float, help="only this much of each log, or of each flight (s)")
+    parser.add_argument("--quick", action="store_true",
+                        help=f"to try it out: K of 1 and 0, one seed, {QUICK_DURATION_S:g} s of each log")
+    parser.add_argument("--markdown", action="store_true", help="print table.md, to be pasted into a document")
+
+
+def shorten_if_quick(arguments):
+    """Cuts the arguments of add_calibration_options down to what --quick asks for."""
+    if arguments.quick:
+        arguments.factors = QUICK_FACTORS
+        arguments.seeds = getattr(arguments, "seeds", [])[:1]
+        arguments.duration = arguments.duration or QUICK_DURATION_S
+
+
+def seeds_of(arguments, factor):
+    """The seeds that a row is made of: without errors all draws are the same."""
+    return arguments.seeds if factor > 0 else arguments.seeds[:1]
+
+
+def calibration_error(factor, seed):
+    """Options of `facet replay` for one draw of errors."""
+    return ["--inject", f"calibration={factor:g},{seed}"] if factor > 0 else []
+
+
+def log_options(arguments):
+    """Options of `facet replay` for as much of a log as is wanted."""
+    return ["--duration", f"{arguments.duration:g}"] if arguments.duration else []
+
+
+def draw_name(factor, seed):
+    """Names the folder of a replay."""
+    return f"k{factor:g}_seed{seed}"
+
+
+def medians(runs):
+    """Column by column over the runs; what a run does not have (None) does not count."""
+    columns = [[value for value in column if value is not None] for column in zip(*runs)]
+    return [statistics.median(column) if column else None for column in columns]
+
+
+def worst(values):
+    """The largest of those that are there; None if none is."""
+    return max((value for value in values if value is not None), default=None)
+
+
 def check_arguments(parser, arguments):
     """Ends with exit code 2 and one line if what base_parser asks for, or a dataset, is not there."""
+    if any(factor < 0 for factor in getattr(arguments, "factors", [])):
+        parser.error("--factors: must not be negative")
+    if getattr(arguments, "duration", None) is not None and arguments.duration <= 0:
+        parser.error("--duration: must be positive")
     if not arguments.facet.is_file():
         parser.error(f"{arguments.facet}: no such program; build it or give --facet")
     for dataset in getattr(arguments, "datasets", []):
@@ -114,6 +177,20 @@ def text_table(columns, rows, left=1):
 def markdown_table(columns, rows):
     lines = ["| " + " | ".join(columns) + " |", "|---" * len(columns) + "|"]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def write_tables(arguments, heading, tables, notes, results, left=1):
+    """Writes table.txt, table.md and results.json into the output folder and prints one of the tables.
+
+    `tables` are pairs of columns and rows, of which the first `left` columns hold text.
+    """
+    texts = [text_table(columns, rows, left) for columns, rows in tables]
+    (arguments.out / "table.txt").write_text("\n".join([heading, "\n\n".join(texts)] + notes) + "\n")
+    (arguments.out / "table.md").write_text("\n\n".join(
+        [heading, *(markdown_table(columns, rows) for columns, rows in tables)] + notes) + "\n")
+    (arguments.out / "results.json").write_text(json.dumps(results, indent=2) + "\n")
+    print((arguments.out / ("table.md" if arguments.markdown else "table.txt")).read_text(), end="")
+    print(f"written: {arguments.out}/table.txt, table.md, results.json", file=sys.stderr)
 
 
 def chi_square_point(dof, sigmas):

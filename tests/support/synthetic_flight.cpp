@@ -11,42 +11,31 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
+constexpr double kYawRate = 0.4;  // of the swings (rad/s)
+constexpr double kPitchRate = 0.9;
+constexpr double kRollRate = 1.1;
+constexpr double kRollPhase = 0.3;
+const Eigen::Vector3d kRate{0.7, 0.9, 1.3};
+
 /// Attitude as yaw-pitch-roll of sines; rates by the chain rule.
-Eigen::Quaterniond attitude(double t) {
-    const double yaw = 0.8 * std::sin(0.4 * t);
-    const double pitch = 0.15 * std::sin(0.9 * t);
-    const double roll = 0.12 * std::sin(1.1 * t + 0.3);
+Eigen::Quaterniond attitude(const SyntheticMotion& motion, double t) {
+    const double yaw = motion.yaw_rad * std::sin(kYawRate * t);
+    const double pitch = motion.pitch_rad * std::sin(kPitchRate * t);
+    const double roll = motion.roll_rad * std::sin(kRollRate * t + kRollPhase);
     return Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
            Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX());
 }
 
-Eigen::Vector3d body_rate(double t) {
-    const double yaw_rate = 0.8 * 0.4 * std::cos(0.4 * t);
-    const double pitch = 0.15 * std::sin(0.9 * t);
-    const double pitch_rate = 0.15 * 0.9 * std::cos(0.9 * t);
-    const double roll = 0.12 * std::sin(1.1 * t + 0.3);
-    const double roll_rate = 0.12 * 1.1 * std::cos(1.1 * t + 0.3);
+Eigen::Vector3d body_rate(const SyntheticMotion& motion, double t) {
+    const double yaw_rate = motion.yaw_rad * kYawRate * std::cos(kYawRate * t);
+    const double pitch = motion.pitch_rad * std::sin(kPitchRate * t);
+    const double pitch_rate = motion.pitch_rad * kPitchRate * std::cos(kPitchRate * t);
+    const double roll = motion.roll_rad * std::sin(kRollRate * t + kRollPhase);
+    const double roll_rate = motion.roll_rad * kRollRate * std::cos(kRollRate * t + kRollPhase);
     const Eigen::AngleAxisd r_x(-roll, Eigen::Vector3d::UnitX());
     const Eigen::AngleAxisd r_y(-pitch, Eigen::Vector3d::UnitY());
     return roll_rate * Eigen::Vector3d::UnitX() + r_x * (pitch_rate * Eigen::Vector3d::UnitY()) +
            r_x * (r_y * (yaw_rate * Eigen::Vector3d::UnitZ()));
-}
-
-const Eigen::Vector3d kAmplitude{1.2, 0.9, 0.4};
-const Eigen::Vector3d kRate{0.7, 0.9, 1.3};
-
-Eigen::Vector3d position(double t) {
-    return {kAmplitude.x() * std::sin(kRate.x() * t), kAmplitude.y() * (1.0 - std::cos(kRate.y() * t)),
-            kAmplitude.z() * std::sin(kRate.z() * t)};
-}
-Eigen::Vector3d velocity(double t) {
-    return {kAmplitude.x() * kRate.x() * std::cos(kRate.x() * t), kAmplitude.y() * kRate.y() * std::sin(kRate.y() * t),
-            kAmplitude.z() * kRate.z() * std::cos(kRate.z() * t)};
-}
-Eigen::Vector3d acceleration(double t) {
-    return {-kAmplitude.x() * kRate.x() * kRate.x() * std::sin(kRate.x() * t),
-            kAmplitude.y() * kRate.y() * kRate.y() * std::cos(kRate.y() * t),
-            -kAmplitude.z() * kRate.z() * kRate.z() * std::sin(kRate.z() * t)};
 }
 
 /// The room's sides: half lengths 5, 4, 2.5 m about the origin.
@@ -138,21 +127,31 @@ Eigen::Vector3d SyntheticFlight::gaussian() {
 
 NavState SyntheticFlight::state(double t) const {
     NavState s;
-    s.q_W_B = attitude(t);
-    s.p_W_B = position(t);
-    s.v_W_B = velocity(t);
+    const SyntheticMotion& motion = options_.motion;
+    const Eigen::Array3d a = motion.place_m.array();
+    const Eigen::Array3d w = kRate.array();
+    const Eigen::Array3d sine = (w * t).sin();
+    const Eigen::Array3d cosine = (w * t).cos();
+    s.q_W_B = attitude(motion, t);
+    s.p_W_B = Eigen::Vector3d((a * sine).x(), (a * (1.0 - cosine)).y(), (a * sine).z()) + t * motion.velocity_m_per_s;
+    s.v_W_B = Eigen::Vector3d((a * w * cosine).x(), (a * w * sine).y(), (a * w * cosine).z()) + motion.velocity_m_per_s;
     s.bias = options_.bias;
     return s;
 }
 
-Eigen::Vector3d SyntheticFlight::rate(double t) const { return body_rate(t); }
+Eigen::Vector3d SyntheticFlight::acceleration(double t) const {
+    const Eigen::Array3d a = options_.motion.place_m.array() * kRate.array().square();
+    return {-a.x() * std::sin(kRate.x() * t), a.y() * std::cos(kRate.y() * t), -a.z() * std::sin(kRate.z() * t)};
+}
+
+Eigen::Vector3d SyntheticFlight::rate(double t) const { return body_rate(options_.motion, t); }
 
 ImuSample SyntheticFlight::imu(double t) {
     const double to_discrete = std::sqrt(options_.imu_rate_hz);
     ImuSample sample;
     sample.stamp = at(t);
-    sample.w_B = body_rate(t) + options_.bias.gyro + options_.gyro_noise * to_discrete * gaussian();
-    sample.a_B = attitude(t).conjugate() * (acceleration(t) - kGravity_W) + options_.bias.accel +
+    sample.w_B = rate(t) + options_.bias.gyro + options_.gyro_noise * to_discrete * gaussian();
+    sample.a_B = attitude(options_.motion, t).conjugate() * (acceleration(t) - kGravity_W) + options_.bias.accel +
                  options_.accel_noise * to_discrete * gaussian();
     return sample;
 }

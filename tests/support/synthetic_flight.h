@@ -24,7 +24,16 @@ ImuNoise euroc_like_noise();
 /// velocity, biases.
 Eigen::Matrix<double, kStateDim, 1> start_sigmas();
 
-/// Smooth periodic flight inside a box of landmarks. All derivatives are analytic.
+/// A smooth periodic motion: angles and place swing with amplitudes of their own; a constant velocity comes on top.
+struct SyntheticMotion {
+    double yaw_rad = 0.8;
+    double pitch_rad = 0.15;
+    double roll_rad = 0.12;
+    Eigen::Vector3d place_m{1.2, 0.9, 0.4};                      ///< x and z swing as a sine, y as 1 - cosine
+    Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< constant
+};
+
+/// Smooth flight among landmarks on all sides. All derivatives are analytic.
 class SyntheticFlight {
 public:
     struct Options {
@@ -36,6 +45,7 @@ public:
         Eigen::Vector3d rig_rotation = Eigen::Vector3d::Zero();  ///< true cameras = Exp(this) * rig() (rad)
         double imu_rate_hz = 200.0;
         int landmarks = 400;
+        SyntheticMotion motion;
         bool in_room = false;  ///< landmarks on the walls, floor and ceiling of a room, else anywhere
         unsigned seed = 1;
     };
@@ -62,6 +72,7 @@ public:
 
 private:
     Eigen::Vector3d gaussian();
+    Eigen::Vector3d acceleration(double t) const;
 
     Options options_;
     StereoRig rig_;  ///< as calibrated

@@ -203,6 +203,29 @@ TEST_CASE("a wrong image size is refused, the estimate goes on by inertial data"
     CHECK(estimate.health.state == TrackingState::kTracking);
 }
 
+TEST_CASE("stereo matches survive a principal point that is given wrong", "[estimator]") {
+    StillVehicle vehicle;
+    CameraIntrinsics wrong = vehicle.rig.right.intrinsics();
+    wrong.cy += 2.3;  // beyond the limit on the epipolar distance
+    vehicle.rig.right = CameraModel(wrong);
+    EstimatorConfig config;
+    config.calibration.estimate_cameras = GENERATE(true, false);
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure(config, vehicle.rig)));
+    vehicle.feed_imu(estimator, 0.0, 4.0);
+    Estimate estimate;
+    int keyframes = 0;
+    for (double t = 0.5; t < 3.9; t += 0.05) {
+        REQUIRE(ok(estimator.add_frame(vehicle.frame(t), estimate)));
+        if (estimate.health.is_keyframe) {
+            ++keyframes;
+            CAPTURE(t, config.calibration.estimate_cameras);
+            CHECK((estimate.health.stereo > 0.8 * estimate.health.tracked) == config.calibration.estimate_cameras);
+        }
+    }
+    CHECK(keyframes > 3);
+}
+
 TEST_CASE("configurations out of range are refused", "[estimator]") {
     const StillVehicle vehicle;
     Estimator estimator;

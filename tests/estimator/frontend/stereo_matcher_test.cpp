@@ -158,3 +158,62 @@ TEST_CASE("stereo finds nothing in a blank or different right image", "[frontend
     CAPTURE(asked);
     CHECK(matched <= asked / 50);
 }
+
+namespace {
+
+struct Matches {
+    int found = 0;
+    int wrong = 0;
+};
+
+/// Matches a grid of pixels on a plane 2 m away with what is believed of the cameras.
+Matches match_grid(Pair& pair, const CameraCorrections* corrections) {
+    REQUIRE(ok(pair.matcher.configure(pair.config, pair.rig)));
+    if (corrections != nullptr) {
+        pair.matcher.correct(*corrections);
+    }
+    Matches matches;
+    for (int v = 40; v < 210; v += 12) {
+        for (int u = 60; u < 290; u += 12) {
+            StereoMatch match;
+            if (ok(pair.matcher.match(pair.left, pair.right, Eigen::Vector2d(u, v), -1.0, match))) {
+                ++matches.found;
+                matches.wrong += std::abs(match.inverse_depth - 0.5) > 0.02 ? 1 : 0;
+                Eigen::Vector2d xy;
+                REQUIRE(ok(pair.rig.right.unproject(match.right_uv, xy)));
+                CHECK(match.right_xy == xy);
+            }
+        }
+    }
+    return matches;
+}
+
+}  // namespace
+
+TEST_CASE("stereo follows what is known of the calibration", "[frontend]") {
+    Pair pair;
+    pair.see({Eigen::Vector3d::UnitZ(), 2.0}, Texture(0.09, 1.0, 35));
+    const Matches right = match_grid(pair, nullptr);
+    CHECK(right.found > 200);
+
+    // The right image lies 2.5 px lower than the principal point that is given.
+    CameraIntrinsics wrong = pair.rig.right.intrinsics();
+    wrong.cy -= 2.5;
+    pair.rig.right = CameraModel(wrong);
+    CHECK(match_grid(pair, nullptr).found < 0.1 * right.found);
+
+    CameraCorrections unsure;
+    unsure.covariance(15, 15) = 0.5 * 0.5;
+    const Matches wide = match_grid(pair, &unsure);
+    CHECK(wide.found > 0.97 * right.found);
+    CHECK(wide.wrong <= 2);
+
+    CameraCorrections sure;
+    sure.lens[1](3) = 2.5;
+    const Matches found = match_grid(pair, &sure);
+    CHECK(found.found > 0.97 * right.found);
+    CHECK(found.wrong <= 2);
+
+    sure.lens[1](3) = -2.5;
+    CHECK(match_grid(pair, &sure).found < 0.1 * right.found);
+}

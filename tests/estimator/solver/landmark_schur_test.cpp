@@ -209,6 +209,22 @@ TEST_CASE("reduced solver equals a dense solve, damped or not", "[reduced_system
           1e-9 * covariance.cwiseAbs().maxCoeff());
 }
 
+TEST_CASE("reduced solver knows how uncertain the cameras' parameters are together", "[reduced_system]") {
+    constexpr int kFirst = 7;
+    std::mt19937 generator(12);
+    const auto system = std::make_unique<ReducedSystem>();
+    const auto solver = std::make_unique<ReducedSolver>();
+    system->reset(kKeyframes, kFirst + kCameraTermsDim + 3);
+    const Eigen::MatrixXd j = random_matrix(2 * system->dim(), system->dim(), generator);
+    const Eigen::MatrixXd h = j.transpose() * j;
+    system->h() = h.triangularView<Eigen::Lower>();
+    REQUIRE(ok(solver->solve(*system, 0.0)));
+    const Eigen::MatrixXd covariance = h.inverse().block<kCameraTermsDim, kCameraTermsDim>(kFirst, kFirst);
+    CHECK((solver->cameras_covariance(kFirst) - covariance).cwiseAbs().maxCoeff() <
+          1e-9 * covariance.cwiseAbs().maxCoeff());
+    CHECK(solver->variance(kFirst + 2) == Approx(covariance(2, 2)));
+}
+
 TEST_CASE("reduced solver refuses an indefinite system", "[reduced_system]") {
     const auto system = std::make_unique<ReducedSystem>();
     const auto solver = std::make_unique<ReducedSolver>();

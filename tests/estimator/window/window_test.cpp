@@ -324,9 +324,11 @@ TEST_CASE("the window allocates nothing once it exists", "[window]") {
             smoother->add_keyframe({test::at(t), flight.rate(t), false, {observations.data(), observations.size()}}, p);
         const WindowSummary summary = smoother->optimize();
         const Status known = smoother->newest_covariance(covariance);
+        const double doubt = smoother->cameras_covariance().trace();
         allocations += guard.allocations();
         REQUIRE(ok(added));
         REQUIRE(ok(known));
+        REQUIRE(doubt > 0.0);
         REQUIRE(summary.fit.active_landmarks > 0);
     }
     CHECK(allocations == 0);

@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
 """Tests of scripts/bench/benchmark_lib.py and of how the benchmark scripts refuse wrong usage."""
+import contextlib
+import io
+import json
 import math
 import pathlib
 import random
@@ -59,6 +62,50 @@ class Tables(unittest.TestCase):
         self.assertEqual(lib.number(1.005, 1), "1.0")
 
 
+class Draws(unittest.TestCase):
+    def arguments(self, *given):
+        parser = lib.base_parser("", "test")
+        lib.add_calibration_options(parser)
+        arguments = parser.parse_args(given)
+        lib.shorten_if_quick(arguments)
+        return arguments
+
+    def test_real_calibrations_come_first(self):
+        arguments = self.arguments()
+        self.assertEqual(arguments.factors, [1.0, 2.0, 0.0])
+        self.assertEqual([lib.seeds_of(arguments, factor) for factor in arguments.factors], [[1, 2, 3], [1, 2, 3], [1]])
+        self.assertEqual(lib.log_options(arguments), [])
+
+    def test_quick_is_one_draw_of_a_short_log(self):
+        arguments = self.arguments("--quick", "--seeds", "7", "8")
+        self.assertEqual((arguments.factors, arguments.seeds), ([1.0, 0.0], [7]))
+        self.assertEqual(lib.log_options(arguments), ["--duration", "10"])
+        self.assertEqual(lib.log_options(self.arguments("--quick", "--duration", "4")), ["--duration", "4"])
+
+    def test_a_perfect_calibration_is_replayed_as_it_is(self):
+        self.assertEqual(lib.calibration_error(0.0, 3), [])
+        self.assertEqual(lib.calibration_error(0.5, 3), ["--inject", "calibration=0.5,3"])
+        self.assertEqual(lib.draw_name(2.0, 3), "k2_seed3")
+
+    def test_medians_leave_out_what_is_not_there(self):
+        self.assertEqual(lib.medians([[1.0, None, None], [3.0, 5.0, None], [2.0, 7.0, None]]), [2.0, 6.0, None])
+        self.assertEqual(lib.worst([1.0, None, 3.0]), 3.0)
+        self.assertIsNone(lib.worst([None]))
+
+    def test_tables_are_written_and_one_is_printed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for options, printed in (([], "table.txt"), (["--markdown"], "table.md")):
+                arguments = self.arguments("--out", folder, *options)
+                out = io.StringIO()
+                with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
+                    lib.write_tables(arguments, "what", [(["a", "K"], [["x", "1"]])], ["a note"], {"x": 1})
+                self.assertEqual(out.getvalue(), (arguments.out / printed).read_text())
+            self.assertEqual((arguments.out / "table.txt").read_text(), "what\na  K\nx  1\na note\n")
+            self.assertEqual((arguments.out / "table.md").read_text(),
+                             "what\n\n| a | K |\n|---|---|\n| x | 1 |\n\na note\n")
+            self.assertEqual(json.loads((arguments.out / "results.json").read_text()), {"x": 1})
+
+
 class Health(unittest.TestCase):
     def test_states_last_until_the_next_row(self):
         rows = [{"stamp_ns": str(ns), "state": state}
@@ -90,10 +137,14 @@ class Usage(unittest.TestCase):
             self.assertIn("unknown 'fog'", self.complaint("benchmark_robustness", "--facet", program, "--faults", "fog",
                                                           folder))
             self.assertIn("--runs", self.complaint("benchmark_consistency", "--facet", program, "--runs", "0"))
+            for script in ("benchmark_accuracy", "benchmark_mesh", "benchmark_calibration"):
+                self.assertIn("--factors", self.complaint(script, folder, "--facet", program, "--factors", "-1"))
+                self.assertIn("--duration", self.complaint(script, folder, "--facet", program, "--duration", "0"))
             self.assertIn("no covariance.csv", self.complaint("plot_consistency", folder, folder, "--facet", program))
 
     def test_help(self):
-        for script in ("benchmark_accuracy", "benchmark_robustness", "benchmark_consistency", "plot_consistency"):
+        for script in ("benchmark_accuracy", "benchmark_calibration", "benchmark_consistency", "benchmark_mesh",
+                       "benchmark_planes", "benchmark_robustness", "plot_consistency"):
             done = subprocess.run([sys.executable, SCRIPTS / script, "--help"], capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
 
