@@ -22,8 +22,8 @@ constexpr double kInitEffort = 4.0;
 constexpr double kLateEffort = 0.5;
 constexpr double kLateFeatures = 0.67;
 // The front-end's order of the corrections is that of the calibration's tangent.
-static_assert(CameraCorrections::kDim == kCameraTermsDim && kRightTheta == kRigDim && kLeftLens == kRigDim + 6 &&
-              kRightLens == kLeftLens + kLensDim);
+static_assert(CameraCorrections::kDim == kCameraTermsDim && kLeftLens == kRigDim &&
+              kRightTheta == kLeftLens + kLensDim && kRightLens == kRightTheta + kPoseDim);
 
 }  // namespace
 

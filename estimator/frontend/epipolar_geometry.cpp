@@ -6,23 +6,6 @@
 #include <cmath>
 
 namespace facet {
-namespace {
-
-CameraModel corrected(const CameraModel& camera, const LensCorrection& correction) {
-    CameraIntrinsics k = camera.intrinsics();
-    k.fx *= 1.0 + correction(0);
-    k.fy *= 1.0 + correction(1);
-    k.cx += correction(2);
-    k.cy += correction(3);
-    if (k.distortion != Distortion::kNone) {
-        k.coeffs[0] += correction(4);
-        k.coeffs[1] += correction(5);
-    }
-    return ok(CameraModel::validate(k)) ? CameraModel(k) : camera;
-}
-
-}  // namespace
-
 void EpipolarGeometry::configure(const StereoRig& rig) {
     given_ = rig;
     is_corrected_ = false;
@@ -53,7 +36,7 @@ Status EpipolarGeometry::ray_of(const Eigen::Vector2d& left_uv, Ray& ray) const 
     Eigen::Vector2d xy = found.given_xy;
     found.d_xy_d_lens.setZero();
     if (is_corrected_) {
-        found.d_xy_d_lens = d_xy_d_lens(given_.left, xy);
+        found.d_xy_d_lens = d_xy_d_lens(given_.left, xy).cast<double>();
         xy += found.d_xy_d_lens * corrections_.lens[0];
     }
     found.direction_C1 = R_C1_C0_ * xy.homogeneous();
@@ -72,7 +55,8 @@ Status EpipolarGeometry::point_at(const Ray& ray, double inverse_depth, Eigen::V
     return Status::kOk;
 }
 
-double EpipolarGeometry::line_sigma(const Ray& ray, const Eigen::Vector2d& normal, const LensJacobian& d_right_d_lens,
+double EpipolarGeometry::line_sigma(const Ray& ray, const Eigen::Vector2d& normal,
+                                    const Eigen::Matrix<double, 2, kLensDim>& d_right_d_lens,
                                     double inverse_depth) const {
     // e = n . (x - q.xy / q.z), q = p_C1(rho). The right lens moves x, the left one q; the right camera's pose makes it
     // q + q x theta - rho R_C1_B dp.
@@ -80,8 +64,8 @@ double EpipolarGeometry::line_sigma(const Ray& ray, const Eigen::Vector2d& norma
     const Eigen::Vector2d xy = q.head<2>() / q.z();
     const Eigen::Vector3d d_e_d_q = -Eigen::Vector3d(normal.x(), normal.y(), -normal.dot(xy)) / q.z();
     Eigen::Matrix<double, CameraCorrections::kDim, 1> d_e;
-    d_e << d_e_d_q.cross(q), -inverse_depth * (R_C1_B_.transpose() * d_e_d_q),
-        (R_C1_C0_.leftCols<2>() * ray.d_xy_d_lens).transpose() * d_e_d_q, d_right_d_lens.transpose() * normal;
+    d_e << (R_C1_C0_.leftCols<2>() * ray.d_xy_d_lens).transpose() * d_e_d_q, d_e_d_q.cross(q),
+        -inverse_depth * (R_C1_B_.transpose() * d_e_d_q), d_right_d_lens.transpose() * normal;
     return std::sqrt(std::max(0.0, d_e.dot(corrections_.covariance * d_e)));
 }
 
@@ -89,9 +73,9 @@ Status EpipolarGeometry::compare(const Ray& ray, const Eigen::Vector2d& right_uv
     Place found;
     FACET_TRY(given_.right.unproject(right_uv, found.given_xy));
     Eigen::Vector3d x = found.given_xy.homogeneous();
-    LensJacobian d_right_d_lens = LensJacobian::Zero();
+    Eigen::Matrix<double, 2, kLensDim> d_right_d_lens = Eigen::Matrix<double, 2, kLensDim>::Zero();
     if (is_corrected_) {
-        d_right_d_lens = d_xy_d_lens(given_.right, found.given_xy);
+        d_right_d_lens = d_xy_d_lens(given_.right, found.given_xy).cast<double>();
         x.head<2>() += d_right_d_lens * corrections_.lens[1];
     }
     // The inverse depth that comes nearest on the line: x ~ d + rho t.

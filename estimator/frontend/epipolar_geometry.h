@@ -23,7 +23,7 @@ public:
         Eigen::Vector2d given_xy;      ///< left, normalised, by the lens as given
         Eigen::Vector3d direction_C1;  ///< R_C1_C0 [xy; 1], xy corrected
         Eigen::Matrix<double, 3, 2> d_direction_d_uv;
-        LensJacobian d_xy_d_lens;  ///< zero without corrections
+        Eigen::Matrix<double, 2, kLensDim> d_xy_d_lens;  ///< zero without corrections
     };
     /// A right pixel against the curve of a ray.
     struct Place {
@@ -58,8 +58,8 @@ public:
 
 private:
     void set_right(const CameraModel& camera, const Se3& T_B_C1);
-    double line_sigma(const Ray& ray, const Eigen::Vector2d& normal, const LensJacobian& d_right_d_lens,
-                      double inverse_depth) const;
+    double line_sigma(const Ray& ray, const Eigen::Vector2d& normal,
+                      const Eigen::Matrix<double, 2, kLensDim>& d_right_d_lens, double inverse_depth) const;
 
     StereoRig given_;
     CameraModel right_;  ///< corrected

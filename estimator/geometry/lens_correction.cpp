@@ -28,6 +28,18 @@ Eigen::Matrix<double, 2, 4> d_distorted_d_coefficients(Distortion distortion, co
 
 }  // namespace
 
+CameraModel corrected(const CameraModel& camera, const LensCorrection& correction) {
+    CameraIntrinsics k = camera.intrinsics();
+    k.fx *= 1.0 + correction(0);
+    k.fy *= 1.0 + correction(1);
+    k.cx += correction(2);
+    k.cy += correction(3);
+    for (std::size_t i = 0; i < k.coeffs.size() && k.distortion != Distortion::kNone; ++i) {
+        k.coeffs[i] += correction(kLensDistortion + static_cast<int>(i));
+    }
+    return ok(CameraModel::validate(k)) ? CameraModel(k) : camera;
+}
+
 LensJacobian d_xy_d_lens(const CameraModel& camera, const Eigen::Vector2d& xy) {
     const CameraIntrinsics& k = camera.intrinsics();
     Eigen::Matrix2d d_distorted_d_xy;

@@ -17,6 +17,9 @@ using LensCorrection = Eigen::Matrix<double, kLensDim, 1>;
 /// Of an undistorted point. In single precision: times a correction, a thousandth of a pixel needs three digits.
 using LensJacobian = Eigen::Matrix<float, 2, kLensDim>;
 
+/// The camera with its intrinsics corrected; the camera itself if the result is not a valid one.
+CameraModel corrected(const CameraModel& camera, const LensCorrection& correction);
+
 /// Derivative of the normalised undistorted point xy of a fixed pixel by the corrections, at none: with the distortion
 /// x' = D(x; k) and its Jacobian J = dD/dx,
 ///   x'(u) = (u - c) / f,   dx = J^-1 (dx' - dD/dk dk),   dx' = -(x' df / f + dc / f).

@@ -12,7 +12,7 @@ namespace facet {
 
 /// Corrections of single cameras against the rig as given, and how uncertain they are.
 struct CameraCorrections {
-    /// Order of the parameters: the right camera's pose [theta p], the left lens, the right lens.
+    /// Order of the parameters: the left lens, the right camera's pose [theta p], its lens.
     static constexpr int kDim = 6 + 2 * kLensDim;
     using Covariance = Eigen::Matrix<double, kDim, kDim>;
 

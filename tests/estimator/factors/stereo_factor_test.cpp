@@ -87,7 +87,7 @@ TEST_CASE("stereo factor Jacobians match numeric differentiation", "[stereo_fact
 }
 
 TEST_CASE("stereo factor Jacobians by single cameras match numeric differentiation", "[stereo_factor]") {
-    // Each lens moves the measured point; the right camera turns on the right of, and moves by, what its frame counts in.
+    // Each lens moves the measured point; the right camera turns on its own side and moves in the frame of the pair.
     const Setup s = make_setup(6, 0.4);
     const LensJacobian left = LensJacobian::Random();
     const LensJacobian right = LensJacobian::Random();

@@ -15,20 +15,9 @@ constexpr double kInverseDepth = 0.4;
 CameraCorrections three_sigmas() {
     CameraCorrections corrections;
     corrections.right = {so3_exp({1.5e-3, -1.2e-3, 2e-3}), {9e-4, -7e-4, 5e-4}};
-    corrections.lens[0] << 1.5e-3, -1e-3, 0.9, -0.7, 1.5e-3, -1e-3;
-    corrections.lens[1] << -1e-3, 1.2e-3, -0.6, 0.9, -1e-3, 1.5e-3;
+    corrections.lens[0] << 1.5e-3, -1e-3, 0.9, -0.7, 1.5e-3, -1e-3, 2e-4, -2e-4;
+    corrections.lens[1] << -1e-3, 1.2e-3, -0.6, 0.9, -1e-3, 1.5e-3, -2e-4, 1e-4;
     return corrections;
-}
-
-CameraModel corrected(const CameraModel& camera, const LensCorrection& c) {
-    CameraIntrinsics k = camera.intrinsics();
-    k.fx *= 1.0 + c(0);
-    k.fy *= 1.0 + c(1);
-    k.cx += c(2);
-    k.cy += c(3);
-    k.coeffs[0] += c(4);
-    k.coeffs[1] += c(5);
-    return CameraModel(k);
 }
 
 /// The rig that the corrections make of the given one.
@@ -127,8 +116,8 @@ TEST_CASE("the sigma of the line is how far one sigma of a parameter moves it", 
         Eigen::Matrix<double, CameraCorrections::kDim, 1> d = Eigen::Matrix<double, CameraCorrections::kDim, 1>::Zero();
         d(i) = kStep;
         CameraCorrections moved;
-        moved.right = Se3{}.box_plus(d.head<6>());
-        moved.lens = {d.segment<kLensDim>(6), d.tail<kLensDim>()};
+        moved.right = Se3{}.box_plus(d.segment<6>(kLensDim));
+        moved.lens = {d.head<kLensDim>(), d.tail<kLensDim>()};
         for_points(rig, [&](const Eigen::Vector2d& left, const Eigen::Vector2d& right) {
             EpipolarGeometry::Ray ray;
             EpipolarGeometry::Place claimed;
