@@ -15,7 +15,8 @@ namespace facet {
 /// gain 1/2, 1/3 and so on down to kLeastGain: at first a mean that includes the configured value as its first element,
 /// later a mean that forgets. Both stay within a factor of kReach of the configured value.
 ///
-/// scale_px: root mean square of the residuals, tails included; it sets the width of the robust loss.
+/// scale_px: robust standard deviation of the residuals, which a minority of outliers hardly moves; it sets the width of
+/// the robust loss.
 ///
 /// sigma_px: the standard deviation that a weight of one stands for. The points of an M-estimate have the covariance
 /// E[psi^2] / E[psi']^2 times (J^T J)^-1 [Huber64]; the normal equations give sigma^2 / E[rho'] times that. To make
@@ -35,6 +36,7 @@ public:
     /// @param is_learned  false: the configured value is kept
     void reset(double configured_px, bool is_learned) {
         configured_px_ = sigma_px_ = scale_px_ = measured_px_ = measured_sigma_px_ = configured_px;
+        measured_scale_px_ = configured_px;
         gain_ = 1.0;
         is_learned_ = is_learned;
     }
@@ -42,11 +44,13 @@ public:
     /// Takes a window's residuals; too few are ignored.
     /// @param squared_error_px2  sum of squared residuals (px^2)
     /// @param rows               their number, minus three per landmark
+    /// @param scale_px           their robust standard deviation
     /// @param loss               their sums under the loss, whitened by sigma_px()
-    void measure(double squared_error_px2, int rows, const LossSums& loss) {
-        if (rows < kEnoughRows || !std::isfinite(squared_error_px2)) {
+    void measure(double squared_error_px2, int rows, double scale_px, const LossSums& loss) {
+        if (rows < kEnoughRows || !std::isfinite(squared_error_px2) || !std::isfinite(scale_px)) {
             return;
         }
+        measured_scale_px_ = scale_px;
         measured_px_ = std::sqrt(squared_error_px2 / rows);
         // E[rho'] E[psi^2] / E[psi']^2: the numbers of points cancel, except for the rows taken by the landmarks.
         const double variance =
@@ -60,7 +64,7 @@ public:
     void learn() {
         if (is_learned_) {
             gain_ = std::max(kLeastGain, gain_ / (1.0 + gain_));  // 1/n to 1/(n + 1)
-            follow(measured_px_, scale_px_);
+            follow(measured_scale_px_, scale_px_);
             follow(measured_sigma_px_, sigma_px_);
         }
     }
@@ -84,6 +88,7 @@ private:
     double scale_px_ = 1.0;
     double measured_px_ = 1.0;
     double measured_sigma_px_ = 1.0;
+    double measured_scale_px_ = 1.0;
     double gain_ = 1.0;
     bool is_learned_ = false;
 };

@@ -142,6 +142,8 @@ WindowSummary Window::optimize(double effort) {
     options.max_iterations = std::max(1, static_cast<int>(std::lround(effort * config_.max_iterations)));
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
     is_factorized_ = summary.solver.is_factorized;
+    const WindowFit& fit = problem_.fit();
+    cameras_.measure_noise(fit.vision_squared_error_px2, fit.vision_rows, fit.vision_scale_px(), fit.vision_loss);
     const std::size_t count = state_.keyframes.size();
     if (count >= 2 && newest().has_imu_factor) {
         const Keyframe& j = state_.keyframes[count - 1];

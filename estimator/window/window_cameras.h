@@ -67,9 +67,9 @@ public:
 
     /// Lets the weights follow the residuals measured last.
     void learn_noise();
-    /// Takes the sums of a linearization's residuals; see VisionNoise::measure.
-    void measure_noise(double squared_error_px2, int rows, const LossSums& loss) {
-        noise_.measure(squared_error_px2, rows, loss);
+    /// Takes the residuals of an optimized window; see VisionNoise::measure.
+    void measure_noise(double squared_error_px2, int rows, double scale_px, const LossSums& loss) {
+        noise_.measure(squared_error_px2, rows, scale_px, loss);
     }
     /// True once the states are roughly right: outliers then lose all influence, instead of most of it.
     void set_settled(bool is_settled);
@@ -79,7 +79,7 @@ public:
     const StereoGeometry& geometry() const { return geometry_; }
     /// Number of standard deviations in a pixel.
     double pixels_to_sigmas() const { return 1.0 / noise_.sigma_px(); }
-    /// Variance of observations as measured at the last linearization of the whole window, in units of the variance
+    /// Variance of observations as measured after the last optimization, in units of the variance
     /// they are weighted with, outliers included, clamped to [0.05, 20]: for tests of whether observations agree.
     double observation_variance() const {
         return std::clamp(std::pow(noise_.measured_px() / noise_.sigma_px(), 2), 0.05, 20.0);

@@ -47,7 +47,6 @@ double WindowProblem::linearize(ReducedSystem& system) {
         }
     }
     end_landmarks(system);
-    cameras_->measure_noise(fit_.vision_squared_error_px2, fit_.vision_rows, fit_.vision_loss);
     cost += add_prior(system);
     cost += add_planes(system);
     for (int k = 1; k < keyframes; ++k) {
@@ -161,6 +160,7 @@ void WindowProblem::save() {
         saved_[k] = state_->keyframes[k].state;
     }
     saved_calibration_ = state_->calibration;
+    saved_fit_ = fit_;
     for (std::size_t p = 0; p < state_->planes.size(); ++p) {
         saved_planes_[p] = state_->planes[p].plane;
     }
@@ -184,6 +184,7 @@ void WindowProblem::restore() {
         state_->keyframes[k].state = saved_[k];
     }
     state_->calibration = saved_calibration_;
+    fit_ = saved_fit_;
     for (std::size_t p = 0; p < state_->planes.size(); ++p) {
         state_->planes[p].plane = saved_planes_[p];
     }

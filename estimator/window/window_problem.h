@@ -3,7 +3,10 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <numbers>
 
+#include "estimator/geometry/square_histogram.h"
 #include "estimator/solver/landmark_schur.h"
 #include "estimator/solver/levenberg.h"
 #include "estimator/values/nav_state.h"
@@ -21,6 +24,17 @@ struct WindowFit {
     int vision_rows = 0;                    ///< scalar residuals of active landmarks minus three per landmark
     double vision_squared_error_px2 = 0.0;  ///< not robust, but no observation counts for more than kBlunderPx
     LossSums vision_loss;                   ///< of all observations of active landmarks
+    SquareHistogram vision_squares_px2;     ///< squared residual of each camera
+
+    /// Robust standard deviation of a coordinate: for normal errors the squared residual of a point has the median
+    /// 2 ln 2 sigma^2. The landmarks' own freedom, which makes residuals smaller than errors, is allowed for. 0 without
+    /// any. [Rousseeuw87]
+    double vision_scale_px() const {
+        const double points = vision_loss.points;
+        return vision_rows > 0
+                   ? std::sqrt(vision_squares_px2.median() / (2.0 * std::numbers::ln2) * 2.0 * points / vision_rows)
+                   : 0.0;
+    }
 
     /// Squared residual per degree of freedom, in units of this standard deviation; 0 without any.
     double vision_chi2(double sigma_px) const {
@@ -60,6 +74,7 @@ public:
     /// Cameras and observations at the present states and calibration.
     void refresh();
 
+    /// Of the last linearization of the whole window that was not undone by restore().
     const WindowFit& fit() const { return fit_; }
     /// Parameters that all keyframes share: calibration and planes.
     int globals() const { return plane_row(static_cast<int>(state_->planes.size())); }
@@ -95,6 +110,7 @@ private:
     LandmarkSchur schur_;
     CameraTermSums camera_sums_;
     std::array<NavState, kMaxKeyframes> saved_;
+    WindowFit saved_fit_;
     RigCalibration saved_calibration_;
     std::array<Plane, kMaxPlanes> saved_planes_;
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> prior_displacement_;

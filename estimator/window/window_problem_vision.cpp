@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // The landmarks' part of the window problem.
 #include <algorithm>
+#include <array>
 
 #include "estimator/window/landmark_triangulation.h"
 #include "estimator/window/stage_scope.h"
@@ -46,6 +47,8 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     LossSums loss;
     double squared_error_px2 = 0.0;
     int rows = -3;
+    std::array<double, 2 * kMaxKeyframes> squares_px2;
+    std::size_t points = 0;
     const double variance_px2 = cameras_->noise().sigma_px() * cameras_->noise().sigma_px();
     for (const LandmarkObservation& o : landmark.observations) {
         StereoLinearization& l = schur_.next();
@@ -60,6 +63,10 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
         loss += l.loss;
         squared_error_px2 += std::min(l.loss.squared_error * variance_px2, l.loss.points * kBlunderPx * kBlunderPx);
         rows += o.measurement.has_right ? 4 : 2;
+        squares_px2[points++] = l.squared_errors(0) * variance_px2;
+        if (l.has_right) {
+            squares_px2[points++] = l.squared_errors(1) * variance_px2;
+        }
     }
     cost += add_plane_height(landmark);
     schur_.add_rho_prior(landmark.point.rho, kRhoPriorSigma);
@@ -72,6 +79,9 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     fit_.vision_rows += rows;
     fit_.vision_squared_error_px2 += squared_error_px2;
     fit_.vision_loss += loss;
+    for (std::size_t i = 0; i < points; ++i) {
+        fit_.vision_squares_px2.add(squares_px2[i]);
+    }
     return cost;
 }
 

@@ -15,7 +15,7 @@ namespace {
 void show(VisionNoise& noise, double px, int rows = 500) {
     const double whitened = px / noise.sigma_px();
     const double squared = whitened * whitened * rows;
-    noise.measure(px * px * rows, rows, {rows / 2, squared, 0.5 * rows, 0.5 * rows, squared});
+    noise.measure(px * px * rows, rows, 0.7 * px, {rows / 2, squared, 0.5 * rows, 0.5 * rows, squared});
 }
 
 const double kRootDependence = std::sqrt(VisionNoise::kDependence);
@@ -64,10 +64,10 @@ VisionNoise learned(double configured_px, double shown_px, int keyframes) {
 TEST_CASE("scale and weights follow what residuals show", "[window]") {
     CHECK(learned(0.5, 0.3, 0).sigma_px() == 0.5);
     CHECK(learned(0.5, 0.3, 100).sigma_px() == Approx(0.3 * kRootDependence).epsilon(1e-3));
-    CHECK(learned(0.5, 0.3, 100).scale_px() == Approx(0.3).epsilon(1e-3));
+    CHECK(learned(0.5, 0.3, 100).scale_px() == Approx(0.7 * 0.3).epsilon(1e-3));
     CHECK(learned(0.5, 0.3, 100).measured_px() == Approx(0.3));
     // A mean of variances at first, with the configured one as one of them.
-    CHECK(std::pow(learned(0.5, 0.8, 3).scale_px(), 2) == Approx((0.25 + 3 * 0.64) / 4));
+    CHECK(std::pow(learned(0.5, 0.8, 3).scale_px(), 2) == Approx((0.25 + 3 * 0.49 * 0.64) / 4));
 }
 
 TEST_CASE("the variance that weights stand for is the one that robust means have", "[window]") {
@@ -83,7 +83,7 @@ TEST_CASE("the variance that weights stand for is the one that robust means have
         scatter += 0.5 * robust_mean(heavy_tails(kPoints, random), loss, sums).squaredNorm() / kMeans;
         VisionNoise noise;
         noise.reset(1.0, true);
-        noise.measure(sums.squared_error, 2 * kPoints - 2, sums);
+        noise.measure(sums.squared_error, 2 * kPoints - 2, 1.0, sums);
         for (int k = 0; k < 200; ++k) {
             noise.learn();
         }
