@@ -119,6 +119,9 @@ void add_sim_command(CLI::App& app, int& exit_code) {
            "Errors in every parameter of both cameras in the calibration files, in units of what a good "
            "calibration leaves unknown (as --inject calibration=K,SEED of facet replay); truth/ has the true ones")
         ->capture_default_str();
+    sub->add_option("--gravity", options->gravity_m_per_s2,
+                    "Strength of gravity (m/s^2); estimate with --set gravity.magnitude_m_per_s2 at the same value")
+        ->capture_default_str();
     sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
     sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")
         ->capture_default_str();

@@ -29,9 +29,11 @@ bool triangulate_pair(const FeatureObservation& o, const Se3& T_C1_C0, Eigen::Ve
 
 }  // namespace
 
-void MotionStart::configure(const StereoRig& rig, const ImuNoise& noise, double pixel_sigma_px) {
+void MotionStart::configure(const StereoRig& rig, const ImuNoise& noise, double gravity_m_per_s2,
+                            double pixel_sigma_px) {
     rig_ = rig;
     noise_ = noise;
+    gravity_m_per_s2_ = gravity_m_per_s2;
     motion_config_.focal_px = rig.left.focal_px();
     motion_config_.baseline_m = rig.baseline_m();
     motion_config_.point_sigma_px = pixel_sigma_px;
@@ -68,6 +70,7 @@ void MotionStart::add_keyframe(Timestamp stamp, std::span<const FeatureObservati
         }
     }
     KeyframeMotion motion;
+    motion.imu = Preintegration({}, gravity_m_per_s2_);
     StereoMotion seen;
     const bool found = !points_.empty() && ok(imu.integrate_between(stamp_, stamp, noise_, motion.imu)) &&
                        ok(estimate_stereo_motion({shared.data(), shared.size()}, rig_.T_B_C0, motion.imu.delta_q(),

@@ -24,7 +24,7 @@ namespace facet {
 /// About 60 KiB, and 150 KiB of stack. Thread-bound. No heap.
 class MotionStart {
 public:
-    void configure(const StereoRig& rig, const ImuNoise& noise, double pixel_sigma_px);
+    void configure(const StereoRig& rig, const ImuNoise& noise, double gravity_m_per_s2, double pixel_sigma_px);
     void reset();
 
     /// Takes a keyframe; if its motion cannot be found, the collection starts anew.
@@ -47,6 +47,7 @@ private:
 
     StereoRig rig_;
     ImuNoise noise_;
+    double gravity_m_per_s2_ = 0.0;
     StereoMotionConfig motion_config_;
     Timestamp stamp_;   ///< of the newest keyframe
     PointList points_;  ///< seen there in stereo, by increasing id

@@ -29,6 +29,7 @@ struct SimOptions {
     bool mover = false;                ///< a box crosses the view now and then
     double time_offset_s = 0.0;        ///< added to the stamps of the images, not to their time [-0.05, 0.05]
     double extrinsic_error_deg = 0.0;  ///< by which the written T_B_C are turned, both as one [0, 30]
+    double gravity_m_per_s2 = 9.81;    ///< [1, 30]; the flight is the same, the IMU feels it
     double calibration_error = 0.0;    ///< of the written cameras, in units of what a good calibration leaves [0, 100]
 };
 
