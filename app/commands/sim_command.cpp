@@ -102,6 +102,12 @@ void add_sim_command(CLI::App& app, int& exit_code) {
            "--vibration")
         ->transform(CLI::CheckedTransformer(kKinds).description("{tour,hover}"))
         ->default_str("tour");
+    static const std::map<std::string, sim::LensKind> kLenses{{"pinhole", sim::LensKind::kPinhole},
+                                                              {"fisheye", sim::LensKind::kFisheye}};
+    sub->add_option("--camera", options->camera,
+                    "pinhole: EuRoC's lenses, 80 degrees across; fisheye: equidistant ones, 160 degrees across")
+        ->transform(CLI::CheckedTransformer(kLenses).description("{pinhole,fisheye}"))
+        ->default_str("pinhole");
     sub->add_flag(
         "--vibration", options->vibration,
         "Rotor vibration on the inertial samples after take-off: 0.5 m/s^2 and 0.02 rad/s rms per axis, 80 to "

@@ -21,7 +21,6 @@
 
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/sim/asl_writer.h"
-#include "app/lab/sim/default_rig.h"
 #include "app/lab/sim/parallel.h"
 #include "app/lab/sim/png_writer.h"
 #include "app/lab/sim/renderer.h"
@@ -145,6 +144,7 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     meta["samples"] = o.samples;
     meta["noise"] = o.noise;
     meta["flight"] = o.flight == FlightKind::kHover ? "hover" : "tour";
+    meta["camera"] = o.camera == LensKind::kFisheye ? "fisheye" : "pinhole";
     meta["stand_s"] = o.stand_s;
     meta["vibration"] = has_vibration(o);
     meta["mover"] = o.mover;
@@ -223,7 +223,7 @@ Status claim_calibration(const SimOptions& o, StereoRig& rig, std::array<Eigen::
 /// @param stamps  of the images, as written
 Status write_tables(const SimOptions& o, const World& world, const CoarsePass& coarse,
                     const std::vector<Timestamp>& stamps, double end_s, std::string& error) {
-    const StereoRig rig = euroc_rig();
+    const StereoRig rig = rig_with(o.camera);
     StereoRig claimed = rig;
     AslContent content{&claimed, {}, euroc_imu_noise(), o.rate_hz, stamps, {}};
     FACET_TRY(claim_calibration(o, claimed, content.T_B_C, error));
@@ -312,7 +312,7 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     const double end_s = times_s.back() + kTail_s;
     Flight flight;
     FACET_TRY(plan(options, scene, end_s, flight, error));
-    const StereoRig rig = euroc_rig();
+    const StereoRig rig = rig_with(options.camera);
     Photometry photometry;
     photometry.noise = options.noise;
     const Renderer left(rig.left, rig.T_B_C0, options.samples, photometry);

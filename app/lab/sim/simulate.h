@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "app/lab/sim/default_rig.h"
 #include "app/lab/sim/flight.h"
 #include "platform/base/status.h"
 
@@ -25,6 +26,7 @@ struct SimOptions {
     int texture_size = 1024;     ///< texels [16, 4096], a power of two
     double stand_s = 2.5;        ///< motionless at the start [0, 600]
     FlightKind flight = FlightKind::kTour;
+    LensKind camera = LensKind::kPinhole;
     bool vibration = false;            ///< of rotors, on the inertial samples of the flight; kHover has it anyway
     bool mover = false;                ///< a box crosses the view now and then
     double time_offset_s = 0.0;        ///< added to the stamps of the images, not to their time [-0.05, 0.05]

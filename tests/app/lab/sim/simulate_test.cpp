@@ -288,6 +288,30 @@ TEST_CASE("Gravity is in the inertial samples alone") {
     CHECK(error.find("--gravity") == 0);
 }
 
+TEST_CASE("A fisheye changes the pictures and the calibration, not the flight") {
+    const TemporaryFolder pinhole("pinhole");
+    const TemporaryFolder fisheye("fisheye");
+    SimSummary summary;
+    std::string error;
+    SimOptions options = tiny(pinhole.path());
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    options.out = fisheye.path();
+    options.camera = LensKind::kFisheye;
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    auto a = contents(pinhole.path());
+    auto b = contents(fisheye.path());
+    for (const char* same : {"mav0/imu0/data.csv", "mav0/state_groundtruth_estimate0/data.csv", "truth/scene.ply"}) {
+        CHECK(a[same] == b[same]);
+    }
+    for (const std::string camera : {"cam0", "cam1"}) {
+        const std::string& yaml = b["mav0/" + camera + "/sensor.yaml"];
+        CHECK(yaml == b["truth/" + camera + "_sensor.yaml"]);
+        CHECK(yaml.find("distortion_model: equidistant") != std::string::npos);
+        CHECK(extrinsics(yaml) == extrinsics(a["mav0/" + camera + "/sensor.yaml"]));
+    }
+    CHECK(b["truth/meta.json"].find("\"camera\": \"fisheye\"") != std::string::npos);
+}
+
 TEST_CASE("Hovering, vibration and the mover show in their files") {
     const TemporaryFolder folder("hover");
     SimSummary summary;
