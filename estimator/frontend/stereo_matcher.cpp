@@ -147,17 +147,18 @@ Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right
     options.affine = true;
     float correlation = 0.0F;
     FACET_TRY(aligner_.align(patch_, right, options, pose, correlation));
-    if (!rig_.right.in_image(pose.uv, 1.0)) {
+    if (!rig_.right.in_image(pose.uv, 1.0) || !rig_.right.in_lens(pose.uv, aligner_.border_px())) {
         return Status::kNotFound;
     }
     StereoMatch found;
     found.right_uv = pose.uv;
-    FACET_TRY(rig_.right.unproject(pose.uv, found.right_xy));
+    Eigen::Matrix2d d_xy_d_uv;
+    FACET_TRY(rig_.right.unproject(pose.uv, found.right_xy, &d_xy_d_uv));
 
-    // Epipolar distance, and the inverse depth that comes nearest on the line: x_C1 ~ d + rho t.
+    // Epipolar distance in the image, and the inverse depth that comes nearest on the line: x_C1 ~ d + rho t.
     const Eigen::Vector3d x = found.right_xy.homogeneous();
     const Eigen::Vector3d line = p_C1_C0_.cross(ray.direction_C1);
-    const double off_px = std::abs(line.dot(x)) / line.head<2>().norm() * rig_.right.focal_px();
+    const double off_px = std::abs(line.dot(x)) / (d_xy_d_uv.transpose() * line.head<2>()).norm();
     if (!(off_px < config_.stereo_epipolar_px)) {
         return Status::kDegenerate;
     }
