@@ -49,7 +49,8 @@ struct StereoMotion {
 
 /// Weighted least squares of  p_Bi = R Exp(theta) p_Bj + t  over the points that agree, theta with the rotation's
 /// prior: t is first taken from single points, scored by truncated Mahalanobis distance, then refined over the points
-/// within 99 % of chi^2. A point's covariance is the sum of those of its two places. Errors common to all points, from rig and matching, are not in the covariance.
+/// within 99 % of chi^2. A point's covariance is the sum of those of its two places. Errors
+/// common to all points, from rig and matching, are not in the covariance.
 /// @param points    at most kMaxFeatures count; those with z <= 0 or not finite are left out
 /// @param T_B_C     left camera to body
 /// @param q_Bi_Bj   rotation of the body, from the gyroscope
