@@ -48,7 +48,8 @@ void MotionStart::reset() {
 void MotionStart::add_keyframe(Timestamp stamp, std::span<const FeatureObservation> observations,
                                const ImuBuffer& imu) {
     const Se3 T_C1_C0 = rig_.T_B_C1.inverse() * rig_.T_B_C0;
-    PointList now;
+    PointList& now = next_;
+    now.clear();
     for (const FeatureObservation& o : observations) {
         Point point{o.landmark, {}};
         if (o.has_right && triangulate_pair(o, T_C1_C0, point.place.p_C0)) {
@@ -89,7 +90,7 @@ void MotionStart::add_keyframe(Timestamp stamp, std::span<const FeatureObservati
     } else {
         motions_.clear();
     }
-    points_ = now;
+    points_.swap(next_);
     stamp_ = stamp;
 }
 

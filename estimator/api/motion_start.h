@@ -21,7 +21,7 @@ namespace facet {
 /// so wrong that the window's optimization ended in another minimum, the comparison shows it. Usage, while the
 /// estimator is in INIT after a moving start:
 ///   start.reset(); start.add_keyframe(...) at every keyframe; if (ok(start.check(...))) begin anew from `better`.
-/// About 100 KiB, and 270 KiB of stack. Thread-bound. No heap.
+/// About 150 KiB, and 200 KiB of stack. Thread-bound. No heap.
 class MotionStart {
 public:
     void configure(const StereoRig& rig, const ImuNoise& noise, double gravity_m_per_s2, double pixel_sigma_px);
@@ -51,6 +51,7 @@ private:
     double pixel_sigma_px_ = 0.5;
     Timestamp stamp_;   ///< of the newest keyframe
     PointList points_;  ///< seen there in stereo, by increasing id
+    PointList next_;    ///< of the keyframe being added: a member to spare the stack
     boost::container::static_vector<KeyframeMotion, kMaxInitKeyframes - 1> motions_;
 };
 
