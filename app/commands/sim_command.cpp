@@ -102,6 +102,12 @@ void add_sim_command(CLI::App& app, int& exit_code) {
            "--vibration")
         ->transform(CLI::CheckedTransformer(kKinds).description("{tour,hover}"))
         ->default_str("tour");
+    static const std::map<std::string, sim::LensKind> kLenses{{"pinhole", sim::LensKind::kPinhole},
+                                                              {"fisheye", sim::LensKind::kFisheye}};
+    sub->add_option("--camera", options->camera,
+                    "pinhole: EuRoC's lenses, 80 degrees across; fisheye: equidistant ones, 160 degrees across")
+        ->transform(CLI::CheckedTransformer(kLenses).description("{pinhole,fisheye}"))
+        ->default_str("pinhole");
     sub->add_flag(
         "--vibration", options->vibration,
         "Rotor vibration on the inertial samples after take-off: 0.5 m/s^2 and 0.02 rad/s rms per axis, 80 to "
@@ -118,6 +124,9 @@ void add_sim_command(CLI::App& app, int& exit_code) {
            "--calibration-error", options->calibration_error,
            "Errors in every parameter of both cameras in the calibration files, in units of what a good "
            "calibration leaves unknown (as --inject calibration=K,SEED of facet replay); truth/ has the true ones")
+        ->capture_default_str();
+    sub->add_option("--gravity", options->gravity_m_per_s2,
+                    "Strength of gravity (m/s^2); estimate with --set gravity.magnitude_m_per_s2 at the same value")
         ->capture_default_str();
     sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
     sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")

@@ -24,6 +24,7 @@ void for_each_section(Visitor&& visit) {
     visit("health", &ProgramConfig::health, kHealthFields);
     visit("imu_limits", &ProgramConfig::imu_limits, kImuLimitFields);
     visit("imu_noise", &ProgramConfig::imu_noise, kImuNoiseFields);
+    visit("gravity", &ProgramConfig::gravity, kGravityFields);
     visit("mesh", &ProgramConfig::mesh, kMeshFields);
     visit("planes", &ProgramConfig::planes, kPlaneFields);
 }

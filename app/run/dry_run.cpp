@@ -16,7 +16,6 @@ namespace {
 
 constexpr Duration kWait = Duration::from_seconds(0.05);
 constexpr Duration kPause = Duration::from_seconds(0.005);
-constexpr double kGravity = 9.81;
 
 /// What a source has delivered.
 struct Heard {
@@ -154,9 +153,11 @@ void Probe::imu(ImuSource& source, const std::string& device, bool has_data_read
         const std::string what = fmt::format(
             "{:.0f} samples/s, {} lost, {} bad; mean specific force {:.2f} {:.2f} {:.2f} m/s^2", heard.rate_hz(),
             source.counters().lost, source.counters().corrupt, mean.x(), mean.y(), mean.z());
-        if (std::abs(mean.norm() - kGravity) > 2.0) {
+        const double gravity = vehicle_.config.gravity.norm_m_per_s2();
+        if (std::abs(mean.norm() - gravity) > 2.0) {
             add(Finding::kDoubtful, device,
-                what + "; 9.8 is expected at rest: scale or decoder are wrong, or the vehicle moves");
+                fmt::format("{}; {:.1f} is expected at rest: scale or decoder are wrong, or the vehicle moves", what,
+                            gravity));
         } else if (heard.samples > 2 && std::abs(heard.rate_hz() / wanted - 1.0) > 0.1) {
             add(Finding::kDoubtful, device, fmt::format("{}; the rate in the calibration is {:.0f}", what, wanted));
         } else if (!has_data_ready) {

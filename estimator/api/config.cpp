@@ -12,7 +12,8 @@ Status EstimatorConfig::validate() const {
     FACET_TRY(stationarity.validate());
     FACET_TRY(health.validate());
     FACET_TRY(imu_limits.validate());
-    return imu_noise.validate();
+    FACET_TRY(imu_noise.validate());
+    return gravity.validate();
 }
 
 }  // namespace facet

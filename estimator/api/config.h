@@ -8,6 +8,7 @@
 #include "estimator/imu/imu_limits.h"
 #include "estimator/imu/initializer_config.h"
 #include "estimator/imu/stationarity.h"
+#include "estimator/values/gravity.h"
 #include "estimator/values/imu_noise.h"
 #include "estimator/window/calibration_config.h"
 #include "estimator/window/regularity_config.h"
@@ -25,6 +26,7 @@ struct EstimatorConfig {
     HealthConfig health;
     ImuLimits imu_limits;
     ImuNoise imu_noise;
+    GravityConfig gravity;
 
     /// kInvalidArgument if a part is invalid.
     Status validate() const;

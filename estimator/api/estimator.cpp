@@ -32,7 +32,8 @@ void Estimator::Impl::reset() {
     frontend.reset();
     window.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity);
     monitor.configure(config.health);
-    motion_start.configure(rig, config.imu_noise, config.window.pixel_sigma_px);
+    gravity_m_per_s2 = config.gravity.norm_m_per_s2();
+    motion_start.configure(rig, config.imu_noise, gravity_m_per_s2, config.window.pixel_sigma_px);
     monitor.reset();
     tracks = {};
     newest = now = {};
@@ -83,7 +84,7 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
     const Timestamp before = now.stamp;
     now.stamp = imu_stamp(frame.stamp);
     InitialState initial;
-    if (!ok(initialize_state(imu, now.stamp, config.initializer, initial))) {
+    if (!ok(initialize_state(imu, now.stamp, gravity_m_per_s2, config.initializer, initial))) {
         now.stamp = before;
         report(frame, true, estimate);  // INIT: not enough data before this frame
         return Status::kOk;
@@ -122,8 +123,8 @@ Status Estimator::Impl::predict(Timestamp stamp, Preintegration& preintegration)
 
 void Estimator::Impl::judge_rest(bool image_is_still) {
     Stationarity stationarity;
-    const Status known =
-        measure_stationarity(imu, now.stamp, config.imu_noise, now.state.bias, config.stationarity, stationarity);
+    const Status known = measure_stationarity(imu, now.stamp, {config.imu_noise, now.state.bias, gravity_m_per_s2},
+                                              config.stationarity, stationarity);
     rests = rests && image_is_still && ok(known) && stationarity.may_be_at_rest;
 }
 
@@ -206,7 +207,7 @@ void Estimator::Impl::reintegrate() {
         const ImuBias& then = keyframes[k].imu_from_previous.preintegration().bias();
         const bool moved =
             (bias.gyro - then.gyro).norm() > kReintegrateGyro || (bias.accel - then.accel).norm() > kReintegrateAccel;
-        Preintegration anew(bias);
+        Preintegration anew(bias, gravity_m_per_s2);
         if (moved && ok(imu.integrate_between(keyframes[k - 1].stamp, keyframes[k].stamp, config.imu_noise, anew))) {
             // It is refused only where the old factor would have been refused too, and that one was accepted.
             static_cast<void>(window.replace_imu_factor(static_cast<int>(k), anew));
@@ -216,7 +217,7 @@ void Estimator::Impl::reintegrate() {
 
 Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
     const Timestamp before = now.stamp;
-    Preintegration preintegration;
+    Preintegration preintegration({}, gravity_m_per_s2);
     FACET_TRY(predict(stamp, preintegration));
     PredictionEvidence predicted;
     predicted.phase = phase;

@@ -18,6 +18,7 @@ namespace facet {
 struct Estimator::Impl {
     EstimatorConfig config;
     StereoRig rig;
+    double gravity_m_per_s2 = 0.0;
     StageObserver* observer = nullptr;
     ObservationHook* hook = nullptr;
     ImuBuffer imu;

@@ -38,7 +38,7 @@ void Estimator::Impl::second_opinion() {
 
 Status Estimator::Impl::fall_back_to_gravity() {
     InitialState initial;
-    FACET_TRY(initialize_state(imu, now.stamp, config.initializer, initial));
+    FACET_TRY(initialize_state(imu, now.stamp, gravity_m_per_s2, config.initializer, initial));
     NavState state = initial.state;
     if (is_finite(now)) {
         const Eigen::Vector3d up_B = initial.state.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();

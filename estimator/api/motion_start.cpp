@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/geometry/stereo_precision.h"
+
 namespace facet {
 namespace {
 
@@ -29,12 +31,12 @@ bool triangulate_pair(const FeatureObservation& o, const Se3& T_C1_C0, Eigen::Ve
 
 }  // namespace
 
-void MotionStart::configure(const StereoRig& rig, const ImuNoise& noise, double pixel_sigma_px) {
+void MotionStart::configure(const StereoRig& rig, const ImuNoise& noise, double gravity_m_per_s2,
+                            double pixel_sigma_px) {
     rig_ = rig;
     noise_ = noise;
-    motion_config_.focal_px = rig.left.focal_px();
-    motion_config_.baseline_m = rig.baseline_m();
-    motion_config_.point_sigma_px = pixel_sigma_px;
+    gravity_m_per_s2_ = gravity_m_per_s2;
+    pixel_sigma_px_ = pixel_sigma_px;
     reset();
 }
 
@@ -46,10 +48,12 @@ void MotionStart::reset() {
 void MotionStart::add_keyframe(Timestamp stamp, std::span<const FeatureObservation> observations,
                                const ImuBuffer& imu) {
     const Se3 T_C1_C0 = rig_.T_B_C1.inverse() * rig_.T_B_C0;
-    PointList now;
+    PointList& now = next_;
+    now.clear();
     for (const FeatureObservation& o : observations) {
         Point point{o.landmark, {}};
-        if (o.has_right && triangulate_pair(o, T_C1_C0, point.p_C0)) {
+        if (o.has_right && triangulate_pair(o, T_C1_C0, point.place.p_C0)) {
+            point.place.covariance_C0 = stereo_covariance(rig_, T_C1_C0, point.place.p_C0, pixel_sigma_px_);
             now.push_back(point);
         }
     }
@@ -58,7 +62,7 @@ void MotionStart::add_keyframe(Timestamp stamp, std::span<const FeatureObservati
     boost::container::static_vector<StereoPoint, kMaxFeatures> shared;
     for (std::size_t i = 0, j = 0; i < points_.size() && j < now.size();) {
         if (points_[i].landmark == now[j].landmark) {
-            shared.push_back({points_[i].p_C0, now[j].p_C0});
+            shared.push_back({points_[i].place, now[j].place});
             ++i;
             ++j;
         } else if (points_[i].landmark < now[j].landmark) {
@@ -68,10 +72,11 @@ void MotionStart::add_keyframe(Timestamp stamp, std::span<const FeatureObservati
         }
     }
     KeyframeMotion motion;
+    motion.imu = Preintegration({}, gravity_m_per_s2_);
     StereoMotion seen;
     const bool found = !points_.empty() && ok(imu.integrate_between(stamp_, stamp, noise_, motion.imu)) &&
                        ok(estimate_stereo_motion({shared.data(), shared.size()}, rig_.T_B_C0, motion.imu.delta_q(),
-                                                 motion_config_, seen));
+                                                 StereoMotionConfig{}, seen));
     if (found) {
         motion.p_Bk_Bj = seen.p_Bi_Bj;
         motion.p_covariance = seen.covariance.bottomRightCorner<3, 3>();
@@ -85,7 +90,7 @@ void MotionStart::add_keyframe(Timestamp stamp, std::span<const FeatureObservati
     } else {
         motions_.clear();
     }
-    points_ = now;
+    points_.swap(next_);
     stamp_ = stamp;
 }
 

@@ -21,10 +21,10 @@ namespace facet {
 /// so wrong that the window's optimization ended in another minimum, the comparison shows it. Usage, while the
 /// estimator is in INIT after a moving start:
 ///   start.reset(); start.add_keyframe(...) at every keyframe; if (ok(start.check(...))) begin anew from `better`.
-/// About 60 KiB, and 150 KiB of stack. Thread-bound. No heap.
+/// About 150 KiB, and 200 KiB of stack. Thread-bound. No heap.
 class MotionStart {
 public:
-    void configure(const StereoRig& rig, const ImuNoise& noise, double pixel_sigma_px);
+    void configure(const StereoRig& rig, const ImuNoise& noise, double gravity_m_per_s2, double pixel_sigma_px);
     void reset();
 
     /// Takes a keyframe; if its motion cannot be found, the collection starts anew.
@@ -41,15 +41,17 @@ public:
 private:
     struct Point {
         LandmarkId landmark;
-        Eigen::Vector3d p_C0;
+        StereoPlace place;
     };
     using PointList = boost::container::static_vector<Point, kMaxFeatures>;
 
     StereoRig rig_;
     ImuNoise noise_;
-    StereoMotionConfig motion_config_;
+    double gravity_m_per_s2_ = 0.0;
+    double pixel_sigma_px_ = 0.5;
     Timestamp stamp_;   ///< of the newest keyframe
     PointList points_;  ///< seen there in stereo, by increasing id
+    PointList next_;    ///< of the keyframe being added: a member to spare the stack
     boost::container::static_vector<KeyframeMotion, kMaxInitKeyframes - 1> motions_;
 };
 

@@ -38,6 +38,7 @@ struct RawResidual {
 
 RawResidual raw_residual(const Preintegration& pre, const NavState& i, const NavState& j) {
     const double dt = pre.dt_s();
+    const Eigen::Vector3d g_W = gravity_W(pre.gravity_m_per_s2());
     Eigen::Quaterniond dq;
     Eigen::Vector3d dp;
     Eigen::Vector3d dv;
@@ -46,8 +47,8 @@ RawResidual raw_residual(const Preintegration& pre, const NavState& i, const Nav
     RawResidual out;
     const Eigen::Quaterniond q_Bi_W = i.q_W_B.conjugate();
     out.d_theta_bias = pre.d_delta_d_bias().block<3, 3>(kTheta, 0) * (i.bias.gyro - pre.bias().gyro);
-    out.p_Bi = q_Bi_W * (j.p_W_B - i.p_W_B - dt * i.v_W_B - 0.5 * dt * dt * kGravity_W);
-    out.v_Bi = q_Bi_W * (j.v_W_B - i.v_W_B - dt * kGravity_W);
+    out.p_Bi = q_Bi_W * (j.p_W_B - i.p_W_B - dt * i.v_W_B - 0.5 * dt * dt * g_W);
+    out.v_Bi = q_Bi_W * (j.v_W_B - i.v_W_B - dt * g_W);
     out.r.segment<3>(kTheta) = so3_log(dq.conjugate() * q_Bi_W * j.q_W_B);
     out.r.segment<3>(kPos) = out.p_Bi - dp;
     out.r.segment<3>(kVel) = out.v_Bi - dv;

@@ -22,6 +22,7 @@ struct ImuFactorLinearization {
 ///   r_p     = R_i^T (p_j - p_i - v_i dt - 1/2 g dt^2) - dp(b_i)
 ///   r_v     = R_i^T (v_j - v_i - g dt) - dv(b_i)
 ///   r_b     = b_j - b_i
+/// with the gravity of the preintegration,
 /// whitened by the square-root information of blockdiag(preintegrated covariance, walk^2 dt). Reentrant. No heap.
 class ImuFactor {
 public:

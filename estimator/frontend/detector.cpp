@@ -24,11 +24,27 @@ bool all_set(const std::uint8_t* flags) {
 
 }  // namespace
 
-void Detector::configure(const FrontendConfig& config, int width, int height, double border_px) {
+void Detector::configure(const FrontendConfig& config, const CameraModel& camera, double border_px) {
+    const int width = camera.intrinsics().width;
+    const int height = camera.intrinsics().height;
     config_ = config;
     width_ = width;
     height_ = height;
-    border_ = std::max(CornerScore::kReach + 1, static_cast<int>(std::ceil(border_px)));
+    const int border = std::max(CornerScore::kReach + 1, static_cast<int>(std::ceil(border_px)));
+    begin_.assign(static_cast<std::size_t>(height), 0);
+    end_.assign(static_cast<std::size_t>(height), 0);
+    for (int v = border; v < height - border; ++v) {
+        int first = border;
+        int last = width - border;
+        while (first < last && !camera.in_lens(Eigen::Vector2d(first, v), border)) {
+            ++first;
+        }
+        while (first < last && !camera.in_lens(Eigen::Vector2d(last - 1, v), border)) {
+            --last;
+        }
+        begin_[static_cast<std::size_t>(v)] = first;
+        end_[static_cast<std::size_t>(v)] = last;
+    }
     const std::size_t area = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     const std::size_t cells =
         static_cast<std::size_t>(config.grid_columns) * static_cast<std::size_t>(config.grid_rows);
@@ -115,9 +131,9 @@ void Detector::offer(int u, int v, float score) {
 
 void Detector::collect(float threshold) {
     std::fill(count_.begin(), count_.end(), 0);
-    const int end = width_ - border_;
-    for (int v = border_; v < height_ - border_; ++v) {
-        for (int u = border_; u < end; u += simd::kLanes) {
+    for (int v = 0; v < height_; ++v) {
+        const int end = end_[static_cast<std::size_t>(v)];
+        for (int u = begin_[static_cast<std::size_t>(v)]; u < end; u += simd::kLanes) {
             offer_peaks(u, v, std::min(simd::kLanes, end - u), threshold);
         }
     }

@@ -10,6 +10,7 @@
 
 #include "estimator/frontend/corner_score.h"
 #include "estimator/frontend/frontend_config.h"
+#include "estimator/geometry/camera_model.h"
 #include "estimator/values/capacity.h"
 #include "platform/base/image_view.h"
 
@@ -24,8 +25,8 @@ using CornerList = boost::container::static_vector<Eigen::Vector2d, kMaxFeatures
 /// Heap: in configure() only. Thread-bound.
 class Detector {
 public:
-    /// @param border_px  corners keep this distance to the image border
-    void configure(const FrontendConfig& config, int width, int height, double border_px);
+    /// @param border_px  corners keep this distance to the border of the image and of the lens's circle
+    void configure(const FrontendConfig& config, const CameraModel& camera, double border_px);
 
     /// Appends at most `wanted` corners of `image`, no nearer than min_distance_px to `occupied` and to each other.
     void detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners);
@@ -50,9 +51,10 @@ private:
     FrontendConfig config_;
     int width_ = 0;
     int height_ = 0;
-    int border_ = 0;
     CornerScore score_;
     std::vector<std::uint8_t> blocked_;
+    std::vector<int> begin_;             ///< first pixel of each row where corners are wanted
+    std::vector<int> end_;               ///< and the one after the last
     std::vector<int> column_of_;         ///< column of cells that holds a pixel's column
     std::vector<int> row_of_;            ///< likewise
     std::vector<int> disc_;              ///< half width of the blocked disc, one entry per row

@@ -71,7 +71,8 @@ double EpipolarGeometry::line_sigma(const Ray& ray, const Eigen::Vector2d& norma
 
 Status EpipolarGeometry::compare(const Ray& ray, const Eigen::Vector2d& right_uv, Place& place) const {
     Place found;
-    FACET_TRY(given_.right.unproject(right_uv, found.given_xy));
+    Eigen::Matrix2d d_xy_d_uv;
+    FACET_TRY(given_.right.unproject(right_uv, found.given_xy, &d_xy_d_uv));
     Eigen::Vector3d x = found.given_xy.homogeneous();
     Eigen::Matrix<double, 2, kLensDim> d_right_d_lens = Eigen::Matrix<double, 2, kLensDim>::Zero();
     if (is_corrected_) {
@@ -81,12 +82,11 @@ Status EpipolarGeometry::compare(const Ray& ray, const Eigen::Vector2d& right_uv
     // The inverse depth that comes nearest on the line: x ~ d + rho t.
     const Eigen::Vector3d line = p_C1_C0_.cross(ray.direction_C1);
     const Eigen::Vector3d a = x.cross(p_C1_C0_);
-    const double focal_px = given_.right.focal_px();
-    found.off_px = std::abs(line.dot(x)) / line.head<2>().norm() * focal_px;
+    const double px_per_off = 1.0 / (d_xy_d_uv.transpose() * line.head<2>()).norm();
+    found.off_px = std::abs(line.dot(x)) * px_per_off;
     found.inverse_depth = -a.dot(x.cross(ray.direction_C1)) / a.squaredNorm();
     if (is_corrected_) {
-        const Eigen::Vector2d normal = line.head<2>().normalized();
-        found.off_sigma_px = focal_px * line_sigma(ray, normal, d_right_d_lens, found.inverse_depth);
+        found.off_sigma_px = px_per_off * line_sigma(ray, line.head<2>(), d_right_d_lens, found.inverse_depth);
     }
     place = found;
     return Status::kOk;

@@ -55,6 +55,10 @@ public:
     bool in_right_image(const Eigen::Vector2d& uv, double border_px) const {
         return given_.right.in_image(uv, border_px);
     }
+    /// Whether a right pixel is this far inside the circle that its lens shows.
+    bool in_right_lens(const Eigen::Vector2d& uv, double border_px) const {
+        return given_.right.in_lens(uv, border_px);
+    }
 
 private:
     void set_right(const CameraModel& camera, const Se3& T_B_C1);

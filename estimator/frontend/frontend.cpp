@@ -110,8 +110,8 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
     FACET_TRY(impl.right.configure(r.width, r.height, config.pyramid_levels));
     FACET_TRY(impl.tracker.configure(config, rig.left));
     FACET_TRY(impl.stereo_matcher.configure(config, rig));
-    impl.detector.configure(config, l.width, l.height, impl.tracker.border_px());
-    impl.outlier_test.configure(config, rig.left.focal_px(), rig.baseline_m());
+    impl.detector.configure(config, rig.left, impl.tracker.border_px());
+    impl.outlier_test.configure(config, rig);
     impl.policy.configure(config);
     impl.dormant.configure(config, rig);
     impl.reset();

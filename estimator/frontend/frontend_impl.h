@@ -51,6 +51,7 @@ struct Frontend::Impl {
     boost::container::static_vector<std::uint8_t, kMaxFeatures> inlier;
     boost::container::static_vector<double, kMaxFeatures> values;
     boost::container::static_vector<Eigen::Vector2d, kMaxFeatures> positions;
+    boost::container::static_vector<Eigen::Matrix2d, kMaxFeatures> lens_slopes;  ///< d_uv_d_xy of each track
     CornerList corners;  ///< found at this keyframe, but not started as tracks
 
     void reset();
@@ -58,7 +59,7 @@ struct Frontend::Impl {
     ImageState judge_image(const Eigen::Quaterniond& q_Bp_B) const;
     void recall(const FrameHints& hints, FrontendOutput& output);
     void follow_and_choose(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
-    Eigen::Vector3d camera_velocity() const;
+    Eigen::Vector3d camera_velocity();
     double median();  ///< of `values`, which it reorders; 0 if that is empty
     double median_inverse_depth();
     void follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output);

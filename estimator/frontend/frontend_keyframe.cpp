@@ -49,7 +49,6 @@ void Frontend::Impl::begin_tracks(const FrameHints& hints, bool has_right, Front
 void Frontend::Impl::match_stereo(const FrameHints& hints) {
     stereo_pairs.clear();
     pair_tracks.clear();
-    const Eigen::Matrix3d R = q_C_Ck().toRotationMatrix();
     for (std::size_t i = 0; i < tracks.size(); ++i) {
         Track& track = tracks[i];
         const bool had_depth = track.has_depth;
@@ -71,7 +70,7 @@ void Frontend::Impl::match_stereo(const FrameHints& hints) {
         track.right_xy = match.right_xy;
         track.inverse_depth = match.inverse_depth;
         if (had_depth) {
-            stereo_pairs.push_back({R * before, match.p_C0});
+            stereo_pairs.push_back({before, match.p_C0});
             pair_tracks.push_back(static_cast<std::uint16_t>(i));
         }
     }
@@ -98,7 +97,8 @@ void Frontend::Impl::match_surface(FrontendOutput& output) {
 
 void Frontend::Impl::reject_stereo_outliers() {
     inlier.resize(stereo_pairs.size());
-    if (!ok(outlier_test.stereo({stereo_pairs.data(), stereo_pairs.size()}, {inlier.data(), inlier.size()}))) {
+    const Eigen::Matrix3d R = q_C_Ck().toRotationMatrix();
+    if (!ok(outlier_test.stereo({stereo_pairs.data(), stereo_pairs.size()}, R, {inlier.data(), inlier.size()}))) {
         return;
     }
     for (std::size_t k = 0; k < pair_tracks.size(); ++k) {

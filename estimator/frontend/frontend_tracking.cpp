@@ -6,23 +6,30 @@
 
 namespace facet {
 
-Eigen::Vector3d Frontend::Impl::camera_velocity() const {
+Eigen::Vector3d Frontend::Impl::camera_velocity() {
     // Rotation apart, a point of inverse depth rho moves by xy' = rho (v.z() xy - v.head<2>()), v the velocity of the
-    // camera in its own frame: linear in v. Robust least squares over the tracks that have both; Cauchy weights.
-    constexpr double kScale = 0.05;  // 1/s: about 1 px a frame at 20 Hz
+    // camera in its own frame: linear in v. Robust least squares over the tracks that have both, in pixels of the
+    // image; Cauchy weights.
+    constexpr double kScale = 20.0;  // px/s: 1 px a frame at 20 Hz
+    constexpr double kPrior = 0.2;   // px^2: keeps v where nothing is seen
+    lens_slopes.clear();
+    for (const Track& track : tracks) {
+        lens_slopes.push_back(rig.left.d_uv_d_xy(track.xy));
+    }
     Eigen::Vector3d v = Eigen::Vector3d::Zero();
     for (int step = 0; step < 4; ++step) {
-        Eigen::Matrix3d h = 1e-6 * Eigen::Matrix3d::Identity();
+        Eigen::Matrix3d h = kPrior * Eigen::Matrix3d::Identity();
         Eigen::Vector3d g = Eigen::Vector3d::Zero();
-        for (const Track& track : tracks) {
+        for (std::size_t i = 0; i < tracks.size(); ++i) {
+            const Track& track = tracks[i];
             if (track.has_depth && track.has_velocity) {
-                Eigen::Matrix<double, 2, 3> j;
-                j << -1.0, 0.0, track.xy.x(), 0.0, -1.0, track.xy.y();
-                j *= track.inverse_depth;
-                const double w =
-                    step == 0 ? 1.0 : 1.0 / (1.0 + (track.velocity - j * v).squaredNorm() / (kScale * kScale));
+                Eigen::Matrix<double, 2, 3> d_xy_d_v;
+                d_xy_d_v << -1.0, 0.0, track.xy.x(), 0.0, -1.0, track.xy.y();
+                const Eigen::Matrix<double, 2, 3> j = track.inverse_depth * lens_slopes[i] * d_xy_d_v;
+                const Eigen::Vector2d seen = lens_slopes[i] * track.velocity;
+                const double w = step == 0 ? 1.0 : 1.0 / (1.0 + (seen - j * v).squaredNorm() / (kScale * kScale));
                 h += w * j.transpose() * j;
-                g += w * j.transpose() * track.velocity;
+                g += w * j.transpose() * seen;
             }
         }
         v = h.ldlt().solve(g);
@@ -103,9 +110,9 @@ void Frontend::Impl::measure_disparity(FrontendOutput& output) {
     const auto disparity_after = [this](const Eigen::Matrix3d& R) {
         values.clear();
         for (const Track& track : tracks) {
-            const Eigen::Vector3d rotated = R * track.keyframe_xy.homogeneous();
-            if (track.in_keyframe && rotated.z() > 0.1) {
-                values.push_back((rotated.hnormalized() - track.xy).norm() * rig.left.focal_px());
+            Eigen::Vector2d uv;
+            if (track.in_keyframe && ok(rig.left.project(R * track.keyframe_xy.homogeneous(), uv))) {
+                values.push_back((uv - track.pose.uv).norm());
             }
         }
         return median();

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "estimator/frontend/simd.h"
+#include "estimator/geometry/stereo_precision.h"
 #include "platform/base/assert.h"
 
 namespace facet {
@@ -21,24 +22,43 @@ constexpr double kPointSigmaPx = 0.5;    // of one stereo observation
 constexpr double kChiSquared3 = 11.34;   // 99 % of chi^2 with 3 degrees of freedom
 constexpr int kRefineSteps = 4;
 
-/// Signed distance of xy to the epipolar line of the bearing f, in normalised units.
-double epipolar_distance(const MonoPair& pair, const Eigen::Vector3d& t, const Eigen::Vector3d& f) {
+constexpr double kMinLine = 1e-12;  // change of the epipolar residual per pixel; below, the line is unknown
+
+/// Signed distance of xy to the epipolar line of the bearing f (px), to first order in the image:
+///   e = t x f . [xy; 1],  distance = e / |de / duv|
+double epipolar_distance(const MonoPair& pair, const Eigen::Matrix2d& d_xy_d_uv, const Eigen::Vector3d& t,
+                         const Eigen::Vector3d& f) {
     const Eigen::Vector3d line = t.cross(f);
-    const double norm = line.head<2>().norm();
-    return norm > 1e-9 ? line.dot(pair.xy.homogeneous()) / norm : 0.0;
+    const double norm = (d_xy_d_uv.transpose() * line.head<2>()).norm();
+    return norm > kMinLine ? line.dot(pair.xy.homogeneous()) / norm : 0.0;
 }
 
 }  // namespace
 
-void OutlierTest::configure(const FrontendConfig& config, double focal_px, double baseline_m) {
+void OutlierTest::configure(const FrontendConfig& config, const StereoRig& rig) {
     config_ = config;
-    focal_px_ = focal_px;
-    baseline_m_ = std::max(baseline_m, 1e-3);
+    rig_ = rig;
+    T_C1_C0_ = rig.T_C1_C0();
 }
 
 std::uint32_t OutlierTest::draw(std::uint32_t below) {
     random_ = random_ * 6364136223846793005ULL + 1442695040888963407ULL;
     return static_cast<std::uint32_t>(((random_ >> 32U) * below) >> 32U);
+}
+
+void OutlierTest::prepare_mono(std::span<const MonoPair> pairs) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const Eigen::Matrix2d d_uv_d_xy = rig_.left.d_uv_d_xy(pairs[i].xy);
+        normals_[i] = pairs[i].rotated.cross(pairs[i].xy.homogeneous());
+        parallax_[i] = (d_uv_d_xy * (pairs[i].rotated.hnormalized() - pairs[i].xy)).norm();
+        d_xy_d_uv_[i] = d_uv_d_xy.inverse();
+        rays_.x[i] = static_cast<float>(pairs[i].xy.x());
+        rays_.y[i] = static_cast<float>(pairs[i].xy.y());
+        rays_.xu[i] = static_cast<float>(d_xy_d_uv_[i](0, 0));
+        rays_.xv[i] = static_cast<float>(d_xy_d_uv_[i](0, 1));
+        rays_.yu[i] = static_cast<float>(d_xy_d_uv_[i](1, 0));
+        rays_.yv[i] = static_cast<float>(d_xy_d_uv_[i](1, 1));
+    }
 }
 
 void OutlierTest::load_mono(std::span<const MonoPair> pairs, const Eigen::Vector3d& theta) {
@@ -48,8 +68,6 @@ void OutlierTest::load_mono(std::span<const MonoPair> pairs, const Eigen::Vector
         rays_.fx[i] = f.x();
         rays_.fy[i] = f.y();
         rays_.fz[i] = f.z();
-        rays_.x[i] = static_cast<float>(pairs[i].xy.x());
-        rays_.y[i] = static_cast<float>(pairs[i].xy.y());
     }
     rays_used_ = pairs.size();
     for (; rays_used_ % simd::kLanes != 0; ++rays_used_) {
@@ -60,20 +78,23 @@ void OutlierTest::load_mono(std::span<const MonoPair> pairs, const Eigen::Vector
 double OutlierTest::score_mono(const Eigen::Vector3d& direction) const {
     using simd::Floats;
     const Eigen::Vector3f t = direction.cast<float>();
-    const auto limit = static_cast<float>(config_.ransac_threshold_px / focal_px_);
+    const auto limit = static_cast<float>(config_.ransac_threshold_px);
     const float inverse_limit2 = 1.0F / (limit * limit);
+    constexpr auto kLeast2 = static_cast<float>(kMinLine * kMinLine);
     Floats score{};
     for (std::size_t i = 0; i < rays_used_; i += simd::kLanes) {
         const Floats fx = simd::load(&rays_.fx[i]);
         const Floats fy = simd::load(&rays_.fy[i]);
         const Floats fz = simd::load(&rays_.fz[i]);
-        // The epipolar line t x f, and its distance from x.
+        // The epipolar line t x f, and its distance from x: see epipolar_distance().
         const Floats lx = t.y() * fz - t.z() * fy;
         const Floats ly = t.z() * fx - t.x() * fz;
         const Floats lz = t.x() * fy - t.y() * fx;
         const Floats e = lx * simd::load(&rays_.x[i]) + ly * simd::load(&rays_.y[i]) + lz;
-        const Floats norm2 = lx * lx + ly * ly;
-        const Floats gone = e * e * inverse_limit2 / (norm2 > 1e-14F ? norm2 : simd::splat(1e-14F));
+        const Floats du = lx * simd::load(&rays_.xu[i]) + ly * simd::load(&rays_.yu[i]);
+        const Floats dv = lx * simd::load(&rays_.xv[i]) + ly * simd::load(&rays_.yv[i]);
+        const Floats norm2 = du * du + dv * dv;
+        const Floats gone = e * e * inverse_limit2 / (norm2 > kLeast2 ? norm2 : simd::splat(kLeast2));
         score += 1.0F - (gone < 1.0F ? gone : simd::splat(1.0F));
     }
     return static_cast<double>(simd::sum(score));
@@ -82,18 +103,18 @@ double OutlierTest::score_mono(const Eigen::Vector3d& direction) const {
 void OutlierTest::refine_mono(std::span<const MonoPair> pairs, Eigen::Vector3d& t, Eigen::Vector3d& theta) const {
     // Gauss-Newton on 5 parameters: theta and t along two directions normal to it. Residual e = t . (f x x) / |line|,
     // f = f' + theta x f'. Weights: truncated quadratic of Tukey's shape; prior on theta.
-    const double limit = 2.0 * config_.ransac_threshold_px / focal_px_;
-    const double sigma = 0.5 / focal_px_;
+    const double limit = 2.0 * config_.ransac_threshold_px;
     for (int step = 0; step < kRefineSteps; ++step) {
         const Eigen::Vector3d b1 = t.unitOrthogonal();
         const Eigen::Vector3d b2 = t.cross(b1);
         Eigen::Matrix<double, 5, 5> h = Eigen::Matrix<double, 5, 5>::Zero();
         Eigen::Matrix<double, 5, 1> g = Eigen::Matrix<double, 5, 1>::Zero();
-        for (const MonoPair& pair : pairs) {
+        for (std::size_t i = 0; i < pairs.size(); ++i) {
+            const MonoPair& pair = pairs[i];
             const Eigen::Vector3d x = pair.xy.homogeneous();
             const Eigen::Vector3d f = pair.rotated + theta.cross(pair.rotated);
-            const double norm = t.cross(f).head<2>().norm();
-            if (!(norm > 1e-9)) {
+            const double norm = (d_xy_d_uv_[i].transpose() * t.cross(f).head<2>()).norm();
+            if (!(norm > kMinLine)) {
                 continue;
             }
             const Eigen::Vector3d n = f.cross(x);
@@ -102,7 +123,7 @@ void OutlierTest::refine_mono(std::span<const MonoPair> pairs, Eigen::Vector3d& 
             if (std::abs(ratio) >= 1.0) {
                 continue;
             }
-            const double w = (1.0 - ratio * ratio) * (1.0 - ratio * ratio) / (sigma * sigma);
+            const double w = (1.0 - ratio * ratio) * (1.0 - ratio * ratio) / (kPointSigmaPx * kPointSigmaPx);
             Eigen::Matrix<double, 5, 1> j;
             j << pair.rotated.cross(x.cross(t)) / norm, b1.dot(n) / norm, b2.dot(n) / norm;
             h += w * j * j.transpose();
@@ -147,10 +168,7 @@ Status OutlierTest::mono(std::span<const MonoPair> pairs, std::span<std::uint8_t
     if (n < kMinMonoPairs) {
         return Status::kDegenerate;
     }
-    for (std::size_t i = 0; i < n; ++i) {
-        normals_[i] = pairs[i].rotated.cross(pairs[i].xy.homogeneous());
-        parallax_[i] = (pairs[i].rotated.hnormalized() - pairs[i].xy).norm() * focal_px_;
-    }
+    prepare_mono(pairs);
     const auto middle = parallax_.begin() + static_cast<std::ptrdiff_t>(n / 2);
     std::nth_element(parallax_.begin(), middle, parallax_.begin() + static_cast<std::ptrdiff_t>(n));
     if (!(*middle > kMinParallaxPx)) {
@@ -173,7 +191,8 @@ Status OutlierTest::mono(std::span<const MonoPair> pairs, std::span<std::uint8_t
     std::size_t inliers = 0;
     for (std::size_t i = 0; i < n; ++i) {
         const Eigen::Vector3d f = pairs[i].rotated + theta.cross(pairs[i].rotated);
-        inlier[i] = std::abs(epipolar_distance(pairs[i], t, f)) * focal_px_ < config_.ransac_threshold_px ? 1 : 0;
+        const double off_px = std::abs(epipolar_distance(pairs[i], d_xy_d_uv_[i], t, f));
+        inlier[i] = off_px < config_.ransac_threshold_px ? 1 : 0;
         inliers += inlier[i];
     }
     if (2 * inliers < n) {
@@ -184,18 +203,15 @@ Status OutlierTest::mono(std::span<const MonoPair> pairs, std::span<std::uint8_t
 }
 
 Eigen::Matrix3d OutlierTest::covariance(const Eigen::Vector3d& p) const {
-    const double z = p.z();
-    const double lateral = z * (kPointSigmaPx / focal_px_ + kRotationSigma);
-    const double along = z * z * kPointSigmaPx * std::sqrt(2.0) / (focal_px_ * baseline_m_);
-    const Eigen::Vector3d ray = p / z;
-    return lateral * lateral * Eigen::Matrix3d::Identity() + along * along * ray * ray.transpose();
+    const double turn = kRotationSigma * p.norm();
+    return stereo_covariance(rig_, T_C1_C0_, p, kPointSigmaPx) + turn * turn * Eigen::Matrix3d::Identity();
 }
 
-void OutlierTest::load_stereo(std::span<const StereoPair> pairs) {
+void OutlierTest::load_stereo(std::span<const StereoPair> pairs, const Eigen::Matrix3d& R) {
     Translations& to = translations_;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-        const Eigen::Vector3d t = pairs[i].now - pairs[i].rotated;
-        const Eigen::Matrix3d c = covariance(pairs[i].now) + covariance(pairs[i].rotated);
+        const Eigen::Vector3d t = pairs[i].now - R * pairs[i].then;
+        const Eigen::Matrix3d c = covariance(pairs[i].now) + R * covariance(pairs[i].then) * R.transpose();
         normals_[i] = t;
         covariances_[i] = c;
         to.x[i] = t.x();
@@ -245,7 +261,7 @@ std::size_t OutlierTest::draw_translation(std::size_t n) {
             score += std::max(0.0, 1.0 - distances_[j] / kChiSquared3);
         }
         // A far point agrees with everything: so a large covariance lowers the score.
-        score /= 1.0 + std::sqrt(covariances_[i].trace()) / baseline_m_;
+        score /= 1.0 + std::sqrt(covariances_[i].trace()) / rig_.baseline_m();
         if (score > best_score) {
             best_score = score;
             best = i;
@@ -254,14 +270,15 @@ std::size_t OutlierTest::draw_translation(std::size_t n) {
     return best;
 }
 
-Status OutlierTest::stereo(std::span<const StereoPair> pairs, std::span<std::uint8_t> inlier) {
+Status OutlierTest::stereo(std::span<const StereoPair> pairs, const Eigen::Matrix3d& R,
+                           std::span<std::uint8_t> inlier) {
     FACET_ASSERT(pairs.size() == inlier.size() && pairs.size() <= normals_.size());
     std::fill(inlier.begin(), inlier.end(), std::uint8_t{1});
     const std::size_t n = pairs.size();
     if (n < kMinStereoPairs) {
         return Status::kDegenerate;
     }
-    load_stereo(pairs);
+    load_stereo(pairs, R);
     const std::size_t best = draw_translation(n);
     Eigen::Vector3d t = normals_[best];
     Eigen::Matrix3d cov = covariances_[best];

@@ -138,7 +138,7 @@ Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right
     options.affine = true;
     float correlation = 0.0F;
     FACET_TRY(aligner_.align(patch_, right, options, pose, correlation));
-    if (!geometry_.in_right_image(pose.uv, 1.0)) {
+    if (!geometry_.in_right_image(pose.uv, 1.0) || !geometry_.in_right_lens(pose.uv, aligner_.border_px())) {
         return Status::kNotFound;
     }
     EpipolarGeometry::Place place;

@@ -96,6 +96,9 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
     options.coarsest = config_.pyramid_levels - 1;
     options.affine = true;
     FACET_TRY(aligner_.align(patch(track), present, options, pose, correlation));
+    if (!camera_.in_lens(pose.uv, border_px())) {
+        return Status::kNotFound;
+    }
     Eigen::Vector2d xy;
     FACET_TRY(camera_.unproject(pose.uv, xy));
 

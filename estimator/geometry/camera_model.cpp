@@ -30,6 +30,21 @@ double radial_slope(const CameraIntrinsics& k, double r) {
     return 1.0;
 }
 
+/// Distorted radius, tangential part left out.
+double radial_image(const CameraIntrinsics& k, double r) {
+    const auto& c = k.coeffs;
+    switch (k.distortion) {
+        case Distortion::kNone: return r;
+        case Distortion::kRadialTangential: return r * (1.0 + r * r * (c[0] + c[1] * r * r));
+        case Distortion::kEquidistant: {
+            const double theta = std::atan(r);
+            const double t2 = theta * theta;
+            return theta * (1.0 + t2 * (c[0] + t2 * (c[1] + t2 * (c[2] + t2 * c[3]))));
+        }
+    }
+    return r;
+}
+
 double find_max_radius(const CameraIntrinsics& k) {
     constexpr double kStep = 0.01;
     constexpr double kMinSlope = 0.05;
@@ -77,7 +92,7 @@ Eigen::Vector2d distort_equidistant(const std::array<double, 4>& c, const Eigen:
 }  // namespace
 
 CameraModel::CameraModel(const CameraIntrinsics& intrinsics)
-    : k_(intrinsics), max_radius_(find_max_radius(intrinsics)) {}
+    : k_(intrinsics), max_radius_(find_max_radius(intrinsics)), lens_radius_(radial_image(intrinsics, max_radius_)) {}
 
 Status CameraModel::validate(const CameraIntrinsics& k) {
     const bool numbers_ok = std::isfinite(k.fx) && std::isfinite(k.fy) && std::isfinite(k.cx) && std::isfinite(k.cy) &&
@@ -110,6 +125,12 @@ Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& xy, Eigen::Matrix2d*
         d_out_d_xy->setIdentity();
     }
     return xy;
+}
+
+Eigen::Matrix2d CameraModel::d_uv_d_xy(const Eigen::Vector2d& xy) const {
+    Eigen::Matrix2d d_distorted_d_xy;
+    distort(xy, &d_distorted_d_xy);
+    return Eigen::Vector2d(k_.fx, k_.fy).asDiagonal() * d_distorted_d_xy;
 }
 
 Status CameraModel::project(const Eigen::Vector3d& p_C, Eigen::Vector2d& uv,

@@ -66,9 +66,21 @@ public:
     /// Distorted normalised point and its 2x2 Jacobian (nullptr to skip).
     Eigen::Vector2d distort(const Eigen::Vector2d& xy, Eigen::Matrix2d* d_out_d_xy = nullptr) const;
 
+    /// Derivative of the pixel with respect to the normalised undistorted point: 2x2 (px).
+    Eigen::Matrix2d d_uv_d_xy(const Eigen::Vector2d& xy) const;
+
+    /// Whether the pixel is this far inside the circle in which the model is used. A fisheye's circle lies inside its
+    /// image and hides the corners; that of other lenses contains the image.
+    bool in_lens(const Eigen::Vector2d& uv, double border_px) const {
+        const Eigen::Vector2d distorted((uv.x() - k_.cx) / k_.fx, (uv.y() - k_.cy) / k_.fy);
+        const double radius = lens_radius_ - border_px / focal_px();
+        return radius > 0.0 && distorted.squaredNorm() < radius * radius;
+    }
+
+    /// Whether the pixel is this far inside the image and the lens's circle.
     bool in_image(const Eigen::Vector2d& uv, double border_px) const {
         return uv.x() >= border_px && uv.y() >= border_px && uv.x() <= k_.width - 1 - border_px &&
-               uv.y() <= k_.height - 1 - border_px;
+               uv.y() <= k_.height - 1 - border_px && in_lens(uv, border_px);
     }
     /// Largest undistorted radius r the model is used for: where the distortion stops being increasing, or 10.
     double max_radius() const { return max_radius_; }
@@ -76,6 +88,7 @@ public:
 private:
     CameraIntrinsics k_;
     double max_radius_ = 10.0;
+    double lens_radius_ = 10.0;  ///< distorted, of the points at max_radius_; tangential distortion left out
 };
 
 }  // namespace facet

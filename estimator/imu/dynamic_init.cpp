@@ -201,7 +201,7 @@ bool solve(std::span<const KeyframeMotion> motions, const DynamicInitConfig& con
         }
         move(x, d, basis, keyframes);
         if (is_bound) {
-            x.g *= kGravity_W.norm() / x.g.norm();
+            x.g *= motions[0].imu.gravity_m_per_s2() / x.g.norm();
         }
     }
     return build(motions, config, x, is_bound ? tangent_plane(x.g) : Matrix3(Matrix3::Identity()), system);
@@ -226,7 +226,7 @@ Unknowns first_guess(std::span<const KeyframeMotion> motions) {
 }
 
 /// The free gravity must be known and have the magnitude of the true one within its uncertainty.
-Status judge_gravity(const Unknowns& x, const System& system) {
+Status judge_gravity(const Unknowns& x, const System& system, double true_norm) {
     Matrix h = system.h;
     const Eigen::LLT<Eigen::Ref<Matrix>> llt(h);
     if (llt.info() != Eigen::Success) {
@@ -242,7 +242,7 @@ Status judge_gravity(const Unknowns& x, const System& system) {
     }
     const double norm = x.g.norm();
     const double sigma = norm > 0.0 ? std::sqrt(x.g.dot(covariance * x.g)) / norm : 0.0;
-    const bool fits = norm > kMinFreeGravity && std::abs(norm - kGravity_W.norm()) < kGravitySigmas * sigma;
+    const bool fits = norm > kMinFreeGravity && std::abs(norm - true_norm) < kGravitySigmas * sigma;
     return fits ? Status::kOk : Status::kCorrupt;
 }
 
@@ -321,10 +321,11 @@ Status initialize_in_motion(std::span<const KeyframeMotion> motions, const Dynam
     if (!solve(motions, config, false, x, system)) {
         return Status::kDegenerate;
     }
-    FACET_TRY(judge_gravity(x, system));
+    const double gravity = motions[0].imu.gravity_m_per_s2();
+    FACET_TRY(judge_gravity(x, system, gravity));
     DynamicInit result;
     result.gravity_norm_m_per_s2 = x.g.norm();
-    x.g *= kGravity_W.norm() / x.g.norm();
+    x.g *= gravity / x.g.norm();
     if (!solve(motions, config, true, x, system)) {
         return Status::kDegenerate;
     }

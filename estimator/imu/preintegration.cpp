@@ -83,7 +83,9 @@ StepNoise StepNoise::of(const ImuNoise& noise) {
     return {squared(noise.gyro_noise_rad_per_s_per_sqrt_hz), squared(noise.accel_noise_m_per_s2_per_sqrt_hz)};
 }
 
-void Preintegration::reset(const ImuBias& bias_linearised) { *this = Preintegration(bias_linearised); }
+void Preintegration::reset(const ImuBias& bias_linearised) {
+    *this = Preintegration(bias_linearised, gravity_m_per_s2_);
+}
 
 Status Preintegration::integrate(const ImuSample& a, const ImuSample& b, const StepNoise& noise) {
     if (!(b.stamp > a.stamp)) {
@@ -135,10 +137,11 @@ NavState Preintegration::predict(const NavState& state_i) const {
     Eigen::Vector3d dp;
     Eigen::Vector3d dv;
     corrected(state_i.bias, dq, dp, dv);
+    const Eigen::Vector3d g_W = gravity_W(gravity_m_per_s2_);
     NavState state_j = state_i;
     state_j.q_W_B = (state_i.q_W_B * dq).normalized();
-    state_j.p_W_B += dt_s_ * state_i.v_W_B + 0.5 * dt_s_ * dt_s_ * kGravity_W + state_i.q_W_B * dp;
-    state_j.v_W_B += dt_s_ * kGravity_W + state_i.q_W_B * dv;
+    state_j.p_W_B += dt_s_ * state_i.v_W_B + 0.5 * dt_s_ * dt_s_ * g_W + state_i.q_W_B * dp;
+    state_j.v_W_B += dt_s_ * g_W + state_i.q_W_B * dv;
     return state_j;
 }
 

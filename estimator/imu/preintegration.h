@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "estimator/values/gravity.h"
 #include "estimator/values/imu_noise.h"
 #include "estimator/values/nav_state.h"
 #include "platform/base/samples.h"
@@ -28,12 +29,15 @@ struct StepNoise {
 /// Integrated by the midpoint rule on consecutive samples: gyro and accel averaged over the step, (a - ba) rotated by
 /// dR at its middle. The covariance, 9x9, order [theta p v], is that of the error Exp(d_theta) on the right of dR and
 /// of dp and dv: from the noise given with each step and from add_edge_error(). The bias's random walk is not in it:
-/// the factor adds that. Thread-bound. No heap.
+/// the factor adds that. The deltas are free of gravity, which joins them when states are compared: its strength is
+/// carried along, so that prediction, factor and start use one value. Thread-bound. No heap.
 class Preintegration {
 public:
-    explicit Preintegration(const ImuBias& bias_linearised = {}) : bias_(bias_linearised) {}
+    explicit Preintegration(const ImuBias& bias_linearised = {},
+                            double gravity_m_per_s2 = GravityConfig{}.magnitude_m_per_s2)
+        : bias_(bias_linearised), gravity_m_per_s2_(gravity_m_per_s2) {}
 
-    /// Starts anew with this bias.
+    /// Starts anew with this bias and the same gravity.
     void reset(const ImuBias& bias_linearised);
 
     /// Adds the step between two consecutive samples of one IMU.
@@ -52,6 +56,7 @@ public:
 
     double dt_s() const { return dt_s_; }
     const ImuBias& bias() const { return bias_; }
+    double gravity_m_per_s2() const { return gravity_m_per_s2_; }
     const Eigen::Quaterniond& delta_q() const { return dq_; }
     const Eigen::Vector3d& delta_p() const { return dp_; }
     const Eigen::Vector3d& delta_v() const { return dv_; }
@@ -67,6 +72,7 @@ public:
 
 private:
     ImuBias bias_;
+    double gravity_m_per_s2_;
     double dt_s_ = 0.0;
     Eigen::Quaterniond dq_ = Eigen::Quaterniond::Identity();
     Eigen::Vector3d dp_ = Eigen::Vector3d::Zero();

@@ -108,13 +108,13 @@ void fill_prior(const PriorSigmas& sigmas, InitialState& out) {
     out.sqrt_information.diagonal().segment<3>(kBiasAccel).setConstant(1.0 / sigmas.accel_bias_m_per_s2);
 }
 
-void fill_still(const StretchStatistics& s, const InitializerConfig& config, InitialState& out) {
+void fill_still(const StretchStatistics& s, double gravity, const InitializerConfig& config, InitialState& out) {
     const double force = s.mean_a_B.norm();
     const Eigen::Vector3d up_B = s.mean_a_B / force;
     const double root_n = std::sqrt(static_cast<double>(s.samples));
     out.state.q_W_B = level_attitude(up_B);
     out.state.bias.gyro = s.mean_w_B;
-    out.state.bias.accel = (force - kGravity_W.norm()) * up_B;
+    out.state.bias.accel = (force - gravity) * up_B;
     fill_prior({std::hypot(config.still_tilt_sigma_rad, s.accel_std.maxCoeff() / (force * root_n)),
                 config.still_velocity_sigma_m_per_s,
                 std::hypot(config.still_gyro_bias_sigma_rad_per_s, s.gyro_std.maxCoeff() / root_n),
@@ -122,9 +122,10 @@ void fill_still(const StretchStatistics& s, const InitializerConfig& config, Ini
                out);
 }
 
-void fill_moving(const TurnedForce& turned, double duration_s, const InitializerConfig& config, InitialState& out) {
+void fill_moving(const TurnedForce& turned, double duration_s, double gravity, const InitializerConfig& config,
+                 InitialState& out) {
     const double force = turned.mean_B.norm();
-    const double magnitude_error = std::abs(force - kGravity_W.norm()) / kGravity_W.norm();
+    const double magnitude_error = std::abs(force - gravity) / gravity;
     const double turn_error = 0.5 * duration_s * config.gyro_bias_sigma_rad_per_s;
     const double tilt = std::sqrt(turned.direction_spread_rad * turned.direction_spread_rad +
                                   magnitude_error * magnitude_error + turn_error * turn_error);
@@ -150,7 +151,8 @@ Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B) {
     return Eigen::Quaterniond(R_W_B).normalized();
 }
 
-Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, InitialState& out) {
+Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity_m_per_s2,
+                        const InitializerConfig& config, InitialState& out) {
     Stretch stretch;
     StretchStatistics statistics;
     TurnedForce turned;
@@ -162,15 +164,15 @@ Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const Initiali
     result.is_still = statistics.gyro_std.maxCoeff() < config.still_gyro_std_rad_per_s &&
                       statistics.accel_std.maxCoeff() < config.still_accel_std_m_per_s2 &&
                       statistics.mean_w_B.norm() < config.still_gyro_mean_rad_per_s &&
-                      std::abs(force - kGravity_W.norm()) < config.still_gravity_error_m_per_s2 &&
+                      std::abs(force - gravity_m_per_s2) < config.still_gravity_error_m_per_s2 &&
                       statistics.drift_share(kStillGyroDriftRadPerS, kStillAccelDriftMPerS2) < 1.0;
     if (!result.is_still && turned.mean_B.norm() < kMinForceMPerS2) {
         return Status::kDegenerate;
     }
     if (result.is_still) {
-        fill_still(statistics, config, result);
+        fill_still(statistics, gravity_m_per_s2, config, result);
     } else {
-        fill_moving(turned, stretch.duration_s(), config, result);
+        fill_moving(turned, stretch.duration_s(), gravity_m_per_s2, config, result);
     }
     out = result;
     return Status::kOk;

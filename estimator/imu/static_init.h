@@ -44,10 +44,12 @@ Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B);
 /// the stretch, the error of their magnitude, and the rotation of the mean by the unknown gyro bias; it is at least
 /// moving_tilt_sigma_rad.
 ///
-/// @param stamp  of the first frame
-/// @param out    written on kOk only
+/// @param stamp             of the first frame
+/// @param gravity_m_per_s2  its strength, g above
+/// @param out               written on kOk only
 /// @return kNotReady if samples do not reach the stamp, or cover less than min_duration_s before it without gaps and
 ///         clipping; kDegenerate if the mean force is below 1 m/s^2 (free fall). Reentrant. No heap.
-Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, InitialState& out);
+Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity_m_per_s2,
+                        const InitializerConfig& config, InitialState& out);
 
 }  // namespace facet

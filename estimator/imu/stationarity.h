@@ -54,6 +54,13 @@ struct Stationarity {
     double measure = 0.0;  ///< largest statistic over its limit: below 1 at rest
 };
 
+/// What the IMU is known to measure at rest, the attitude apart.
+struct RestingImu {
+    const ImuNoise& noise;
+    ImuBias bias;             ///< as estimated
+    double gravity_m_per_s2;  ///< g
+};
+
 /// Looks at the newest duration_s of samples before a stamp. All of these must hold, on every axis:
 ///   deviation about the mean <= margin * hypot(noise sqrt(rate), floor)        no shaking beyond the sensor's
 ///   |mean rate - bias| <= gyro_mean,  ||mean force - bias| - g| <= gravity_error
@@ -63,10 +70,10 @@ struct Stationarity {
 /// than gyro_mean. The unnoticed motion of a take-off in its first tenths of a second stays below 2 cm/s.
 /// Usage, at every frame:
 ///   Stationarity rest;
-///   if (ok(measure_stationarity(imu, stamp, noise, bias, config, rest)) && rest.may_be_at_rest && no_disparity) ...
+///   if (ok(measure_stationarity(buffer, stamp, imu, config, rest)) && rest.may_be_at_rest && no_disparity) ...
 /// @return kNotReady if samples do not reach the stamp or do not cover duration_s before it; kDegenerate if there is a
 ///         gap or a clipped reading in them: nothing is known. out untouched then. Reentrant. No heap.
-Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const ImuNoise& noise, const ImuBias& bias,
+Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const RestingImu& imu,
                             const StationarityConfig& config, Stationarity& out);
 
 }  // namespace facet

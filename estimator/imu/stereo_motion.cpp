@@ -35,27 +35,24 @@ struct BodyPoint {
 
 using BodyPoints = FixedVector<BodyPoint, kMaxFeatures>;
 
-Eigen::Matrix3d point_covariance(const Eigen::Vector3d& p, const StereoMotionConfig& config) {
-    const double lateral = p.z() * config.point_sigma_px / config.focal_px;
-    const double along = lateral * p.z() * std::sqrt(2.0) / config.baseline_m;
-    const Eigen::Vector3d ray = p / p.z();
-    return lateral * lateral * Eigen::Matrix3d::Identity() + along * along * ray * ray.transpose();
+bool is_possible(const StereoPlace& place) {
+    return place.p_C0.allFinite() && place.covariance_C0.allFinite() && place.p_C0.z() > 0.0;
 }
 
 void to_body(std::span<const StereoPoint> points, const Se3& T_B_C, const Eigen::Quaterniond& q_Bi_Bj,
-             const StereoMotionConfig& config, BodyPoints& out) {
+             BodyPoints& out) {
     const Eigen::Matrix3d R_B_C = T_B_C.q.toRotationMatrix();
     const Eigen::Matrix3d R_Bi_Cj = q_Bi_Bj.toRotationMatrix() * R_B_C;
     for (const StereoPoint& point : points) {
         if (out.size() == kMaxFeatures) {
             return;
         }
-        if (!point.then.allFinite() || !point.now.allFinite() || !(point.then.z() > 0.0) || !(point.now.z() > 0.0)) {
+        if (!is_possible(point.then) || !is_possible(point.now)) {
             continue;
         }
-        const Eigen::Matrix3d covariance = R_B_C * point_covariance(point.then, config) * R_B_C.transpose() +
-                                           R_Bi_Cj * point_covariance(point.now, config) * R_Bi_Cj.transpose();
-        out.push_back({T_B_C * point.then, T_B_C * point.now, covariance.inverse()});
+        const Eigen::Matrix3d covariance = R_B_C * point.then.covariance_C0 * R_B_C.transpose() +
+                                           R_Bi_Cj * point.now.covariance_C0 * R_Bi_Cj.transpose();
+        out.push_back({T_B_C * point.then.p_C0, T_B_C * point.now.p_C0, covariance.inverse()});
     }
 }
 
@@ -96,7 +93,7 @@ Status StereoMotionConfig::validate() const { return validate_fields(kStereoMoti
 Status estimate_stereo_motion(std::span<const StereoPoint> points, const Se3& T_B_C, const Eigen::Quaterniond& q_Bi_Bj,
                               const StereoMotionConfig& config, StereoMotion& out) {
     BodyPoints body;
-    to_body(points, T_B_C, q_Bi_Bj, config, body);
+    to_body(points, T_B_C, q_Bi_Bj, body);
     if (body.size() < kMinPoints) {
         return Status::kDegenerate;
     }

@@ -12,17 +12,20 @@
 
 namespace facet {
 
-/// One point in the left camera at two times (m), z > 0.
+/// A point in the left camera, as one stereo observation gives it.
+struct StereoPlace {
+    Eigen::Vector3d p_C0 = Eigen::Vector3d::UnitZ();                     ///< z > 0 (m)
+    Eigen::Matrix3d covariance_C0 = 1e-4 * Eigen::Matrix3d::Identity();  ///< stereo_covariance() (m^2)
+};
+
+/// One point at two times.
 struct StereoPoint {
-    Eigen::Vector3d then = Eigen::Vector3d::UnitZ();
-    Eigen::Vector3d now = Eigen::Vector3d::UnitZ();
+    StereoPlace then;
+    StereoPlace now;
 };
 
 /// Units, ranges and meanings: kStereoMotionFields below.
 struct StereoMotionConfig {
-    double focal_px = 450.0;
-    double baseline_m = 0.1;
-    double point_sigma_px = 0.5;
     double rotation_sigma_rad = 0.1;
 
     /// kInvalidArgument if a field is outside its range.
@@ -30,10 +33,6 @@ struct StereoMotionConfig {
 };
 
 inline constexpr auto kStereoMotionFields = std::to_array<ParameterField<StereoMotionConfig>>({
-    {FACET_FIELD(StereoMotionConfig, focal_px), "px", 50, 1e4, "Focal length, which turns pixels into angles."},
-    {FACET_FIELD(StereoMotionConfig, baseline_m), "m", 1e-3, 10, "Distance between the cameras of the pair."},
-    {FACET_FIELD(StereoMotionConfig, point_sigma_px), "px", 0.01, 10,
-     "Standard deviation of one observation of a point."},
     {FACET_FIELD(StereoMotionConfig, rotation_sigma_rad), "rad", 1e-5, 0.5,
      "Standard deviation of each axis of the given rotation: the gyroscope's over the interval to rely on it; 0.1 rad "
      "to take the rotation from the points alone, as initialize_in_motion() needs it for the gyroscope bias."},
@@ -50,8 +49,8 @@ struct StereoMotion {
 
 /// Weighted least squares of  p_Bi = R Exp(theta) p_Bj + t  over the points that agree, theta with the rotation's
 /// prior: t is first taken from single points, scored by truncated Mahalanobis distance, then refined over the points
-/// within 99 % of chi^2. A point's covariance is that of its two observations: lateral z sigma / f, along the ray
-/// z^2 sqrt(2) sigma / (f b). Errors common to all points, from rig and matching, are not in the covariance.
+/// within 99 % of chi^2. A point's covariance is the sum of those of its two places. Errors
+/// common to all points, from rig and matching, are not in the covariance.
 /// @param points    at most kMaxFeatures count; those with z <= 0 or not finite are left out
 /// @param T_B_C     left camera to body
 /// @param q_Bi_Bj   rotation of the body, from the gyroscope

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The navigation state, its tangent space, and gravity.
+// The navigation state and its tangent space.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,7 +37,7 @@ inline constexpr int kBiasAccel = 12;
 inline constexpr int kStateDim = 15;
 inline constexpr int kPoseDim = 6;
 
-/// World gravity (m/s^2): z is up.
-inline const Eigen::Vector3d kGravity_W{0.0, 0.0, -9.81};
+/// Gravity in the world, whose z is up. @param norm_m_per_s2  GravityConfig::norm_m_per_s2()
+inline Eigen::Vector3d gravity_W(double norm_m_per_s2) { return {0.0, 0.0, -norm_m_per_s2}; }
 
 }  // namespace facet

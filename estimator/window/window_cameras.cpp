@@ -6,13 +6,6 @@ namespace {
 
 constexpr double kStartThreshold = 1.5;  // of Huber's loss, until the window has settled
 
-Eigen::Matrix2f d_uv_d_xy(const CameraModel& camera, const Eigen::Vector2d& xy) {
-    Eigen::Matrix2d d_distorted_d_xy;
-    static_cast<void>(camera.distort(xy, &d_distorted_d_xy));
-    const CameraIntrinsics& k = camera.intrinsics();
-    return (Eigen::Vector2d(k.fx, k.fy).asDiagonal() * d_distorted_d_xy).cast<float>();
-}
-
 }  // namespace
 
 void WindowCameras::bind(const WindowState& state, const WindowConfig& config, const CalibrationConfig& calibration,
@@ -33,9 +26,9 @@ LandmarkObservation WindowCameras::observe(int keyframe, const FeatureObservatio
     o.measurement.left_xy = feature.left_xy;
     o.measurement.right_xy = feature.right_xy;
     o.measurement.has_right = feature.has_right;
-    o.measurement.d_left_d_xy = d_uv_d_xy(rig_.left, feature.left_xy);
+    o.measurement.d_left_d_xy = rig_.left.d_uv_d_xy(feature.left_xy).cast<float>();
     if (feature.has_right) {
-        o.measurement.d_right_d_xy = d_uv_d_xy(rig_.right, feature.right_xy);
+        o.measurement.d_right_d_xy = rig_.right.d_uv_d_xy(feature.right_xy).cast<float>();
     }
     if (estimates_lenses()) {
         o.given_left_xy = feature.left_xy;

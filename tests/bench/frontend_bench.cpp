@@ -81,9 +81,14 @@ ImagePyramid pyramid_of(const synthetic::Image& image) {
     return pyramid;
 }
 
+CameraModel pinhole(const synthetic::Image& image) {
+    return CameraModel(
+        {image.width, image.height, 458.0, 458.0, 0.5 * image.width, 0.5 * image.height, Distortion::kNone, {}});
+}
+
 CornerList corners_of(const synthetic::Image& image, double border_px) {
     Detector detector;
-    detector.configure(FrontendConfig{}, image.width, image.height, border_px);
+    detector.configure(FrontendConfig{}, pinhole(image), border_px);
     CornerList corners;
     detector.detect(image.view(), {}, FrontendConfig{}.max_features, corners);
     return corners;
@@ -116,7 +121,7 @@ BENCHMARK(corner_score)->Unit(benchmark::kMicrosecond);
 
 void detector(benchmark::State& state) {
     Detector detector;
-    detector.configure(FrontendConfig{}, scene().left[0].width, scene().left[0].height, 9.0);
+    detector.configure(FrontendConfig{}, scene().rig.left, 9.0);
     CornerList corners;
     for (auto _ : state) {
         corners.clear();
@@ -188,7 +193,7 @@ BENCHMARK(stereo_match)->ArgName("known")->Arg(0)->Arg(1)->Unit(benchmark::kMicr
 /// 250 points of which a tenth are wrong.
 void mono_outliers(benchmark::State& state) {
     OutlierTest test;
-    test.configure(FrontendConfig{}, 458.0, 0.11);
+    test.configure(FrontendConfig{}, scene().rig);
     std::mt19937 random(3);
     const auto uniform = [&random](double reach) {
         return reach * (static_cast<double>(random()) / 2147483648.0 - 1.0);
@@ -211,7 +216,7 @@ BENCHMARK(mono_outliers)->Unit(benchmark::kMicrosecond);
 
 void stereo_outliers(benchmark::State& state) {
     OutlierTest test;
-    test.configure(FrontendConfig{}, 458.0, 0.11);
+    test.configure(FrontendConfig{}, scene().rig);
     std::mt19937 random(3);
     const auto uniform = [&random](double reach) {
         return reach * (static_cast<double>(random()) / 2147483648.0 - 1.0);
@@ -224,7 +229,7 @@ void stereo_outliers(benchmark::State& state) {
     }
     std::vector<std::uint8_t> inlier(pairs.size());
     for (auto _ : state) {
-        benchmark::DoNotOptimize(test.stereo(pairs, inlier));
+        benchmark::DoNotOptimize(test.stereo(pairs, Eigen::Matrix3d::Identity(), inlier));
     }
 }
 BENCHMARK(stereo_outliers)->Unit(benchmark::kMicrosecond);

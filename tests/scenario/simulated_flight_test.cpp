@@ -21,8 +21,9 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Five seconds of flight in the room, one of them standing; coarse rendering, so that the test is quick.
-void simulate_log(const std::string& folder) {
+void simulate_log(const std::string& folder, sim::LensKind camera = sim::LensKind::kPinhole) {
     sim::SimOptions options;
+    options.camera = camera;
     options.out = folder;
     options.duration_s = 5.0;
     options.stand_s = 1.0;
@@ -173,4 +174,19 @@ TEST_CASE("a simulated flight is estimated to millimetres, the same each time, a
     CHECK(damaged.warnings.size() >= 3);
     CHECK(damaged.last.health.imu_gaps == 1);
     CHECK(evaluate_trajectory(log, dir.file("damaged")).se3.translation_m.rmse < kMaxAte_m);  // 0.97 mm
+}
+
+TEST_CASE("a flight behind fisheyes of 160 degrees is estimated to millimetres, with and without planes",
+          "[scenario]") {
+    const test::TempDir dir;
+    const std::string log = dir.file("log");
+    simulate_log(log, sim::LensKind::kFisheye);
+    for (const RegularityMode mode : {RegularityMode::kS, RegularityMode::kSpr}) {
+        const std::string out = dir.file(mode == RegularityMode::kS ? "s" : "spr");
+        const RunSummary run = replay(log, out, {}, mode);
+        CHECK(run.estimates == 101);
+        CHECK(run.last.health.state == TrackingState::kTracking);
+        CHECK(run.last.health.tracked > 150);
+        CHECK(evaluate_trajectory(log, out).se3.translation_m.rmse < kMaxAte_m);
+    }
 }

@@ -151,8 +151,8 @@ ImuSample SyntheticFlight::imu(double t) {
     ImuSample sample;
     sample.stamp = at(t);
     sample.w_B = rate(t) + options_.bias.gyro + options_.gyro_noise * to_discrete * gaussian();
-    sample.a_B = attitude(options_.motion, t).conjugate() * (acceleration(t) - kGravity_W) + options_.bias.accel +
-                 options_.accel_noise * to_discrete * gaussian();
+    sample.a_B = attitude(options_.motion, t).conjugate() * (acceleration(t) - gravity_W(options_.gravity_m_per_s2)) +
+                 options_.bias.accel + options_.accel_noise * to_discrete * gaussian();
     return sample;
 }
 
@@ -185,7 +185,7 @@ std::vector<FeatureObservation> SyntheticFlight::observe(double t, int most) {
 
 Preintegration SyntheticFlight::preintegrate(double t0, double t1, const ImuBias& bias, const ImuNoise& noise) {
     const int steps = static_cast<int>(std::lround((t1 - t0) * options_.imu_rate_hz));
-    Preintegration preintegration(bias);
+    Preintegration preintegration(bias, options_.believed_gravity_m_per_s2);
     ImuSample previous = imu(t0);
     for (int k = 1; k <= steps; ++k) {
         const ImuSample next = imu(t0 + (t1 - t0) * k / steps);

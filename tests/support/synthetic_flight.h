@@ -37,11 +37,13 @@ struct SyntheticMotion {
 class SyntheticFlight {
 public:
     struct Options {
-        double gyro_noise = 0.0;     ///< rad/s/sqrt(Hz)
-        double accel_noise = 0.0;    ///< m/s^2/sqrt(Hz)
-        double pixel_sigma = 0.0;    ///< px
-        ImuBias bias;                ///< constant, added to the samples
-        double time_offset_s = 0.0;  ///< what must be added to an image's stamp to have the IMU's time
+        double gyro_noise = 0.0;                  ///< rad/s/sqrt(Hz)
+        double accel_noise = 0.0;                 ///< m/s^2/sqrt(Hz)
+        double pixel_sigma = 0.0;                 ///< px
+        ImuBias bias;                             ///< constant, added to the samples
+        double gravity_m_per_s2 = 9.81;           ///< that the IMU feels
+        double believed_gravity_m_per_s2 = 9.81;  ///< that preintegrate() is told
+        double time_offset_s = 0.0;               ///< what must be added to an image's stamp to have the IMU's time
         Eigen::Vector3d rig_rotation = Eigen::Vector3d::Zero();  ///< true cameras = Exp(this) * rig() (rad)
         double imu_rate_hz = 200.0;
         int landmarks = 400;

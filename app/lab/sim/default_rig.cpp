@@ -39,6 +39,28 @@ StereoRig euroc_rig() {
     return {CameraModel(left), CameraModel(right), Se3::from_matrix(euroc_T_B_C(0)), Se3::from_matrix(euroc_T_B_C(1))};
 }
 
+StereoRig fisheye_rig() {
+    CameraIntrinsics left{752,
+                          480,
+                          270.214,
+                          270.073,
+                          377.382,
+                          242.146,
+                          Distortion::kEquidistant,
+                          {0.0034823894, 0.0007150348, -0.0020532361, 0.00020293673}};
+    CameraIntrinsics right{752,
+                           480,
+                           269.877,
+                           269.951,
+                           373.918,
+                           237.529,
+                           Distortion::kEquidistant,
+                           {0.0034003171, 0.0017665971, -0.0026631460, 0.00032995260}};
+    return {CameraModel(left), CameraModel(right), Se3::from_matrix(euroc_T_B_C(0)), Se3::from_matrix(euroc_T_B_C(1))};
+}
+
+StereoRig rig_with(LensKind lens) { return lens == LensKind::kFisheye ? fisheye_rig() : euroc_rig(); }
+
 ImuNoise euroc_imu_noise() { return {1.6968e-4, 1.9393e-5, 2.0e-3, 3.0e-3, 200.0}; }
 
 }  // namespace facet::sim

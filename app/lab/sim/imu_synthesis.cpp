@@ -19,8 +19,11 @@ Eigen::Vector3d normal3(RandomStream& random) {
 
 }  // namespace
 
-std::vector<ImuRecord> synthesise_imu(const Flight& flight, double end_s, Timestamp epoch, const ImuNoise* noise,
-                                      double rate_hz, std::uint64_t seed) {
+std::vector<ImuRecord> synthesise_imu(const Flight& flight, double end_s, Timestamp epoch, const ImuModel& model,
+                                      std::uint64_t seed) {
+    const ImuNoise* const noise = model.noise;
+    const double rate_hz = model.rate_hz;
+    const Eigen::Vector3d g_W = gravity_W(model.gravity_m_per_s2);
     RandomStream random(seed, 21);
     const double dt = 1.0 / rate_hz;
     const auto count = static_cast<int>(std::floor(end_s * rate_hz + 1e-9)) + 1;
@@ -38,7 +41,7 @@ std::vector<ImuRecord> synthesise_imu(const Flight& flight, double end_s, Timest
         r.bias = bias;
         r.sample.stamp = epoch + Duration::from_seconds(r.t_s);
         r.sample.w_B = r.state.w_B + bias.gyro;
-        r.sample.a_B = r.state.T_W_B.q.conjugate() * (r.state.a_W - kGravity_W) + bias.accel;
+        r.sample.a_B = r.state.T_W_B.q.conjugate() * (r.state.a_W - g_W) + bias.accel;
         if (noise != nullptr) {
             r.sample.w_B += noise->gyro_noise_rad_per_s_per_sqrt_hz * std::sqrt(rate_hz) * normal3(random);
             r.sample.a_B += noise->accel_noise_m_per_s2_per_sqrt_hz * std::sqrt(rate_hz) * normal3(random);

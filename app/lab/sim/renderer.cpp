@@ -30,6 +30,8 @@ using Eigen::Vector3d;
 /// Inverse of a tent's distribution on [-1, 1].
 double tent(double x) { return x < 0.5 ? std::sqrt(2.0 * x) - 1.0 : 1.0 - std::sqrt(2.0 - 2.0 * x); }
 
+constexpr double kSampleReach_px = 2.0;  // of a pixel's samples from its centre, at most
+
 /// Offsets of a pixel's samples (px), mean exactly zero: R2 sequence through the tent.
 std::vector<Eigen::Vector2d> sample_offsets(int count) {
     std::vector<Eigen::Vector2d> offsets;
@@ -128,7 +130,7 @@ Renderer::Renderer(const CameraModel& camera, const Se3& T_B_C, int samples, con
     for (int v = 0; v < height_; ++v) {
         for (int u = 0; u < width_; ++u) {
             const double r2 = (Eigen::Vector2d(u, v) - centre).squaredNorm() / corner2;
-            vignette_.push_back(static_cast<float>(1.0 - photometry_.vignette * r2));
+            vignette_.push_back(sees(u, v) ? static_cast<float>(1.0 - photometry_.vignette * r2) : 0.0F);
         }
     }
 }
@@ -136,9 +138,10 @@ Renderer::Renderer(const CameraModel& camera, const Se3& T_B_C, int samples, con
 Vector3d Renderer::ray(double u, double v) const {
     Eigen::Vector2d xy = Eigen::Vector2d::Zero();
     const Status status = camera_.unproject({u, v}, xy);
-    // A validated camera unprojects its whole image; a pixel it cannot is left looking straight ahead.
     return ok(status) ? Vector3d(xy.x(), xy.y(), 1.0).normalized() : Vector3d::UnitZ();
 }
+
+bool Renderer::sees(double u, double v) const { return camera_.in_lens({u, v}, kSampleReach_px); }
 
 void Renderer::render_tile(const Scene& scene, const ExposureMotion& motion, int tile, float* radiance) const {
     const int count = kTilePixels * samples_;
@@ -223,7 +226,9 @@ CoarsePass coarse_pass(const Scene& scene, const Flight& flight, const Renderer&
     std::vector<Vector3d> rays;
     for (int v = kSpacing_px / 2; v < camera.height(); v += kSpacing_px) {
         for (int u = kSpacing_px / 2; u < camera.width(); u += kSpacing_px) {
-            rays.push_back(camera.ray(u, v));
+            if (camera.sees(u, v)) {
+                rays.push_back(camera.ray(u, v));
+            }
         }
     }
     rays.resize((rays.size() + kLanes - 1) / kLanes * kLanes, rays.back());

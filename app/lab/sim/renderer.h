@@ -49,8 +49,10 @@ public:
     void render(const World& world, double t_s, double gain, std::uint64_t noise_key,
                 std::vector<std::uint8_t>& image) const;
 
-    /// Direction in C of the ray through a pixel, unit length.
+    /// Direction in C of the ray through a pixel, unit length; the optical axis where no ray is known.
     Eigen::Vector3d ray(double u, double v) const;
+    /// Whether the lens shows anything at a pixel and the samples about it: a fisheye's corners stay black.
+    bool sees(double u, double v) const;
     const Se3& T_B_C() const { return T_B_C_; }
     double focal_px() const { return camera_.focal_px(); }
 

@@ -21,7 +21,6 @@
 
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/sim/asl_writer.h"
-#include "app/lab/sim/default_rig.h"
 #include "app/lab/sim/parallel.h"
 #include "app/lab/sim/png_writer.h"
 #include "app/lab/sim/renderer.h"
@@ -74,6 +73,8 @@ Status check_options(const SimOptions& o, std::string& error) {
         error = fmt::format("--time-offset: {} s is outside -0.05 to 0.05 s", o.time_offset_s);
     } else if (!(o.extrinsic_error_deg >= 0.0 && o.extrinsic_error_deg <= 30.0)) {
         error = fmt::format("--extrinsic-error: {} deg is outside 0 to 30 deg", o.extrinsic_error_deg);
+    } else if (!(o.gravity_m_per_s2 >= 1.0 && o.gravity_m_per_s2 <= 30.0)) {
+        error = fmt::format("--gravity: {} m/s^2 is outside 1 to 30 m/s^2", o.gravity_m_per_s2);
     } else if (!(o.calibration_error >= 0.0 && o.calibration_error <= 100.0)) {
         error = fmt::format("--calibration-error: {} is outside 0 to 100", o.calibration_error);
     }
@@ -143,12 +144,14 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     meta["samples"] = o.samples;
     meta["noise"] = o.noise;
     meta["flight"] = o.flight == FlightKind::kHover ? "hover" : "tour";
+    meta["camera"] = o.camera == LensKind::kFisheye ? "fisheye" : "pinhole";
     meta["stand_s"] = o.stand_s;
     meta["vibration"] = has_vibration(o);
     meta["mover"] = o.mover;
     meta["time_offset_s"] = o.time_offset_s;
     meta["extrinsic_error_deg"] = o.extrinsic_error_deg;
     meta["calibration_error"] = o.calibration_error;
+    meta["gravity_m_per_s2"] = o.gravity_m_per_s2;
     meta["clearance_m"] = flight.min_clearance_m;
     meta["path_m"] = flight.path_m;
     meta["max_speed_m_per_s"] = flight.max_speed_m_per_s;
@@ -170,7 +173,8 @@ Status plan(const SimOptions& o, const Scene& scene, double end_s, Flight& fligh
 
 std::vector<ImuRecord> make_imu(const SimOptions& o, const Flight& flight, double end_s) {
     const ImuNoise noise = euroc_imu_noise();
-    std::vector<ImuRecord> imu = synthesise_imu(flight, end_s, kEpoch, o.noise ? &noise : nullptr, kImuRate_hz, o.seed);
+    std::vector<ImuRecord> imu =
+        synthesise_imu(flight, end_s, kEpoch, {o.noise ? &noise : nullptr, kImuRate_hz, o.gravity_m_per_s2}, o.seed);
     if (has_vibration(o)) {
         add_vibration({}, take_off_s(o), o.seed, imu);
     }
@@ -219,7 +223,7 @@ Status claim_calibration(const SimOptions& o, StereoRig& rig, std::array<Eigen::
 /// @param stamps  of the images, as written
 Status write_tables(const SimOptions& o, const World& world, const CoarsePass& coarse,
                     const std::vector<Timestamp>& stamps, double end_s, std::string& error) {
-    const StereoRig rig = euroc_rig();
+    const StereoRig rig = rig_with(o.camera);
     StereoRig claimed = rig;
     AslContent content{&claimed, {}, euroc_imu_noise(), o.rate_hz, stamps, {}};
     FACET_TRY(claim_calibration(o, claimed, content.T_B_C, error));
@@ -308,7 +312,7 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     const double end_s = times_s.back() + kTail_s;
     Flight flight;
     FACET_TRY(plan(options, scene, end_s, flight, error));
-    const StereoRig rig = euroc_rig();
+    const StereoRig rig = rig_with(options.camera);
     Photometry photometry;
     photometry.noise = options.noise;
     const Renderer left(rig.left, rig.T_B_C0, options.samples, photometry);

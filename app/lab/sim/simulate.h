@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "app/lab/sim/default_rig.h"
 #include "app/lab/sim/flight.h"
 #include "platform/base/status.h"
 
@@ -25,10 +26,12 @@ struct SimOptions {
     int texture_size = 1024;     ///< texels [16, 4096], a power of two
     double stand_s = 2.5;        ///< motionless at the start [0, 600]
     FlightKind flight = FlightKind::kTour;
+    LensKind camera = LensKind::kPinhole;
     bool vibration = false;            ///< of rotors, on the inertial samples of the flight; kHover has it anyway
     bool mover = false;                ///< a box crosses the view now and then
     double time_offset_s = 0.0;        ///< added to the stamps of the images, not to their time [-0.05, 0.05]
     double extrinsic_error_deg = 0.0;  ///< by which the written T_B_C are turned, both as one [0, 30]
+    double gravity_m_per_s2 = 9.81;    ///< [1, 30]; the flight is the same, the IMU feels it
     double calibration_error = 0.0;    ///< of the written cameras, in units of what a good calibration leaves [0, 100]
 };
 

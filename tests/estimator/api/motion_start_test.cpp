@@ -30,7 +30,7 @@ struct Fixture {
         for (int k = 0; k <= 400; ++k) {
             REQUIRE(ok(imu.push(flight.imu(0.005 * k))));
         }
-        start.configure(flight.rig(), noise, 0.3);
+        start.configure(flight.rig(), noise, 9.81, 0.3);
         for (int k = 0; k < keyframes; ++k) {
             const auto seen = flight.observe(0.2 * k);
             start.add_keyframe(test::at(0.2 * k), {seen.data(), seen.size()}, imu);

@@ -37,8 +37,8 @@ ImuSample sample_at(int k) {
     return s;
 }
 
-Preintegration preintegrate(int steps, const ImuNoise& noise, const ImuBias& bias = {}) {
-    Preintegration pre(bias);
+Preintegration preintegrate(int steps, const ImuNoise& noise, const ImuBias& bias = {}, double gravity = 9.81) {
+    Preintegration pre(bias, gravity);
     for (int k = 0; k < steps; ++k) {
         REQUIRE(ok(pre.integrate(sample_at(k), sample_at(k + 1), noise)));
     }
@@ -111,6 +111,33 @@ TEST_CASE("inertial Jacobians match numeric differentiation") {
         CHECK((lin.r - factor.residual(i, j)).norm() < 1e-9 * (1.0 + lin.r.norm()));
         expect_jacobians_match(factor, i, j, lin);
     }
+}
+
+TEST_CASE("residual and Jacobians follow the gravity of the preintegration") {
+    const ImuNoise noise;
+    std::mt19937 rng(5);
+    ImuFactor factor;
+    REQUIRE(ok(factor.set(preintegrate(50, noise, {}, 9.78), noise)));
+    const NavState i = random_state(rng);
+    const NavState j = factor.preintegration().predict(i);
+    CHECK(factor.residual(i, j).norm() < 1e-6);
+    CHECK((j.v_W_B - preintegrate(50, noise).predict(i).v_W_B).isApprox(Eigen::Vector3d(0.0, 0.0, 0.03 * 0.25), 1e-9));
+    const NavState far = j.box_plus(normal15(rng, 0.3));
+    ImuFactorLinearization lin;
+    factor.linearize(i, far, i, far, lin);
+    expect_jacobians_match(factor, i, far, lin);
+
+    // First-estimate Jacobians keep the null space: moving both states by an error of the yaw changes nothing.
+    const Eigen::Vector3d yaw_B = i.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    Vector15 turn_i = Vector15::Zero();
+    Vector15 turn_j = Vector15::Zero();
+    turn_i.segment<3>(kTheta) = yaw_B;
+    turn_i.segment<3>(kPos) = Eigen::Vector3d::UnitZ().cross(i.p_W_B);
+    turn_i.segment<3>(kVel) = Eigen::Vector3d::UnitZ().cross(i.v_W_B);
+    turn_j.segment<3>(kTheta) = far.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    turn_j.segment<3>(kPos) = Eigen::Vector3d::UnitZ().cross(far.p_W_B);
+    turn_j.segment<3>(kVel) = Eigen::Vector3d::UnitZ().cross(far.v_W_B);
+    CHECK((lin.d_r_d_i * turn_i + lin.d_r_d_j * turn_j).norm() < 1e-8 * (lin.d_r_d_i * turn_i).norm());
 }
 
 TEST_CASE("first-estimate Jacobians are those of the linearization points, the residual that of the states") {

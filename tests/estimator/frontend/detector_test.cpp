@@ -21,9 +21,14 @@ FrontendConfig small_config() {
     return config;
 }
 
-Detector make_detector(const FrontendConfig& config) {
+/// A lens whose circle has a radius of 0.5 pi * focal: many images or less than one.
+CameraModel lens(Distortion distortion, double focal_px) {
+    return CameraModel({kWidth, kHeight, focal_px, focal_px, 159.5, 119.5, distortion, {}});
+}
+
+Detector make_detector(const FrontendConfig& config, const CameraModel& camera = lens(Distortion::kNone, 300.0)) {
     Detector detector;
-    detector.configure(config, kWidth, kHeight, kBorder);
+    detector.configure(config, camera, kBorder);
     return detector;
 }
 
@@ -76,6 +81,22 @@ TEST_CASE("corners keep away from tracks and fill empty cells first", "[frontend
             CHECK((corner - track).norm() > config.min_distance_px - 1.0);
         }
     }
+}
+
+TEST_CASE("corners keep their distance to the border of the lens's circle", "[frontend]") {
+    const synthetic::Image image = synthetic::warp(synthetic::Texture(11.0, 50.0, 4), kWidth, kHeight, {0.0, 0.0});
+    const double focal_px = 100.0;
+    Detector detector = make_detector(small_config(), lens(Distortion::kEquidistant, focal_px));
+    CornerList corners;
+    detector.detect(image.view(), {}, 300, corners);
+    REQUIRE(corners.size() > 100);
+    double farthest = 0.0;
+    for (const Eigen::Vector2d& corner : corners) {
+        farthest = std::max(farthest, (corner - Eigen::Vector2d(159.5, 119.5)).norm());
+    }
+    const double circle = focal_px * std::atan(10.0);
+    CHECK(farthest < circle - kBorder);
+    CHECK(farthest > circle - kBorder - 10.0);
 }
 
 TEST_CASE("corners stand on corners", "[frontend]") {

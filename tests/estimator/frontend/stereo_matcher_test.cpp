@@ -12,13 +12,13 @@ using synthetic::Texture;
 namespace {
 
 struct Pair {
-    StereoRig rig = synthetic::make_rig();
+    StereoRig rig;
     FrontendConfig config;
     StereoMatcher matcher;
     ImagePyramid left;
     ImagePyramid right;
 
-    Pair() {
+    explicit Pair(const StereoRig& cameras = synthetic::make_rig()) : rig(cameras) {
         REQUIRE(ok(matcher.configure(config, rig)));
         REQUIRE(ok(left.configure(320, 240, config.pyramid_levels)));
         REQUIRE(ok(right.configure(320, 240, config.pyramid_levels)));
@@ -45,7 +45,7 @@ TEST_CASE("stereo matches a slanted plane through two distorted cameras", "[fron
     Detector detector;
     FrontendConfig detection;
     detection.min_distance_px = 10.0;
-    detector.configure(detection, 320, 240, 12.0);
+    detector.configure(detection, pair.rig.left, 12.0);
     CornerList corners;
     detector.detect(pair.left.level(0), {}, 250, corners);
     for (const Eigen::Vector2d& corner : corners) {
@@ -77,6 +77,54 @@ TEST_CASE("stereo matches a slanted plane through two distorted cameras", "[fron
     CHECK(matched > 0.8 * seen);
     CHECK(mean_px / matched < 0.05);
     CHECK(worst_px < 0.3);
+}
+
+TEST_CASE("stereo matches a floor and what lies beside it through two fisheyes", "[frontend]") {
+    const auto camera = [](double cx, double cy) {
+        return CameraModel({320, 240, 115.0, 115.2, cx, cy, Distortion::kEquidistant, {0.003, 0.001, -0.002, 0.0003}});
+    };
+    StereoRig rig = synthetic::make_rig();
+    rig.left = camera(160.7, 121.0);
+    rig.right = camera(158.2, 118.4);
+    Pair pair(rig);
+    // The plane is seen at 2 m in front, and up to 6 m away at 70 degrees.
+    const synthetic::Plane plane{Eigen::Vector3d(0.0, 0.6, 0.8), 1.6};
+    pair.see(plane, Texture(0.12, 1.6, 33));
+    Detector detector;
+    FrontendConfig detection;
+    detection.min_distance_px = 10.0;
+    detector.configure(detection, rig.left, 12.0);
+    CornerList corners;
+    detector.detect(pair.left.level(0), {}, 250, corners);
+    int seen = 0;
+    int matched = 0;
+    int wide = 0;
+    double mean_px = 0.0;
+    double worst_px = 0.0;
+    for (const Eigen::Vector2d& corner : corners) {
+        Eigen::Vector2d xy;
+        REQUIRE(ok(rig.left.unproject(corner, xy)));  // no corner outside the lens
+        const Eigen::Vector3d p_C0 = plane.intersect(Eigen::Vector3d::Zero(), xy.homogeneous());
+        Eigen::Vector2d truth;
+        if (!(p_C0.z() > 0.4 && p_C0.norm() < 6.0) || !ok(rig.right.project(rig.T_C1_C0() * p_C0, truth)) ||
+            !rig.right.in_image(truth, 12.0)) {
+            continue;
+        }
+        ++seen;
+        StereoMatch match;
+        if (ok(pair.matcher.match(pair.left, pair.right, corner, -1.0, match))) {
+            ++matched;
+            wide += xy.norm() > 1.7 ? 1 : 0;  // beyond 60 degrees
+            mean_px += (match.right_uv - truth).norm();
+            worst_px = std::max(worst_px, (match.right_uv - truth).norm());
+        }
+    }
+    CAPTURE(seen, matched, wide, mean_px / matched, worst_px);
+    CHECK(seen > 60);
+    CHECK(matched > 0.7 * seen);
+    CHECK(wide > 20);
+    CHECK(mean_px / matched < 0.1);
+    CHECK(worst_px < 1.0);
 }
 
 TEST_CASE("stereo ignores a wrong known depth", "[frontend]") {

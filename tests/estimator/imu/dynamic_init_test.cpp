@@ -28,6 +28,7 @@ struct Flight {
     Eigen::Vector3d v0 = Eigen::Vector3d::Zero();
     Eigen::Vector3d a0 = Eigen::Vector3d::Zero();  ///< constant acceleration
     Eigen::Vector3d theta0 = Eigen::Vector3d::Zero();
+    double gravity = 9.81;
 
     static Eigen::Vector3d wave(const Eigen::Vector3d& a, const Eigen::Vector3d& rate, const Eigen::Vector3d& phase,
                                 double t, int derivative) {
@@ -47,7 +48,7 @@ struct Flight {
         s.stamp = Timestamp{Duration::from_seconds(10.0 + t).ns};
         const NavState now = state(t);
         s.w_B = so3_log(state(t - kStep).q_W_B.conjugate() * state(t + kStep).q_W_B) / (2.0 * kStep);
-        s.a_B = now.q_W_B.conjugate() * (wave(p_amplitude, p_rate, p_phase, t, 2) + a0 - kGravity_W);
+        s.a_B = now.q_W_B.conjugate() * (wave(p_amplitude, p_rate, p_phase, t, 2) + a0 - gravity_W(gravity));
         return s;
     }
 };
@@ -60,6 +61,7 @@ struct Setup {
     double p_sigma = 3e-3;
     double theta_sigma = 1e-3;
     bool has_rotation = true;
+    double gravity = 9.81;  ///< that the motions are integrated with
     ImuBias bias{};
 };
 
@@ -101,6 +103,7 @@ public:
         ImuSample last = measure(0.0);
         for (int k = 0; k < setup.motions; ++k) {
             KeyframeMotion m;
+            m.imu = Preintegration({}, setup.gravity);
             const double begin = k * setup.interval_s;
             for (int i = 1; i <= steps; ++i) {
                 const ImuSample next = measure(begin + i / setup.rate_hz);
@@ -167,6 +170,23 @@ TEST_CASE("without noise the state is exact, biases included as far as they are 
     }
 }
 
+TEST_CASE("the start imposes the gravity that it is given, and refuses another") {
+    Generator generator(1);
+    Flight flight = generator.flight();
+    flight.gravity = 7.0;
+    Setup setup;
+    setup.noise_scale = 0.0;
+    setup.rate_hz = 2000.0;
+    DynamicInit result;
+    CHECK(initialize_in_motion(generator.motions(flight, setup), DynamicInitConfig{}, result) == Status::kCorrupt);
+    setup.gravity = 7.0;
+    REQUIRE(ok(initialize_in_motion(generator.motions(flight, setup), DynamicInitConfig{}, result)));
+    const Vector15 error = error_of(result, flight, setup);
+    CHECK(tilt_of(error) < 5e-3);
+    CHECK(velocity_of(error) < 2e-3);
+    CHECK(result.gravity_norm_m_per_s2 == Approx(7.0).margin(0.02));
+}
+
 TEST_CASE("one second of gentle motion gives the tilt to about a degree and the velocity to 5 cm/s") {
     for (const bool has_rotation : {true, false}) {
         CAPTURE(has_rotation);
@@ -231,7 +251,7 @@ TEST_CASE("standing still, constant velocity, constant acceleration and free fal
     Flight climb = glide;
     climb.a0 = {1.0, 0.5, 2.0};
     Flight fall = rest;
-    fall.a0 = kGravity_W;
+    fall.a0 = gravity_W(9.81);
     Generator generator(4);
     for (const Flight& flight : {rest, glide, climb, fall}) {
         Setup setup;

@@ -23,6 +23,7 @@ constexpr std::int64_t kStep_ns = 5'000'000;
 struct Scenario {
     Eigen::Quaterniond q_W_B = Eigen::Quaterniond::Identity();
     ImuBias bias;
+    double gravity = 9.81;
     Eigen::Vector3d rate_B = Eigen::Vector3d::Zero();  ///< constant
     std::function<Eigen::Vector3d(double)> a_W = [](double) { return Eigen::Vector3d::Zero(); };
 
@@ -40,7 +41,7 @@ struct Scenario {
             ImuSample s;
             s.stamp = Timestamp{k * kStep_ns};
             s.w_B = rate_B + bias.gyro + noise(2.4e-3);
-            s.a_B = attitude(t).conjugate() * (a_W(t) - kGravity_W) + bias.accel + noise(2.8e-2);
+            s.a_B = attitude(t).conjugate() * (a_W(t) - gravity_W(gravity)) + bias.accel + noise(2.8e-2);
             REQUIRE(ok(buffer->push(s)));
         }
         return buffer;
@@ -76,7 +77,7 @@ TEST_CASE("standing still: level, tilted, upside down, nose up") {
         scenario.q_W_B = so3_exp(turn);
         scenario.bias.gyro = {-0.002, 0.02, 0.08};  // as large as EuRoC's
         InitialState initial;
-        REQUIRE(ok(initialize_state(*scenario.record(1.2), at_s(1.1), config, initial)));
+        REQUIRE(ok(initialize_state(*scenario.record(1.2), at_s(1.1), 9.81, config, initial)));
         CHECK(initial.is_still);
         CHECK(tilt_error(initial.state, scenario.q_W_B) < 1e-3);
         CHECK((initial.state.bias.gyro - scenario.bias.gyro).norm() < 1e-3);
@@ -98,7 +99,7 @@ TEST_CASE("the prior: tilt about the horizontal axes of W, yaw about its vertica
     Scenario scenario;
     scenario.q_W_B = so3_exp({0.7, -0.4, 0.2});
     InitialState initial;
-    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), config, initial)));
+    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), 9.81, config, initial)));
     CHECK(initial.is_still);
     CHECK(sigma_about_W(initial, Eigen::Vector3d::UnitX()) == Approx(config.still_tilt_sigma_rad).epsilon(0.01));
     CHECK(sigma_about_W(initial, Eigen::Vector3d::UnitY()) == Approx(config.still_tilt_sigma_rad).epsilon(0.01));
@@ -117,9 +118,23 @@ TEST_CASE("standing still, the accelerometer bias along gravity is seen") {
     Scenario scenario;
     scenario.bias.accel = {0.0, 0.0, 0.3};
     InitialState initial;
-    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), InitializerConfig{}, initial)));
+    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), 9.81, InitializerConfig{}, initial)));
     CHECK(initial.is_still);
     CHECK((initial.state.bias.accel - scenario.bias.accel).norm() < 0.02);
+}
+
+TEST_CASE("standing where gravity is another, its strength is no bias") {
+    Scenario scenario;
+    scenario.gravity = 9.78;
+    const auto buffer = scenario.record(1.0);
+    InitialState known;
+    InitialState wrong;
+    REQUIRE(ok(initialize_state(*buffer, at_s(1.0), 9.78, InitializerConfig{}, known)));
+    REQUIRE(ok(initialize_state(*buffer, at_s(1.0), 9.81, InitializerConfig{}, wrong)));
+    CHECK(known.is_still);
+    CHECK(known.state.bias.accel.norm() < 0.01);
+    CHECK((known.state.bias.accel - wrong.state.bias.accel).norm() == Approx(0.03).epsilon(1e-9));
+    CHECK((known.information() == wrong.information()));  // rest is judged alike, and the tilt is known as well
 }
 
 TEST_CASE("shaken: moving, with gravity from the mean and honest sigmas") {
@@ -129,7 +144,7 @@ TEST_CASE("shaken: moving, with gravity from the mean and honest sigmas") {
     scenario.bias.gyro = {-0.002, 0.02, 0.08};
     scenario.a_W = [](double t) { return Eigen::Vector3d(2.0 * std::sin(12.0 * t), 1.5 * std::cos(9.0 * t), 1.0); };
     InitialState initial;
-    REQUIRE(ok(initialize_state(*scenario.record(1.5), at_s(1.5), config, initial)));
+    REQUIRE(ok(initialize_state(*scenario.record(1.5), at_s(1.5), 9.81, config, initial)));
     CHECK_FALSE(initial.is_still);
     CHECK(initial.state.bias.gyro.norm() == 0.0);
     CHECK(initial.state.bias.accel.norm() == 0.0);
@@ -147,7 +162,7 @@ TEST_CASE("a wilder motion widens the tilt sigma beyond its least value") {
     Scenario scenario;
     scenario.a_W = [](double t) { return Eigen::Vector3d(8.0 * std::sin(7.0 * t), 6.0 * std::cos(5.0 * t), 2.0); };
     InitialState initial;
-    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), config, initial)));
+    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), 9.81, config, initial)));
     CHECK_FALSE(initial.is_still);
     CHECK(initial.tilt_sigma_rad > 1.5 * config.moving_tilt_sigma_rad);
     CHECK(tilt_error(initial.state, scenario.q_W_B) < 2.0 * initial.tilt_sigma_rad);
@@ -158,7 +173,7 @@ TEST_CASE("a steady turn is motion, not bias, and gravity is taken in the last b
     Scenario scenario;
     scenario.rate_B = {0.9, 0.0, 0.0};  // rolls by 52 degrees in a second
     InitialState initial;
-    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), config, initial)));
+    REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), 9.81, config, initial)));
     CHECK_FALSE(initial.is_still);
     CHECK(initial.state.bias.gyro.norm() == 0.0);
     CHECK(tilt_error(initial.state, scenario.attitude(1.0)) < 5e-3);
@@ -170,9 +185,9 @@ TEST_CASE("only the newest stretch counts") {
     scenario.a_W = [](double t) { return Eigen::Vector3d(t < 1.0 ? 5.0 * std::sin(20.0 * t) : 0.0, 0.0, 0.0); };
     const auto buffer = scenario.record(2.5);
     InitialState initial;
-    REQUIRE(ok(initialize_state(*buffer, at_s(1.5), InitializerConfig{}, initial)));
+    REQUIRE(ok(initialize_state(*buffer, at_s(1.5), 9.81, InitializerConfig{}, initial)));
     CHECK_FALSE(initial.is_still);
-    REQUIRE(ok(initialize_state(*buffer, at_s(2.1), InitializerConfig{}, initial)));
+    REQUIRE(ok(initialize_state(*buffer, at_s(2.1), 9.81, InitializerConfig{}, initial)));
     CHECK(initial.is_still);
 }
 
@@ -183,7 +198,7 @@ TEST_CASE("the first tenths of a second of a take-off are not standing still") {
     for (const double t : {0.2, 0.3, 0.5}) {
         CAPTURE(t);
         InitialState initial;
-        REQUIRE(ok(initialize_state(*scenario.record(0.6), at_s(t), InitializerConfig{}, initial)));
+        REQUIRE(ok(initialize_state(*scenario.record(0.6), at_s(t), 9.81, InitializerConfig{}, initial)));
         CHECK_FALSE(initial.is_still);
     }
     // while rest is told from its shortest stretch on, whatever the noise
@@ -192,7 +207,7 @@ TEST_CASE("the first tenths of a second of a take-off are not standing still") {
         for (const double t : {0.1, 0.2, 0.5}) {
             CAPTURE(seed, t);
             InitialState initial;
-            REQUIRE(ok(initialize_state(*rest, at_s(t), InitializerConfig{}, initial)));
+            REQUIRE(ok(initialize_state(*rest, at_s(t), 9.81, InitializerConfig{}, initial)));
             CHECK(initial.is_still);
         }
     }
@@ -203,26 +218,27 @@ TEST_CASE("too little data, or data with a gap, is not ready") {
     InitialState initial;
     initial.tilt_sigma_rad = -1.0;
     const auto empty = std::make_unique<ImuBuffer>(200.0);
-    CHECK(initialize_state(*empty, at_s(0.5), config, initial) == Status::kNotReady);
+    CHECK(initialize_state(*empty, at_s(0.5), 9.81, config, initial) == Status::kNotReady);
     const auto buffer = Scenario{}.record(0.5);
-    CHECK(initialize_state(*buffer, at_s(0.05), config, initial) == Status::kNotReady);
-    CHECK(initialize_state(*buffer, at_s(-1.0), config, initial) == Status::kNotReady);
-    CHECK(initialize_state(*buffer, at_s(0.6), config, initial) == Status::kNotReady);
+    CHECK(initialize_state(*buffer, at_s(0.05), 9.81, config, initial) == Status::kNotReady);
+    CHECK(initialize_state(*buffer, at_s(-1.0), 9.81, config, initial) == Status::kNotReady);
+    CHECK(initialize_state(*buffer, at_s(0.6), 9.81, config, initial) == Status::kNotReady);
     CHECK(initial.tilt_sigma_rad == -1.0);
-    CHECK(ok(initialize_state(*buffer, at_s(0.1), config, initial)));
+    CHECK(ok(initialize_state(*buffer, at_s(0.1), 9.81, config, initial)));
     // samples come back after a gap of 0.2 s: the stretch starts anew
     for (int k = 0; k < 40; ++k) {
-        REQUIRE(ok(buffer->push({at_s(0.7 + 0.005 * k), Eigen::Vector3d::Zero(), -kGravity_W})));
+        REQUIRE(ok(buffer->push({at_s(0.7 + 0.005 * k), Eigen::Vector3d::Zero(), -gravity_W(9.81)})));
     }
-    CHECK(initialize_state(*buffer, at_s(0.75), config, initial) == Status::kNotReady);
-    CHECK(ok(initialize_state(*buffer, at_s(0.85), config, initial)));
+    CHECK(initialize_state(*buffer, at_s(0.75), 9.81, config, initial) == Status::kNotReady);
+    CHECK(ok(initialize_state(*buffer, at_s(0.85), 9.81, config, initial)));
 }
 
 TEST_CASE("free fall tells no direction") {
     Scenario scenario;
-    scenario.a_W = [](double) { return kGravity_W; };
+    scenario.a_W = [](double) { return gravity_W(9.81); };
     InitialState initial;
-    CHECK(initialize_state(*scenario.record(1.0), at_s(1.0), InitializerConfig{}, initial) == Status::kDegenerate);
+    CHECK(initialize_state(*scenario.record(1.0), at_s(1.0), 9.81, InitializerConfig{}, initial) ==
+          Status::kDegenerate);
 }
 
 TEST_CASE("the config is validated field by field") {

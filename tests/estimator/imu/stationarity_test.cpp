@@ -15,6 +15,7 @@ namespace facet {
 namespace {
 
 constexpr double kRate = 200.0;
+const ImuNoise kNoise;
 
 struct Motion {
     std::function<Eigen::Vector3d(double)> w_B = [](double) { return Eigen::Vector3d::Zero(); };
@@ -37,7 +38,7 @@ struct Motion {
             ImuSample s;
             s.stamp = Timestamp{Duration::from_seconds(t).ns};
             s.w_B = w_B(t) + bias.gyro + gaussian(noise.gyro_noise_rad_per_s_per_sqrt_hz);
-            s.a_B = q_W_B.conjugate() * (a_W(t) - kGravity_W) + bias.accel +
+            s.a_B = q_W_B.conjugate() * (a_W(t) - gravity_W(9.81)) + bias.accel +
                     gaussian(noise.accel_noise_m_per_s2_per_sqrt_hz);
             REQUIRE(ok(buffer->push(s)));
             q_W_B = q_W_B * so3_exp(w_B(t) / kRate);
@@ -46,13 +47,13 @@ struct Motion {
     }
 
     /// Share of stamps, every 50 ms, at which the samples do not speak against rest.
-    double rest_share(double from_s, double to_s, const ImuBias& known = {}) const {
+    double rest_share(double from_s, double to_s, const ImuBias& known = {}, double gravity = 9.81) const {
         const auto buffer = record(to_s);
         int rests = 0;
         int all = 0;
         for (double t = from_s; t < to_s; t += 0.05) {
             Stationarity rest;
-            REQUIRE(ok(measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, ImuNoise{}, known,
+            REQUIRE(ok(measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, {kNoise, known, gravity},
                                             StationarityConfig{}, rest)));
             CHECK(rest.may_be_at_rest == (rest.measure < 1.0));
             rests += rest.may_be_at_rest ? 1 : 0;
@@ -76,6 +77,11 @@ TEST_CASE("at rest, with known and with slightly wrong biases") {
     CHECK(rest.rest_share(0.5, 10.0, nearly) == 1.0);
     // an unknown bias is taken for a turn
     CHECK(rest.rest_share(0.5, 10.0) == 0.0);
+}
+
+TEST_CASE("rest is judged by the gravity of the place") {
+    CHECK(Motion{}.rest_share(0.5, 5.0, {}, 9.78) == 1.0);
+    CHECK(Motion{}.rest_share(0.5, 5.0, {}, 1.62) == 0.0);  // on the moon, this is a lift that starts
 }
 
 TEST_CASE("gentle hand motion and slow smooth flight are not rest") {
@@ -105,7 +111,7 @@ TEST_CASE("turning, shaking, falling, speeding up") {
     hover.a_W = [](double t) { return Eigen::Vector3d(0.0, 0.0, 0.3 * std::cos(570.0 * t)); };
     CHECK(hover.rest_share(0.5, 5.0) == 0.0);
     Motion fall;
-    fall.a_W = [](double) { return kGravity_W; };
+    fall.a_W = [](double) { return gravity_W(9.81); };
     CHECK(fall.rest_share(0.5, 5.0) == 0.0);
     Motion climb;
     climb.a_W = [](double) { return Eigen::Vector3d(0.0, 0.0, 0.5); };
@@ -124,7 +130,7 @@ TEST_CASE("a take-off is told before it has 2 cm/s, and stays told") {
     double speed_told = -1.0;
     for (double t = 0.6; t < 2.0; t += 0.02) {
         Stationarity rest;
-        REQUIRE(ok(measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, ImuNoise{}, {},
+        REQUIRE(ok(measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, {kNoise, {}, 9.81},
                                         StationarityConfig{}, rest)));
         const double since = std::max(0.0, t - kStart);
         const double speed = since - std::sin(M_PI * since) / M_PI;
@@ -150,18 +156,18 @@ TEST_CASE("too little data is not ready, broken data tells nothing") {
     Stationarity rest;
     rest.measure = -1.0;
     const auto measure = [&](double t) {
-        return measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, ImuNoise{}, {},
+        return measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, {kNoise, {}, 9.81},
                                     StationarityConfig{}, rest);
     };
     CHECK(measure(0.4) == Status::kNotReady);
     CHECK(measure(1.1) == Status::kNotReady);
     CHECK(rest.measure == -1.0);
-    REQUIRE(ok(buffer->push({Timestamp{1'100'000'000}, Eigen::Vector3d::Zero(), -kGravity_W})));
+    REQUIRE(ok(buffer->push({Timestamp{1'100'000'000}, Eigen::Vector3d::Zero(), -gravity_W(9.81)})));
     CHECK(measure(1.1) == Status::kDegenerate);
     REQUIRE(ok(buffer->push({Timestamp{1'105'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 1e3}})));
     CHECK(measure(1.105) == Status::kDegenerate);
     CHECK(rest.measure == -1.0);
-    CHECK(measure_stationarity(*std::make_unique<ImuBuffer>(), Timestamp{0}, ImuNoise{}, {}, StationarityConfig{},
+    CHECK(measure_stationarity(*std::make_unique<ImuBuffer>(), Timestamp{0}, {kNoise, {}, 9.81}, StationarityConfig{},
                                rest) == Status::kNotReady);
 }
 

@@ -15,6 +15,10 @@
 namespace facet {
 namespace {
 
+constexpr double kFocal_px = 450.0;
+constexpr double kBaseline_m = 0.1;
+constexpr double kSigma_px = 0.5;
+
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 struct Scene {
@@ -22,19 +26,20 @@ struct Scene {
     Se3 T_Bi_Bj{so3_exp({0.05, -0.1, 0.08}), {0.3, -0.1, 0.2}};
     std::vector<StereoPoint> points;
 
-    /// Points at 1 to 12 m before the camera, both views with the noise of the config, the first `outliers` replaced by
+    /// Points at 1 to 12 m before the camera, both views with noise, the first `outliers` replaced by
     /// points that all moved alike, another way.
-    Scene(int count, int outliers, double noise_scale, const StereoMotionConfig& config, unsigned seed) {
+    Scene(int count, int outliers, double noise_scale, unsigned seed) {
         std::mt19937 rng(seed);
         std::normal_distribution<double> normal;
         std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-        const auto noisy = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d {
+        const auto noisy = [&](const Eigen::Vector3d& p) -> StereoPlace {
             // pixel noise of left x, y and right x, turned into a point by the disparity
-            const double s = noise_scale * config.point_sigma_px / config.focal_px;
+            const double s = noise_scale * kSigma_px / kFocal_px;
             const double x = p.x() / p.z() + s * normal(rng);
             const double y = p.y() / p.z() + s * normal(rng);
-            const double disparity = config.baseline_m / p.z() + s * std::sqrt(2.0) * normal(rng);
-            return config.baseline_m / disparity * Eigen::Vector3d(x, y, 1.0);
+            const double disparity = kBaseline_m / p.z() + s * std::sqrt(2.0) * normal(rng);
+            const Eigen::Vector3d seen = kBaseline_m / disparity * Eigen::Vector3d(x, y, 1.0);
+            return {seen, covariance_of(seen)};
         };
         const Se3 T_Ci_Cj = T_B_C.inverse() * T_Bi_Bj * T_B_C;
         while (static_cast<int>(points.size()) < count) {
@@ -49,6 +54,12 @@ struct Scene {
             }
         }
     }
+    /// Lateral z sigma / f, along the ray z^2 sqrt(2) sigma / (f b).
+    static Eigen::Matrix3d covariance_of(const Eigen::Vector3d& p) {
+        const double lateral = p.z() * kSigma_px / kFocal_px;
+        const double along = lateral * std::sqrt(2.0) / kBaseline_m;
+        return lateral * lateral * Eigen::Matrix3d::Identity() + along * along * p * p.transpose();
+    }
     Vector6 error(const StereoMotion& m) const {
         Vector6 e;
         e << so3_log(m.q_Bi_Bj.conjugate() * T_Bi_Bj.q), T_Bi_Bj.p - m.p_Bi_Bj;
@@ -60,7 +71,7 @@ struct Scene {
 
 TEST_CASE("exact points give the exact motion, from a wrong rotation too") {
     const StereoMotionConfig config;
-    const Scene scene(60, 0, 0.0, config, 1);
+    const Scene scene(60, 0, 0.0, 1);
     StereoMotion m;
     const Eigen::Quaterniond gyro = scene.T_Bi_Bj.q * so3_exp({0.01, -0.02, 0.01});
     REQUIRE(ok(estimate_stereo_motion(scene.points, scene.T_B_C, gyro, config, m)));
@@ -80,7 +91,7 @@ TEST_CASE("errors are of the size the covariance says, with the rotation open an
         double nees = 0.0;
         double position = 0.0;
         for (unsigned run = 0; run < kRuns; ++run) {
-            const Scene scene(80, 0, 1.0, config, run + 1);
+            const Scene scene(80, 0, 1.0, run + 1);
             const double gyro_error = std::min(rotation_sigma, 0.01);
             const Eigen::Vector3d wrong = gyro_error * Eigen::Vector3d(normal(rng), normal(rng), normal(rng));
             StereoMotion m;
@@ -99,7 +110,7 @@ TEST_CASE("a third of outliers that agree with each other changes little") {
     StereoMotionConfig config;
     config.rotation_sigma_rad = 2e-3;
     for (unsigned seed = 1; seed <= 50; ++seed) {
-        const Scene scene(90, 30, 1.0, config, seed);
+        const Scene scene(90, 30, 1.0, seed);
         StereoMotion m;
         REQUIRE(ok(estimate_stereo_motion(scene.points, scene.T_B_C, scene.T_Bi_Bj.q, config, m)));
         CHECK(scene.error(m).tail<3>().norm() < 0.03);
@@ -110,28 +121,28 @@ TEST_CASE("a third of outliers that agree with each other changes little") {
 
 TEST_CASE("too few points, or none that agree, are degenerate; impossible points are left out; nothing is allocated") {
     const StereoMotionConfig config;
-    Scene scene(40, 0, 1.0, config, 3);
+    Scene scene(40, 0, 1.0, 3);
     StereoMotion m;
     m.inliers = -1;
     const Eigen::Quaterniond& q = scene.T_Bi_Bj.q;
     CHECK(estimate_stereo_motion({scene.points.data(), 5}, scene.T_B_C, q, config, m) == Status::kDegenerate);
     CHECK(estimate_stereo_motion({}, scene.T_B_C, q, config, m) == Status::kDegenerate);
     CHECK(m.inliers == -1);
-    scene.points[0].now.z() = -1.0;
-    scene.points[1].then.x() = std::nan("");
-    scene.points[2].now.z() = 0.0;
+    scene.points[0].now.p_C0.z() = -1.0;
+    scene.points[1].then.p_C0.x() = std::nan("");
+    scene.points[2].now.p_C0.z() = 0.0;
     REQUIRE(ok(estimate_stereo_motion(scene.points, scene.T_B_C, q, config, m)));
     CHECK(m.inliers <= 37);
     CHECK(m.inliers > 30);
     std::mt19937 rng(1);
     std::uniform_real_distribution<double> uniform(-3.0, 3.0);
     for (StereoPoint& point : scene.points) {
-        point.now = {uniform(rng), uniform(rng), 4.0 + uniform(rng)};
+        point.now.p_C0 = {uniform(rng), uniform(rng), 4.0 + uniform(rng)};
     }
     StereoMotionConfig tight = config;
     tight.rotation_sigma_rad = 1e-3;
     CHECK(estimate_stereo_motion(scene.points, scene.T_B_C, q, tight, m) == Status::kDegenerate);
-    const Scene many(700, 0, 1.0, config, 4);
+    const Scene many(700, 0, 1.0, 4);
     test::AllocationGuard guard;
     const Status status = estimate_stereo_motion(many.points, many.T_B_C, many.T_Bi_Bj.q, config, m);
     const std::uint64_t allocations = guard.allocations();

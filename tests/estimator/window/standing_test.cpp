@@ -52,9 +52,9 @@ struct Standing {
     }
     ImuSample sample(double t) {
         const double root_rate = std::sqrt(200.0);
-        return {
-            test::at(t), noise.gyro_noise_rad_per_s_per_sqrt_hz * root_rate * gaussian(),
-            truth.q_W_B.conjugate() * (-kGravity_W) + noise.accel_noise_m_per_s2_per_sqrt_hz * root_rate * gaussian()};
+        return {test::at(t), noise.gyro_noise_rad_per_s_per_sqrt_hz * root_rate * gaussian(),
+                truth.q_W_B.conjugate() * (-gravity_W(9.81)) +
+                    noise.accel_noise_m_per_s2_per_sqrt_hz * root_rate * gaussian()};
     }
     void stand(int from, int to, bool is_known_to_rest) {
         for (int k = from; k <= to; ++k) {

@@ -114,6 +114,23 @@ TEST_CASE("a wrong start, biases and noise are worked out by the window", "[wind
     CHECK((run.last.bias.accel - options.bias.accel).norm() < 0.02);
 }
 
+TEST_CASE("a flight under another gravity is as good if that is known; if not, it shows as a bias", "[window]") {
+    SyntheticFlight::Options options;
+    options.gyro_noise = 1.7e-4;
+    options.accel_noise = 2e-3;
+    options.pixel_sigma = 0.5;
+    const Run usual = fly(options, 0.5, 15.0, 15, true);
+    options.gravity_m_per_s2 = options.believed_gravity_m_per_s2 = 9.78;
+    const Run known = fly(options, 0.5, 15.0, 15, true);
+    options.believed_gravity_m_per_s2 = 9.81;
+    const Run wrong = fly(options, 0.5, 15.0, 15, true);
+    CHECK(known.rmse_m == Approx(usual.rmse_m).epsilon(0.02));
+    CHECK(known.nees_pose == Approx(usual.nees_pose).epsilon(0.02));
+    CHECK(known.last.bias.accel.norm() < 0.02);
+    const Eigen::Vector3d up_B = wrong.last.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    CHECK(up_B.dot(wrong.last.bias.accel - known.last.bias.accel) == Approx(-0.03).margin(0.006));
+}
+
 TEST_CASE("the window learns how precise observations are", "[window]") {
     SyntheticFlight::Options options;
     options.gyro_noise = 1.7e-4;

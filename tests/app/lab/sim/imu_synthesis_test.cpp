@@ -39,7 +39,8 @@ Drift dead_reckon(const std::vector<ImuRecord>& records) {
         const double dt = records[k + 1].t_s - records[k].t_s;
         const Eigen::Vector3d w = 0.5 * (records[k].sample.w_B + records[k + 1].sample.w_B);
         const Eigen::Quaterniond q_next = q * so3_exp(w * dt);
-        const Eigen::Vector3d a = 0.5 * (q * records[k].sample.a_B + q_next * records[k + 1].sample.a_B) + kGravity_W;
+        const Eigen::Vector3d a =
+            0.5 * (q * records[k].sample.a_B + q_next * records[k + 1].sample.a_B) + gravity_W(9.81);
         p += v * dt + 0.5 * a * dt * dt;
         v += a * dt;
         q = q_next;
@@ -51,7 +52,7 @@ Drift dead_reckon(const std::vector<ImuRecord>& records) {
 
 TEST_CASE("Integrating exact samples reproduces the flight, with an error of second order in the step") {
     const Flight flight = lively_flight();
-    const std::vector<ImuRecord> records = synthesise_imu(flight, 5.0, Timestamp{5}, nullptr, 200.0, 1);
+    const std::vector<ImuRecord> records = synthesise_imu(flight, 5.0, Timestamp{5}, {}, 1);
     REQUIRE(records.size() == 1001);
     CHECK(records[1].sample.stamp.ns == 5'000'005);
     double fastest = 0.0;
@@ -61,15 +62,15 @@ TEST_CASE("Integrating exact samples reproduces the flight, with an error of sec
     CHECK(fastest > 0.7);
     CHECK(dead_reckon(records).position_m < 2e-3);
     CHECK(dead_reckon(records).angle_rad < 1e-4);
-    const Drift coarse = dead_reckon(synthesise_imu(flight, 10.0, Timestamp{5}, nullptr, 200.0, 1));
-    const Drift fine = dead_reckon(synthesise_imu(flight, 10.0, Timestamp{5}, nullptr, 800.0, 1));
+    const Drift coarse = dead_reckon(synthesise_imu(flight, 10.0, Timestamp{5}, {}, 1));
+    const Drift fine = dead_reckon(synthesise_imu(flight, 10.0, Timestamp{5}, {.rate_hz = 800.0}, 1));
     CHECK(fine.position_m < coarse.position_m / 14.0);
     CHECK(fine.position_m < 3e-4);
 }
 
 TEST_CASE("A sensor at rest reads gravity upwards") {
     const Flight still(Flight::Spline(1.0, std::vector<Flight::Spline::Vector>(8, Flight::Spline::Vector::Zero())));
-    const std::vector<ImuRecord> records = synthesise_imu(still, 1.0, Timestamp{0}, nullptr, 200.0, 1);
+    const std::vector<ImuRecord> records = synthesise_imu(still, 1.0, Timestamp{0}, {}, 1);
     CHECK((records[50].sample.a_B - Eigen::Vector3d(9.81, 0.0, 0.0)).norm() < 1e-9);
     CHECK(records[50].sample.w_B.norm() < 1e-12);
 }
@@ -77,8 +78,8 @@ TEST_CASE("A sensor at rest reads gravity upwards") {
 TEST_CASE("Noise and bias walk have the densities asked for") {
     const Flight flight = lively_flight();
     const ImuNoise noise = euroc_imu_noise();
-    const std::vector<ImuRecord> exact = synthesise_imu(flight, 12.0, Timestamp{0}, nullptr, 200.0, 9);
-    const std::vector<ImuRecord> noisy = synthesise_imu(flight, 12.0, Timestamp{0}, &noise, 200.0, 9);
+    const std::vector<ImuRecord> exact = synthesise_imu(flight, 12.0, Timestamp{0}, {}, 9);
+    const std::vector<ImuRecord> noisy = synthesise_imu(flight, 12.0, Timestamp{0}, {.noise = &noise}, 9);
     double gyro2 = 0.0;
     double accel2 = 0.0;
     double gyro_walk2 = 0.0;
@@ -96,7 +97,7 @@ TEST_CASE("Noise and bias walk have the densities asked for") {
     CHECK(std::sqrt(accel_walk2 / n * 200.0) == Approx(3.0e-3).epsilon(0.05));
     CHECK(noisy[0].bias.gyro.norm() > 1e-3);
     CHECK(noisy[0].bias.accel.norm() > 1e-3);
-    const std::vector<ImuRecord> other = synthesise_imu(flight, 12.0, Timestamp{0}, &noise, 200.0, 10);
+    const std::vector<ImuRecord> other = synthesise_imu(flight, 12.0, Timestamp{0}, {.noise = &noise}, 10);
     CHECK((other[0].bias.gyro - noisy[0].bias.gyro).norm() > 1e-4);
 }
 

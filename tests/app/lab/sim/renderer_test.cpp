@@ -85,6 +85,32 @@ TEST_CASE("A point seen by the left camera is met by the right camera's ray thro
     }
 }
 
+TEST_CASE("A fisheye sees 160 degrees across; what lies beyond its circle is black") {
+    const CameraModel camera = small_camera(fisheye_rig().left);
+    const CameraIntrinsics& k = camera.intrinsics();
+    const Scene& scene = draft_scene("room");
+    const Renderer renderer(camera, fisheye_rig().T_B_C0, 2, quiet());
+    const double middle = 0.5 * k.height;
+    for (const double u : {0.0, k.width - 1.0}) {
+        CHECK(renderer.sees(u, middle));
+        CHECK(std::acos(renderer.ray(u, middle).z()) == Approx(80.0 * EIGEN_PI / 180.0).margin(0.06));
+    }
+    std::vector<std::uint8_t> image;
+    renderer.render({scene, standing(scene, 0.0)}, 1.0, 100.0, 1, image);
+    int black = 0;
+    for (int v = 0; v < k.height; ++v) {
+        for (int u = 0; u < k.width; ++u) {
+            if (!renderer.sees(u, v)) {
+                ++black;
+                CHECK(image[static_cast<std::size_t>(v * k.width + u)] == 0);
+            }
+        }
+    }
+    CHECK(black > k.width * k.height / 50);
+    CHECK(black < k.width * k.height / 8);
+    CHECK_FALSE(renderer.sees(0.0, 0.0));
+}
+
 TEST_CASE("Rendered values agree between the cameras where both see a point") {
     const StereoRig rig = euroc_rig();
     const Scene& scene = draft_scene("room");

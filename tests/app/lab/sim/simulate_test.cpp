@@ -253,6 +253,65 @@ TEST_CASE("A calibration error is in the calibration files alone; the truth is b
     CHECK(error.find("--calibration-error") != std::string::npos);
 }
 
+TEST_CASE("Gravity is in the inertial samples alone") {
+    const TemporaryFolder usual("usual");
+    const TemporaryFolder weak("weak");
+    SimSummary summary;
+    std::string error;
+    SimOptions options = tiny(usual.path());
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    options.out = weak.path();
+    options.gravity_m_per_s2 = 9.78;
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    auto a = contents(usual.path());
+    auto b = contents(weak.path());
+    const auto strong_imu = rows(a["mav0/imu0/data.csv"]);
+    const auto weak_imu = rows(b["mav0/imu0/data.csv"]);
+    REQUIRE(strong_imu.size() == weak_imu.size());
+    for (std::size_t i = 1; i < weak_imu.size(); ++i) {
+        Eigen::Vector3d less;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            CHECK(weak_imu[i][1 + axis] == strong_imu[i][1 + axis]);
+            less[static_cast<Eigen::Index>(axis)] =
+                std::stod(strong_imu[i][4 + axis]) - std::stod(weak_imu[i][4 + axis]);
+        }
+        CHECK(less.norm() == Approx(0.03).epsilon(1e-6));
+    }
+    CHECK(b["truth/meta.json"].find("\"gravity_m_per_s2\": 9.78") != std::string::npos);
+    for (const char* changed : {"mav0/imu0/data.csv", "truth/meta.json"}) {
+        a.erase(changed);
+        b.erase(changed);
+    }
+    CHECK(a == b);
+    options.gravity_m_per_s2 = 0.0;
+    CHECK(simulate(options, {}, summary, error) == Status::kInvalidArgument);
+    CHECK(error.find("--gravity") == 0);
+}
+
+TEST_CASE("A fisheye changes the pictures and the calibration, not the flight") {
+    const TemporaryFolder pinhole("pinhole");
+    const TemporaryFolder fisheye("fisheye");
+    SimSummary summary;
+    std::string error;
+    SimOptions options = tiny(pinhole.path());
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    options.out = fisheye.path();
+    options.camera = LensKind::kFisheye;
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    auto a = contents(pinhole.path());
+    auto b = contents(fisheye.path());
+    for (const char* same : {"mav0/imu0/data.csv", "mav0/state_groundtruth_estimate0/data.csv", "truth/scene.ply"}) {
+        CHECK(a[same] == b[same]);
+    }
+    for (const std::string camera : {"cam0", "cam1"}) {
+        const std::string& yaml = b["mav0/" + camera + "/sensor.yaml"];
+        CHECK(yaml == b["truth/" + camera + "_sensor.yaml"]);
+        CHECK(yaml.find("distortion_model: equidistant") != std::string::npos);
+        CHECK(extrinsics(yaml) == extrinsics(a["mav0/" + camera + "/sensor.yaml"]));
+    }
+    CHECK(b["truth/meta.json"].find("\"camera\": \"fisheye\"") != std::string::npos);
+}
+
 TEST_CASE("Hovering, vibration and the mover show in their files") {
     const TemporaryFolder folder("hover");
     SimSummary summary;
