@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-constexpr std::array<std::pair<std::uint32_t, const char*>, 16> kReasons{{
+constexpr std::array<std::pair<std::uint32_t, const char*>, 17> kReasons{{
     {kReasonFewFeatures, "few_features"},
     {kReasonFewStereo, "few_stereo"},
     {kReasonNoRightImage, "no_right_image"},
@@ -23,6 +23,7 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 16> kReasons{{
     {kReasonSpeedLimit, "speed_limit"},
     {kReasonVelocityUncertain, "velocity_uncertain"},
     {kReasonOverrun, "overrun"},
+    {kReasonCalibration, "calibration"},
 }};
 
 /// One column of health.csv.
@@ -49,6 +50,8 @@ constexpr std::array kHealthColumns{
     HealthColumn{"iterations", [](const Health& h) { return fmt::format("{}", h.iterations); }},
     HealthColumn{"mean_vision_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.mean_vision_chi2); }},
     HealthColumn{"pixel_sigma_px", [](const Health& h) { return fmt::format("{:.4g}", h.pixel_sigma_px); }},
+    HealthColumn{"residual_bias_px", [](const Health& h) { return fmt::format("{:.3g}", h.residual_bias_px); }},
+    HealthColumn{"calibration_stretch", [](const Health& h) { return fmt::format("{:.3g}", h.calibration_stretch); }},
     HealthColumn{"imu_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.imu_chi2); }},
     HealthColumn{"time_offset_s", [](const Health& h) { return fmt::format("{:.6g}", h.time_offset_s); }},
     HealthColumn{"time_offset_sigma_s", [](const Health& h) { return fmt::format("{:.3g}", h.time_offset_sigma_s); }},

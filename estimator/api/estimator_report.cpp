@@ -26,6 +26,8 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     e.gyro_bias_rad_per_s = now.state.bias.gyro.norm();
     e.accel_bias_m_per_s2 = now.state.bias.accel.norm();
     e.vision_chi2 = summary.fit.vision_chi2(config.window.pixel_sigma_px);
+    e.residual_bias_px = window.residual_bias_px();
+    e.calibration_stretch = window.calibration_stretch();
     e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed;
     e.is_finite = is_finite(now);
     e.is_late = is_late;

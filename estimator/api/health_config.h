@@ -21,6 +21,8 @@ struct HealthConfig {
     double ready_tilt_sigma_rad = 0.05;
     double grace_s = 2.0;
     double vibration_m_per_s2 = 3.0;
+    double max_residual_bias_px = 0.06;
+    double max_calibration_stretch = 4.0;
     bool auto_reset = true;
 
     /// kInvalidArgument if a field is outside its range.
@@ -51,6 +53,12 @@ inline constexpr auto kHealthFields = std::to_array<ParameterField<HealthConfig>
     {FACET_FIELD(HealthConfig, grace_s), "s", 0, 30, "The reported quality stays low for this time after a start."},
     {FACET_FIELD(HealthConfig, vibration_m_per_s2), "m/s^2", 0.1, 100,
      "Vibration of the accelerometer above this raises a warning."},
+    {FACET_FIELD(HealthConfig, max_residual_bias_px), "px", 0.005, 10,
+     "Residuals of an image coordinate whose mean is off zero by more than this contradict the calibration: a warning, "
+     "and half the quality at most."},
+    {FACET_FIELD(HealthConfig, max_calibration_stretch), "-", 1, 100,
+     "A parameter of the calibration corrected by more than this, in standard deviations of what was given, is the "
+     "same."},
     {FACET_FIELD(HealthConfig, auto_reset), "-", 0, 1,
      "Start again by itself, also in flight, when the estimator is lost and images are usable again."},
 });

@@ -27,6 +27,8 @@ struct HealthEvidence {
     double gyro_bias_rad_per_s = 0.0;     ///< norm
     double accel_bias_m_per_s2 = 0.0;     ///< norm
     double vision_chi2 = 0.0;             ///< per degree of freedom
+    double residual_bias_px = 0.0;        ///< largest mean of the residuals of an image coordinate
+    double calibration_stretch = 0.0;     ///< largest correction of the calibration, in sigmas of what was given
     bool solver_failed = false;
     bool is_finite = true;
     bool is_late = false;  ///< work was cut because a frame came late

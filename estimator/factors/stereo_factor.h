@@ -65,6 +65,7 @@ struct StereoLinearization {
     Eigen::Matrix<double, kPaddedRightDim, 2> d_r_d_right_camera_transposed;  ///< of u1, v1; order [theta p lens]
     double cost = 0.0;                                                        ///< robust, 1/2 rho(|r|^2), summed
     LossSums loss;                                                            ///< over the cameras
+    Eigen::Vector2d weights;         ///< rho' of either camera, the right one's only if has_right
     Eigen::Vector2d squared_errors;  ///< |r|^2 without weights of either camera, the right one's only if has_right
 };
 

@@ -41,6 +41,7 @@ enum HealthReason : std::uint32_t {
     kReasonSpeedLimit = 1U << 13,         ///< faster than the vehicle can fly
     kReasonVelocityUncertain = 1U << 14,  ///< velocity too uncertain for control
     kReasonOverrun = 1U << 15,            ///< a frame came late: less work is done until the next keyframe
+    kReasonCalibration = 1U << 16,        ///< images contradict the calibration, or it had to be bent too far
 };
 
 /// One row of health.csv.
@@ -61,8 +62,10 @@ struct Health {
     int iterations = 0;             ///< solver steps at this frame
     double mean_vision_chi2 = 0.0;  ///< squared vision residual per degree of freedom in units of the configured sigma
     double pixel_sigma_px = 0.0;    ///< standard deviation that observations are weighted with now
-    double imu_chi2 = 0.0;          ///< squared whitened residual per degree of freedom of the newest inertial factor
-    double time_offset_s = 0.0;     ///< estimated: image stamps plus this are the IMU's time
+    double residual_bias_px = 0.0;  ///< largest mean of the residuals of an image coordinate; 0 until known
+    double calibration_stretch = 0.0;  ///< largest correction of the calibration, in sigmas of what was given
+    double imu_chi2 = 0.0;       ///< squared whitened residual per degree of freedom of the newest inertial factor
+    double time_offset_s = 0.0;  ///< estimated: image stamps plus this are the IMU's time
     double time_offset_sigma_s = 0.0;  ///< 0 if it is not estimated
     std::uint32_t imu_gaps = 0;        ///< gaps since start
     std::uint32_t imu_clipped = 0;     ///< samples at the IMU's range since start

@@ -27,6 +27,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     state_.calibration = {};
     state_.calibration_lin = {};
     residuals_ = {};
+    residual_bias_.reset();
 }
 
 void Window::set_stage_observer(StageObserver* observer) {
@@ -144,6 +145,9 @@ WindowSummary Window::optimize(double effort) {
     is_factorized_ = summary.solver.is_factorized;
     const WindowFit& fit = problem_.fit();
     cameras_.measure_noise(fit.vision_squared_error_px2, fit.vision_rows, fit.vision_scale_px(), fit.vision_loss);
+    if (is_settled && !newest().rests_since_previous) {
+        residual_bias_.add(fit.weighted_residual_px, fit.weights);
+    }
     const std::size_t count = state_.keyframes.size();
     if (count >= 2 && newest().has_imu_factor) {
         const Keyframe& j = state_.keyframes[count - 1];
@@ -172,12 +176,23 @@ double Window::calibration_sigma(int parameter) {
     return parameter < calibration_config_.dim() ? std::sqrt(workspace_.solver.variance(parameter)) : 0.0;
 }
 
+double Window::calibration_stretch() const {
+    const RigCalibration::Tangent correction = RigCalibration{}.box_minus_to(state_.calibration);
+    double stretch = 0.0;
+    for (int i = 0; i < calibration_config_.dim(); ++i) {
+        stretch = std::max(stretch, std::abs(correction(i)) / calibration_config_.sigma(i));
+    }
+    return stretch;
+}
+
 void Window::report(const WindowSummary& summary, Health& health) const {
     health.keyframes = static_cast<int>(state_.keyframes.size());
     health.landmarks = summary.fit.active_landmarks;
     health.pixel_sigma_px = cameras_.noise().sigma_px();
     health.imu_chi2 = summary.imu_squared_error / kStateDim;
     health.time_offset_s = state_.calibration.time_offset_s;
+    health.calibration_stretch = calibration_stretch();
+    health.residual_bias_px = residual_bias_px();
 }
 
 void Window::remove_outliers(WindowSummary& summary) {

@@ -12,6 +12,7 @@
 #include "estimator/window/marginalization.h"
 #include "estimator/window/plane_set.h"
 #include "estimator/window/redundancy.h"
+#include "estimator/window/residual_bias.h"
 #include "estimator/window/window_problem.h"
 
 namespace facet {
@@ -80,6 +81,11 @@ public:
     const RigCalibration& calibration() const { return state_.calibration; }
     /// Standard deviation of a calibration parameter (kTimeOffset, ...) after newest_covariance(); 0 if not estimated.
     double calibration_sigma(int parameter);
+    /// Largest correction of a parameter of the calibration, in standard deviations of what was given; 0 if none is
+    /// estimated.
+    double calibration_stretch() const;
+    /// Largest mean of the residuals of an image coordinate (px); 0 until enough has been seen.
+    double residual_bias_px() const { return residual_bias_.largest_px(); }
     /// Covariance of the parameters of single cameras, in the order of CameraTerms, after newest_covariance(); only if
     /// they are estimated.
     Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> cameras_covariance() {
@@ -124,6 +130,7 @@ private:
     PlaneSet planes_;
     PlaneProposals proposals_;
     CameraModel left_;
+    ResidualBias residual_bias_;
     VisionResiduals residuals_;
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;
     boost::container::static_vector<LandmarkPrediction, kMaxLandmarks> predictions_;

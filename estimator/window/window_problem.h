@@ -25,6 +25,9 @@ struct WindowFit {
     double vision_squared_error_px2 = 0.0;  ///< not robust, but no observation counts for more than kBlunderPx
     LossSums vision_loss;                   ///< of all observations of active landmarks
     SquareHistogram vision_squares_px2;     ///< squared residual of each camera
+    /// Sums of weight times residual, left u and v, right u and v, and of the weights of either camera.
+    Eigen::Vector4d weighted_residual_px = Eigen::Vector4d::Zero();
+    Eigen::Vector2d weights = Eigen::Vector2d::Zero();
 
     /// Robust standard deviation of a coordinate: for normal errors the squared residual of a point has the median
     /// 2 ln 2 sigma^2. The landmarks' own freedom, which makes residuals smaller than errors, is allowed for. 0 without

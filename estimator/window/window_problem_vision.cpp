@@ -2,6 +2,7 @@
 // The landmarks' part of the window problem.
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "estimator/window/landmark_triangulation.h"
 #include "estimator/window/stage_scope.h"
@@ -47,9 +48,12 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     LossSums loss;
     double squared_error_px2 = 0.0;
     int rows = -3;
+    Eigen::Vector4d weighted_residual_px = Eigen::Vector4d::Zero();
+    Eigen::Vector2d weights = Eigen::Vector2d::Zero();
     std::array<double, 2 * kMaxKeyframes> squares_px2;
     std::size_t points = 0;
-    const double variance_px2 = cameras_->noise().sigma_px() * cameras_->noise().sigma_px();
+    const double sigma_px = cameras_->noise().sigma_px();
+    const double variance_px2 = sigma_px * sigma_px;
     for (const LandmarkObservation& o : landmark.observations) {
         StereoLinearization& l = schur_.next();
         const CameraTerms terms = cameras_->terms(o);
@@ -63,6 +67,10 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
         loss += l.loss;
         squared_error_px2 += std::min(l.loss.squared_error * variance_px2, l.loss.points * kBlunderPx * kBlunderPx);
         rows += o.measurement.has_right ? 4 : 2;
+        const Eigen::Vector2d used(l.weights(0), l.has_right ? l.weights(1) : 0.0);
+        weights += used;
+        weighted_residual_px.head<2>() += sigma_px * std::sqrt(used(0)) * l.r.head<2>();
+        weighted_residual_px.tail<2>() += sigma_px * std::sqrt(used(1)) * l.r.tail<2>();
         squares_px2[points++] = l.squared_errors(0) * variance_px2;
         if (l.has_right) {
             squares_px2[points++] = l.squared_errors(1) * variance_px2;
@@ -79,6 +87,8 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     fit_.vision_rows += rows;
     fit_.vision_squared_error_px2 += squared_error_px2;
     fit_.vision_loss += loss;
+    fit_.weighted_residual_px += weighted_residual_px;
+    fit_.weights += weights;
     for (std::size_t i = 0; i < points; ++i) {
         fit_.vision_squares_px2.add(squares_px2[i]);
     }

@@ -175,3 +175,31 @@ TEST_CASE("clipped or missing inertial samples degrade", "[health]") {
     CHECK(f.step(e) == TrackingState::kDegraded);
     CHECK(f.has(kReasonImuGap));
 }
+
+TEST_CASE("a calibration in doubt halves the quality, and does not end tracking", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(10.0);
+    e.residual_bias_px = 0.05;
+    e.calibration_stretch = 3.9;
+    CHECK(f.step(e) == TrackingState::kTracking);
+    CHECK_FALSE(f.has(kReasonCalibration));
+    CHECK(f.health.quality == 100);
+
+    e.stamp = at(10.05);
+    e.residual_bias_px = 0.061;
+    CHECK(f.step(e) == TrackingState::kTracking);
+    CHECK(f.has(kReasonCalibration));
+    CHECK(f.health.quality == 50);
+
+    e.stamp = at(10.1);
+    e.residual_bias_px = 0.3;
+    f.step(e);
+    CHECK(f.health.quality == 20);
+
+    e.stamp = at(10.15);
+    e.residual_bias_px = 0.0;
+    e.calibration_stretch = 5.0;
+    f.step(e);
+    CHECK(f.has(kReasonCalibration));
+    CHECK(f.health.quality == 50);
+}
