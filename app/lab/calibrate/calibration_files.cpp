@@ -43,21 +43,33 @@ std::string list_of(const Vector& v, const char* format = "{:.3g}") {
     return text + "]";
 }
 
-/// The lines that EuRoC's and Kalibr's files share but for the name of the coefficients.
-/// @param indent  before every line
-void write_lens(TextFile& file, const RefinedCamera& c, const char* coefficients, const char* indent) {
+/// How EuRoC's and Kalibr's files differ in what they say of a lens.
+struct LensStyle {
+    const char* indent;
+    const char* coefficients;
+    const char* radial_tangential;
+};
+constexpr LensStyle kEuroc{"", "distortion_coefficients", "radial-tangential"};
+constexpr LensStyle kKalibr{"  ", "distortion_coeffs", "radtan"};
+
+const char* model_name(Distortion distortion, const LensStyle& style) {
+    switch (distortion) {
+        case Distortion::kNone: return "none";
+        case Distortion::kEquidistant: return "equidistant";
+        case Distortion::kRadialTangential: break;
+    }
+    return style.radial_tangential;
+}
+
+void write_lens(TextFile& file, const RefinedCamera& c, const LensStyle& style) {
     const CameraIntrinsics& k = c.k;
-    const bool is_euroc = *indent == '\0';
-    const char* model = k.distortion == Distortion::kEquidistant ? "equidistant"
-                        : k.distortion == Distortion::kNone      ? "none"
-                        : is_euroc                               ? "radial-tangential"
-                                                                 : "radtan";
+    const char* indent = style.indent;
     file.print("{}camera_model: pinhole\n", indent);
     file.print("{}resolution: [{}, {}]\n", indent, k.width, k.height);
     file.print("{}intrinsics: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\n", indent, k.fx, k.fy, k.cx, k.cy);
     file.print("{}intrinsics_sigma: {}  # px\n", indent, list_of(c.lens_sigma.head<4>()));
-    file.print("{}distortion_model: {}\n", indent, model);
-    file.print("{}{}: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\n", indent, coefficients, k.coeffs[0], k.coeffs[1],
+    file.print("{}distortion_model: {}\n", indent, model_name(k.distortion, style));
+    file.print("{}{}: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\n", indent, style.coefficients, k.coeffs[0], k.coeffs[1],
                k.coeffs[2], k.coeffs[3]);
     file.print("{}distortion_sigma: {}\n", indent, list_of(c.lens_sigma.tail<4>()));
     file.print("{}rotation_sigma_deg: {}  # about the camera's axes\n", indent,
@@ -77,7 +89,7 @@ void write_euroc_camera(const RefinedCalibration& c, std::size_t camera, const s
     const RefinedCamera refined = camera_of(c, camera);
     file.print("%YAML:1.0\n# Refined from a flight; the body frame is the IMU.\nsensor_type: camera\n");
     write_T_BS(file, refined.T_B_C.matrix());
-    write_lens(file, refined, "distortion_coefficients", "");
+    write_lens(file, refined, kEuroc);
     file.print("timeshift_cam_imu: {:.9g}  # s, t_imu = t_cam + shift\ntimeshift_sigma: {:.3g}\n",
                c.refined.time_shift_s, c.sigma(kBatchTime));
     file.close();
@@ -121,7 +133,7 @@ void write_camchain(const RefinedCalibration& c, const std::string& path) {
         if (camera == 1) {
             write_matrix_rows(file, "T_cn_cnm1", c.refined.rig.T_C1_C0().matrix());
         }
-        write_lens(file, refined, "distortion_coeffs", "  ");
+        write_lens(file, refined, kKalibr);
         file.print("  timeshift_cam_imu: {:.9g}\n  timeshift_sigma: {:.3g}\n", c.refined.time_shift_s,
                    c.sigma(kBatchTime));
     }

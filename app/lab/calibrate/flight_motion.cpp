@@ -15,7 +15,7 @@ namespace {
 constexpr double kLeastDurationS = 5.0;
 constexpr double kLeastPathM = 2.0;
 constexpr double kLeastTurnedRad = 5.0 * kRadPerDeg;  // about the axis of most change
-constexpr double kLeastTiltedRad = 1.0 * kRadPerDeg;   // about the second one
+constexpr double kLeastTiltedRad = 1.0 * kRadPerDeg;  // about the second one
 constexpr double kLeastAcceleratedMPerS2 = 0.2;
 
 /// Rotations of the keyframes against their mean: the one from which the mean rotation vector is zero.
