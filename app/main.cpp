@@ -5,6 +5,8 @@
 #include <string>
 
 #include "app/commands/build_version.h"
+#include "app/commands/calibrate_command.h"
+#include "app/commands/check_calibration_command.h"
 #include "app/commands/eval_command.h"
 #include "app/commands/info_command.h"
 #include "app/commands/replay_command.h"
@@ -33,6 +35,8 @@ int main(int argc, char** argv) {
     facet::add_run_command(app, exit_code);
     facet::add_replay_command(app, exit_code);
     facet::add_eval_command(app, exit_code);
+    facet::add_check_calibration_command(app, exit_code);
+    facet::add_calibrate_command(app, exit_code);
     facet::add_sim_command(app, exit_code);
     facet::add_info_command(app, exit_code);
     if (argc > 1 && argv[1][0] != '-' && !is_command(app, argv[1])) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/calibration/calibration.h"
 
+#include <filesystem>
+
 #include "app/calibration/calibration_fields.h"
 
 namespace facet {
@@ -35,6 +37,8 @@ Calibration load_euroc_calibration(const std::string& root) {
                        .T_B_C1 = T_I_B * read_transform(right.at("T_BS"))};
     check_baseline(calibration.rig, right.at("T_BS"));
     calibration.noise = read_imu_noise(imu, "rate_hz");
+    calibration.camera_time_shift = read_time_shift(left);
+    calibration.sigmas = read_stated_sigmas(left, right);
     calibration.source = "sensor.yaml";
     return calibration;
 }
@@ -55,12 +59,34 @@ void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibrat
     check_baseline(rig, extrinsics);
     calibration.rig = rig;
     calibration.camera_time_shift = read_time_shift(left);
+    calibration.sigmas = read_stated_sigmas(left, right);
     calibration.source = "camchain";
 }
 
 void load_kalibr_imu(const std::string& imu_path, Calibration& calibration) {
     const YamlNode file = load_yaml(imu_path);
     calibration.noise = read_imu_noise(file.has("imu0") ? file.at("imu0") : file, "update_rate");
+}
+
+Calibration load_calibration(const std::string& root, const std::string& cameras, const std::string& imu) {
+    namespace fs = std::filesystem;
+    if (fs::is_regular_file(cameras) && !imu.empty()) {
+        return load_kalibr_calibration(cameras, imu);
+    }
+    Calibration calibration;
+    if (fs::is_directory(cameras)) {
+        calibration = load_euroc_calibration(fs::is_directory(cameras + "/mav0") ? cameras + "/mav0" : cameras);
+        calibration.source = cameras;
+    } else {
+        calibration = load_euroc_calibration(root);
+        if (!cameras.empty()) {
+            load_kalibr_cameras(cameras, calibration);
+        }
+    }
+    if (!imu.empty()) {
+        load_kalibr_imu(imu, calibration);
+    }
+    return calibration;
 }
 
 Calibration load_kalibr_calibration(const std::string& camchain_path, const std::string& imu_path) {

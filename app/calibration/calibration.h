@@ -2,6 +2,7 @@
 // Calibration of the stereo rig and the IMU, from EuRoC or Kalibr files.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "estimator/geometry/stereo_rig.h"
@@ -10,16 +11,26 @@
 
 namespace facet {
 
+/// Standard deviations of both cameras, the largest of all axes. Cameras' places and the time offset are not among
+/// them: what a flight leaves open of the former moves both cameras alike, the latter changes from start to start.
+struct StatedSigmas {
+    double focal = 0.0;         ///< relative (-)
+    double principal_px = 0.0;  ///< (px)
+    double distortion = 0.0;    ///< of the first two coefficients (-)
+    double rotation_rad = 0.0;  ///< (rad)
+};
+
 /// What calibration files say, with body frame = IMU frame.
 struct Calibration {
     StereoRig rig;
     ImuNoise noise;
-    Duration camera_time_shift;  ///< t_imu = t_cam + shift (Kalibr's timeshift_cam_imu of cam0)
-    std::string source;          ///< files it came from, for the summary
+    Duration camera_time_shift;          ///< t_imu = t_cam + shift (Kalibr's timeshift_cam_imu of cam0)
+    std::optional<StatedSigmas> sigmas;  ///< how well the cameras are known, if the files say so
+    std::string source;                  ///< files it came from, for the summary
 };
 
 /// From a EuRoC/ASL folder: cam0, cam1 and imu0/sensor.yaml. T_BS maps sensor to body; an IMU away from the body frame
-/// is composed in: T_I_C = T_B_I^-1 * T_B_C.
+/// is composed in: T_I_C = T_B_I^-1 * T_B_C. cam0 may have Kalibr's timeshift_cam_imu.
 /// @param root  the folder that holds cam0
 /// Throws InputError naming file, line and field if a field is missing or implausible.
 Calibration load_euroc_calibration(const std::string& root);
@@ -27,6 +38,14 @@ Calibration load_euroc_calibration(const std::string& root);
 /// From Kalibr's camchain.yaml and imu.yaml. T_cam_imu maps IMU to camera; cam1 may have T_cn_cnm1 (cam0 to cam1)
 /// instead. Throws as above.
 Calibration load_kalibr_calibration(const std::string& camchain_path, const std::string& imu_path);
+
+/// The calibration of a log: its own sensor.yaml files, unless others are named.
+/// @param root     the log's folder that holds cam0
+/// @param cameras  Kalibr's camchain.yaml, or a folder in EuRoC/ASL layout, whose imu0/sensor.yaml counts too; empty:
+///                 the log's own
+/// @param imu      Kalibr's imu.yaml; empty: as above
+/// Throws as above.
+Calibration load_calibration(const std::string& root, const std::string& cameras, const std::string& imu);
 
 /// Only the cameras of a camchain.yaml; noise stays as it is in `calibration`.
 void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibration);

@@ -6,8 +6,10 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "platform/base/angle.h"
 #include "platform/base/range_check.h"
 
 namespace facet {
@@ -51,6 +53,10 @@ void read_noise(const YamlNode& node, double ImuNoise::*member, ImuNoise& noise)
         }
     }
     camera.at("intrinsics").fail("not a usable pinhole camera for this resolution");
+}
+
+bool states_sigmas(const YamlNode& camera) {
+    return camera.has("intrinsics_sigma") && camera.has("distortion_sigma") && camera.has("rotation_sigma_deg");
 }
 
 }  // namespace
@@ -123,6 +129,24 @@ void check_baseline(const StereoRig& rig, const YamlNode& right_extrinsics) {
         right_extrinsics.fail(fmt::format("baseline between the cameras is {:.4g} m, must be {} to {} m", baseline,
                                           kMinBaselineM, kMaxBaselineM));
     }
+}
+
+std::optional<StatedSigmas> read_stated_sigmas(const YamlNode& left, const YamlNode& right) {
+    if (!states_sigmas(left) || !states_sigmas(right)) {
+        return std::nullopt;
+    }
+    StatedSigmas largest;
+    for (const YamlNode& camera : std::array{left, right}) {
+        const std::vector<double> f = camera.at("intrinsics").numbers(4);
+        const std::vector<double> lens = camera.at("intrinsics_sigma").numbers(4);
+        const std::vector<double> distortion = camera.at("distortion_sigma").numbers(4);
+        const std::vector<double> turn = camera.at("rotation_sigma_deg").numbers(3);
+        largest.focal = std::max({largest.focal, lens[0] / f[0], lens[1] / f[1]});
+        largest.principal_px = std::max({largest.principal_px, lens[2], lens[3]});
+        largest.distortion = std::max({largest.distortion, distortion[0], distortion[1]});
+        largest.rotation_rad = std::max(largest.rotation_rad, kRadPerDeg * *std::max_element(turn.begin(), turn.end()));
+    }
+    return largest;
 }
 
 }  // namespace facet

@@ -2,6 +2,7 @@
 // Readers of the parts EuRoC and Kalibr calibration files share.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "app/calibration/calibration.h"
@@ -24,5 +25,10 @@ ImuNoise read_imu_noise(const YamlNode& imu, const std::string& rate_key);
 
 /// Throws InputError if the baseline is not between 1 mm and 10 m.
 void check_baseline(const StereoRig& rig, const YamlNode& right_extrinsics);
+
+/// From the keys that `facet calibrate` writes beside a camera's values: intrinsics_sigma [fu fv cu cv] (px),
+/// distortion_sigma [4] (-), rotation_sigma_deg [3]. Empty unless both cameras have all three. Throws InputError if one
+/// is no list of that many finite numbers.
+std::optional<StatedSigmas> read_stated_sigmas(const YamlNode& left, const YamlNode& right);
 
 }  // namespace facet

@@ -10,6 +10,7 @@
 
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
+#include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
 #include "app/lab/faults/fault.h"
 #include "app/lab/replay/replay.h"
@@ -25,7 +26,7 @@ struct ReplayArguments {
     std::string mode = "s";
     std::string out;
     std::string config;
-    std::string camchain;
+    std::string cameras;
     std::string imu;
     std::vector<std::string> settings;
     std::vector<std::string> faults;
@@ -36,22 +37,12 @@ struct ReplayArguments {
     bool quiet = false;
 };
 
-Calibration load_calibration(const ReplayArguments& args) {
+Calibration chosen_calibration(const ReplayArguments& args) {
     const std::string root = AslDataset::find_root(args.dataset);
     if (root.empty()) {
         throw InputError(args.dataset + ": no such folder");
     }
-    if (!args.camchain.empty() && !args.imu.empty()) {
-        return load_kalibr_calibration(args.camchain, args.imu);
-    }
-    Calibration calibration = load_euroc_calibration(root);
-    if (!args.camchain.empty()) {
-        load_kalibr_cameras(args.camchain, calibration);
-    }
-    if (!args.imu.empty()) {
-        load_kalibr_imu(args.imu, calibration);
-    }
-    return calibration;
+    return load_calibration(root, args.cameras, args.imu);
 }
 
 bool shifts_stamps(const Fault& fault) {
@@ -112,8 +103,8 @@ int replay(const ReplayArguments& args, bool has_duration) {
     ReplayOptions options;
     options.dataset = args.dataset;
     options.out = args.out;
-    options.calibration = load_calibration(args);
-    options.config.imu_noise = options.calibration.noise;
+    options.calibration = chosen_calibration(args);
+    take_calibration(options.calibration, options.config);
     if (!args.config.empty()) {
         load_config(args.config, options.config);
     }
@@ -176,8 +167,9 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->check(CLI::Range(1, 100'000))
         ->capture_default_str();
     command->add_option(
-        "--calibration", args->camchain,
-        "Kalibr camchain.yaml (T_cam_imu: IMU to camera) instead of the log's cam0 and cam1/sensor.yaml");
+        "--calibration", args->cameras,
+        "Kalibr camchain.yaml (T_cam_imu: IMU to camera) instead of the log's cam0 and cam1/sensor.yaml; or a folder "
+        "with cam0, cam1 and imu0/sensor.yaml, such as facet calibrate leaves");
     command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
     command
         ->add_option("--inject", args->faults,

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
 #include "app/config/config_table.h"
 #include "app/config/vehicle_sensors.h"
@@ -130,7 +131,7 @@ Vehicle load_vehicle(const std::string& path) {
     vehicle.frame_delay = kFrameDelay;
     YamlSection root(load_yaml(path));
     vehicle.calibration = read_calibration(root.at("calibration"));
-    vehicle.config.imu_noise = vehicle.calibration.noise;
+    take_calibration(vehicle.calibration, vehicle.config);
     vehicle.config.regularity.mode = RegularityMode::kSpr;
     if (const auto estimator = root.find("estimator")) {
         read_estimator(*estimator, vehicle);

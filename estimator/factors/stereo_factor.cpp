@@ -34,8 +34,8 @@ Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const I
     const Eigen::Vector2d r = camera.whitening * (q.head<2>() / q.z() - camera.measured);
     const double s = r.squaredNorm();
     out.squared_errors(row / 2) = s;
-    out.weights(row / 2) = weight;
     const double weight = loss.weight(s);
+    out.weights(row / 2) = weight;
     const double sqrt_weight = std::sqrt(weight);
     out.cost += loss.cost(s);
     out.loss += {1, s, weight, loss.slope(s), weight * weight * s};

@@ -73,6 +73,7 @@ THIRD_PARTY = (
     (re.compile(r"^fmt/"), ("app", "drivers")),
     (re.compile(r"^png\.h$"), ("app", "drivers/replay_asl")),
     (re.compile(r"^opencv2/"), ("estimator/frontend",)),
+    (re.compile(r"^ceres/"), ("app/lab/calibrate",)),
 )
 
 

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
+#include "app/config/calibrated_config.h"
 #include "tests/support/asl_folder.h"
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
@@ -213,6 +214,44 @@ TEST_CASE("Kalibr files name what is missing") {
     const std::string good = dir.write("camchain.yaml", kCamchain);
     CHECK(input_error_text([&] { load_kalibr_calibration(good, bad_imu); }) ==
           bad_imu + ":6: update_rate: must be a number");
+}
+
+TEST_CASE("a log's calibration may come from another folder, time shift included") {
+    const test::TempDir log;
+    write_euroc(log);
+    const test::TempDir other;
+    write_euroc(other);
+    other.write("cam0/sensor.yaml", replaced(test::asl_camera_yaml(0), "150", "151") + "\ntimeshift_cam_imu: 0.004\n");
+    CHECK(load_calibration(log.path(), "", "").rig.left.intrinsics().fx == 150.0);
+    const Calibration c = load_calibration(log.path(), other.path(), "");
+    CHECK(c.rig.left.intrinsics().fx == 151.0);
+    CHECK(c.camera_time_shift == Duration::from_seconds(0.004));
+    CHECK(c.source == other.path());
+    CHECK(input_error_text([&] { load_calibration(log.path(), log.file("none.yaml"), ""); }).find("none.yaml") !=
+          std::string::npos);
+}
+
+TEST_CASE("standard deviations are read if both cameras state them") {
+    const test::TempDir dir;
+    write_euroc(dir);
+    const std::string stated =
+        "\nintrinsics_sigma: [0.03, 0.015, 0.05, 0.08]\ndistortion_sigma: [1e-4, 2e-4, 1e-2, 1e-2]\n"
+        "rotation_sigma_deg: [0.01, 0.02, 0.01]\n";
+    dir.write("cam0/sensor.yaml", test::asl_camera_yaml(0) + stated);
+    CHECK_FALSE(load_euroc_calibration(dir.path()).sigmas.has_value());
+    dir.write("cam1/sensor.yaml", test::asl_camera_yaml(1) + replaced(stated, "0.05", "0.09"));
+    const Calibration c = load_euroc_calibration(dir.path());
+    REQUIRE(c.sigmas.has_value());
+    CHECK(c.sigmas->focal == Approx(2e-4));
+    CHECK(c.sigmas->principal_px == 0.09);
+    CHECK(c.sigmas->distortion == 2e-4);
+    CHECK(c.sigmas->rotation_rad == Approx(3.4907e-4).epsilon(1e-3));
+    EstimatorConfig config;
+    take_calibration(c, config);
+    CHECK(config.calibration.principal_sigma_px == 0.09);
+    CHECK(config.calibration.camera_position_sigma_m == CalibrationConfig{}.camera_position_sigma_m);
+    CHECK(config.imu_noise.rate_hz == c.noise.rate_hz);
+    CHECK(ok(config.validate()));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/asl_folder.h"
@@ -218,6 +219,23 @@ TEST_CASE("sim refuses what it cannot make") {
         CHECK(contains(outcome.err, std::string(option).substr(0, std::string(option).find(' '))));
         CHECK(count_lines(outcome.err) == 1);
     }
+}
+
+TEST_CASE("check-calibration and calibrate judge a log of a vehicle at rest") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 40);
+    const Outcome checked = run(dir, "check-calibration " + dir.path() + " --json " + dir.file("verdicts.json"));
+    CHECK(contains(checked.out, "gravity                ok"));
+    CHECK(nlohmann::json::parse(test::read_file(dir.file("verdicts.json"))).contains("checks"));
+    CHECK(run(dir, "check-calibration " + dir.file("nowhere")).code == 2);
+
+    // Built without its solver, calibrate says so; otherwise it refuses the flight. Nothing is written either way.
+    const Outcome calibrated = run(dir, "calibrate " + dir.path() + " --quiet --out " + dir.file("refined"));
+    const bool is_built = !contains(calibrated.err, "without Ceres");
+    CHECK(calibrated.code == (is_built ? 1 : 2));
+    CHECK(count_lines(calibrated.err) == 1);
+    CHECK((!is_built || contains(calibrated.err, "nothing written")));
+    CHECK_FALSE(std::filesystem::exists(dir.file("refined")));
 }
 
 }  // namespace

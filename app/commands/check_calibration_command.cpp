@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/commands/check_calibration_command.h"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "app/commands/run_guarded.h"
+#include "app/lab/check/check_calibration.h"
+#include "app/support/input_error.h"
+#include "drivers/replay_asl/asl_dataset.h"
+
+namespace facet {
+namespace {
+
+/// What the user typed.
+struct CheckArguments {
+    std::string dataset;
+    std::string cameras;
+    std::string imu;
+    std::string json;
+};
+
+int run_check(const CheckArguments& args) {
+    const std::string root = AslDataset::find_root(args.dataset);
+    if (root.empty()) {
+        throw InputError(args.dataset + ": no such folder");
+    }
+    CheckOptions options;
+    options.dataset = args.dataset;
+    options.calibration = load_calibration(root, args.cameras, args.imu);
+    const std::vector<CheckVerdict> verdicts = check_calibration(options);
+    for (const CheckVerdict& verdict : verdicts) {
+        fmt::print("{:<22} {:<12} {}\n", verdict.name, to_string(verdict.level), verdict.sentence);
+    }
+    if (!args.json.empty()) {
+        write_verdicts(verdicts, args.json);
+    }
+    return has_wrong(verdicts) ? kExitFailed : kExitDone;
+}
+
+}  // namespace
+
+void add_check_calibration_command(CLI::App& app, int& exit_code) {
+    CLI::App* command = app.add_subcommand(
+        "check-calibration", "Say within seconds whether a log's calibration can be right (EuRoC/ASL folder)");
+    auto args = std::make_shared<CheckArguments>();
+    command->add_option("DATASET", args->dataset, "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0)")
+        ->required();
+    command->add_option("--calibration", args->cameras,
+                        "Kalibr's camchain.yaml, or a folder with sensor.yaml files, instead of the log's");
+    command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
+    command->add_option("--json", args->json, "Also write the verdicts with their figures to this file");
+    command->footer("Exit codes: 0 nothing is wrong; 1 something is; 2 bad usage or input.");
+    command->callback([args, &exit_code] { exit_code = run_guarded([&] { return run_check(*args); }); });
+}
+
+}  // namespace facet

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/check/free_matches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace facet {
+namespace {
+
+constexpr int kMostLevels = 4;
+constexpr int kSearchLevel = 2;
+constexpr int kHalf = 4;  // of the template of the search, on its level
+constexpr int kSide = 2 * kHalf + 1;
+constexpr float kMinCorrelation = 0.8F;
+constexpr float kMinLead = 0.05F;  // of the best place over any other
+constexpr int kApart = 2;          // px of the search's level: another place
+constexpr double kBackwardPx = 0.3;
+constexpr int kStereoCorners = 120;
+constexpr int kFollowCorners = 120;
+constexpr int kWindowPx = 15;
+
+/// Normalised template at (u, v): zero mean, unit norm. @return false outside the image or without texture
+bool cut_template(const ImageView& image, int u, int v, float* out) {
+    if (u < kHalf || v < kHalf || u + kHalf >= image.width || v + kHalf >= image.height) {
+        return false;
+    }
+    float sum = 0.0F;
+    float squares = 0.0F;
+    float* p = out;
+    for (int row = -kHalf; row <= kHalf; ++row) {
+        const std::uint8_t* pixels = image.row(v + row) + u - kHalf;
+        for (int i = 0; i < kSide; ++i) {
+            const auto grey = static_cast<float>(pixels[i]);
+            *p++ = grey;
+            sum += grey;
+            squares += grey * grey;
+        }
+    }
+    constexpr float kCount = kSide * kSide;
+    const float mean = sum / kCount;
+    const float energy = squares - sum * mean;
+    if (energy < 4.0F * kCount) {
+        return false;
+    }
+    const float scale = 1.0F / std::sqrt(energy);
+    std::for_each(out, out + kSide * kSide, [&](float& x) { x = (x - mean) * scale; });
+    return true;
+}
+
+/// Correlation of a normalised template with the place (u, v), which lies inside.
+float correlation_at(const ImageView& image, int u, int v, const float* pattern) {
+    float sum = 0.0F;
+    float squares = 0.0F;
+    float product = 0.0F;
+    for (int row = -kHalf; row <= kHalf; ++row) {
+        const std::uint8_t* pixels = image.row(v + row) + u - kHalf;
+        for (int i = 0; i < kSide; ++i) {
+            const auto grey = static_cast<float>(pixels[i]);
+            sum += grey;
+            squares += grey * grey;
+            product += grey * *pattern++;
+        }
+    }
+    const float energy = squares - sum * sum / (kSide * kSide);
+    return energy > 0.0F ? product / std::sqrt(energy) : 0.0F;
+}
+
+CornerList corners_of(Detector& detector, const ImageView& image, int wanted) {
+    CornerList corners;
+    detector.detect(image, {}, wanted, corners);
+    return corners;
+}
+
+}  // namespace
+
+Status FreeMatcher::configure(int width, int height) {
+    FrontendConfig config;
+    config.max_features = kStereoCorners;
+    levels_ = kMostLevels;
+    if (!ok(first_.configure(width, height, levels_))) {
+        levels_ = kSearchLevel + 1;
+        FACET_TRY(first_.configure(width, height, levels_));
+    }
+    FACET_TRY(second_.configure(width, height, levels_));
+    FACET_TRY(aligner_.configure(kWindowPx, levels_, 30, 0.01));
+    aligner_.allocate(patch_);
+    aligner_.allocate(back_);
+    detector_.configure(config, width, height, aligner_.border_px());
+    template_.resize(kSide * kSide);
+    followed_.clear();
+    return Status::kOk;
+}
+
+bool FreeMatcher::search(const Eigen::Vector2d& corner, const ImageView& left, const ImageView& right,
+                         Eigen::Vector2d& found) {
+    const int scale = 1 << kSearchLevel;
+    const int u0 = static_cast<int>(std::lround(corner.x() / scale));
+    const int v0 = static_cast<int>(std::lround(corner.y() / scale));
+    if (!cut_template(left, u0, v0, template_.data())) {
+        return false;
+    }
+    const int reach_u = left.width / 3;
+    const int reach_v = left.height / 6;
+    struct Place {
+        int u;
+        int v;
+        float score;
+    };
+    std::vector<Place> places;
+    Place best{0, 0, 0.0F};
+    for (int v = std::max(kHalf, v0 - reach_v); v <= std::min(right.height - 1 - kHalf, v0 + reach_v); ++v) {
+        for (int u = std::max(kHalf, u0 - reach_u); u <= std::min(right.width - 1 - kHalf, u0 + reach_u); ++u) {
+            const float score = correlation_at(right, u, v, template_.data());
+            if (score > kMinCorrelation - kMinLead) {
+                places.push_back({u, v, score});
+                best = score > best.score ? places.back() : best;
+            }
+        }
+    }
+    const bool is_unique = std::ranges::none_of(places, [&](const Place& p) {
+        const bool is_other = std::abs(p.u - best.u) > kApart || std::abs(p.v - best.v) > kApart;
+        return is_other && p.score > best.score - kMinLead;
+    });
+    found = Eigen::Vector2d(best.u, best.v) * scale;
+    return best.score >= kMinCorrelation && is_unique;
+}
+
+bool FreeMatcher::align_both_ways(const ImagePyramid& from, const ImagePyramid& to, int coarsest, PointPair& pair) {
+    const ExtractOptions extract{.coarsest = coarsest, .affine = false};
+    const AlignOptions align{.coarsest = coarsest};
+    float correlation = 0.0F;
+    PatchPose there{.uv = pair.second};
+    if (!ok(aligner_.extract(from, pair.first, extract, patch_)) ||
+        !ok(aligner_.align(patch_, to, align, there, correlation)) ||
+        !ok(aligner_.extract(to, there.uv, extract, back_))) {
+        return false;
+    }
+    PatchPose again{.uv = pair.first};
+    if (!ok(aligner_.align(back_, from, align, again, correlation)) || (again.uv - pair.first).norm() > kBackwardPx) {
+        return false;
+    }
+    pair.second = there.uv;
+    return true;
+}
+
+std::vector<PointPair> FreeMatcher::match_stereo(const ImageView& left, const ImageView& right) {
+    first_.build(left);
+    second_.build(right);
+    followed_.clear();
+    std::vector<PointPair> pairs;
+    for (const Eigen::Vector2d& corner : corners_of(detector_, left, kStereoCorners)) {
+        PointPair pair{corner, corner};
+        if (search(corner, first_.level(kSearchLevel), second_.level(kSearchLevel), pair.second) &&
+            align_both_ways(first_, second_, 1, pair)) {
+            pairs.push_back(pair);
+        }
+    }
+    return pairs;
+}
+
+std::vector<PointPair> FreeMatcher::follow(const ImageView& now, bool starts_anew) {
+    second_.build(now);
+    std::vector<PointPair> kept;
+    for (const PointPair& old : followed_) {
+        PointPair step{old.second, old.second};
+        if (align_both_ways(first_, second_, levels_ - 1, step)) {
+            kept.push_back({old.first, step.second});
+        }
+    }
+    followed_ = kept;
+    std::swap(first_, second_);
+    if (starts_anew) {
+        followed_.clear();
+        for (const Eigen::Vector2d& corner : corners_of(detector_, now, kFollowCorners)) {
+            followed_.push_back({corner, corner});
+        }
+    }
+    return kept;
+}
+
+double mean_difference(const ImageView& a, const ImageView& b) {
+    double sum = 0.0;
+    for (int v = 0; v < a.height; ++v) {
+        for (int u = 0; u < a.width; ++u) {
+            sum += std::abs(static_cast<int>(a.at(u, v)) - static_cast<int>(b.at(u, v)));
+        }
+    }
+    return sum / (static_cast<double>(a.width) * a.height);
+}
+
+}  // namespace facet
