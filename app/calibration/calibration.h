@@ -14,10 +14,11 @@ namespace facet {
 /// Standard deviations of both cameras, the largest of all axes. Cameras' places and the time offset are not among
 /// them: what a flight leaves open of the former moves both cameras alike, the latter changes from start to start.
 struct StatedSigmas {
-    double focal = 0.0;         ///< relative (-)
-    double principal_px = 0.0;  ///< (px)
-    double distortion = 0.0;    ///< of the first two coefficients (-)
-    double rotation_rad = 0.0;  ///< (rad)
+    double focal = 0.0;            ///< relative (-)
+    double principal_px = 0.0;     ///< (px)
+    double distortion = 0.0;       ///< of the first two coefficients (-)
+    double late_distortion = 0.0;  ///< of the other two (-)
+    double rotation_rad = 0.0;     ///< (rad)
 };
 
 /// What calibration files say, with body frame = IMU frame.

@@ -144,6 +144,7 @@ std::optional<StatedSigmas> read_stated_sigmas(const YamlNode& left, const YamlN
         largest.focal = std::max({largest.focal, lens[0] / f[0], lens[1] / f[1]});
         largest.principal_px = std::max({largest.principal_px, lens[2], lens[3]});
         largest.distortion = std::max({largest.distortion, distortion[0], distortion[1]});
+        largest.late_distortion = std::max({largest.late_distortion, distortion[2], distortion[3]});
         largest.rotation_rad = std::max(largest.rotation_rad, kRadPerDeg * *std::max_element(turn.begin(), turn.end()));
     }
     return largest;

@@ -19,6 +19,7 @@ inline void take_calibration(const Calibration& calibration, EstimatorConfig& co
         config.calibration.focal_sigma = std::max(kLeastRelative, calibration.sigmas->focal);
         config.calibration.principal_sigma_px = std::max(kLeastSigma, calibration.sigmas->principal_px);
         config.calibration.distortion_sigma = std::max(kLeastRelative, calibration.sigmas->distortion);
+        config.calibration.late_distortion_sigma = std::max(kLeastRelative, calibration.sigmas->late_distortion);
         config.calibration.camera_rotation_sigma_rad = std::max(kLeastRelative, calibration.sigmas->rotation_rad);
     }
 }

@@ -134,7 +134,7 @@ void Batch::add_priors(ceres::Problem& problem) {
 /// One round about the present states: fits everything, then moves the linearization points there.
 /// @param frees_calibration  else it stays as it is
 Status Batch::run_round(bool frees_calibration) {
-    FACET_TRY(integrate_chain(flight_, options_.noise, options_.limits, chain_));
+    FACET_TRY(integrate_chain(flight_, options_.noise, options_.limits, options_.gravity, chain_));
     tangents_.assign(flight_.keyframes.size(), Tangent{});
     ceres::Problem problem;
     add_sightings(problem);

@@ -9,6 +9,7 @@
 #include "app/lab/calibrate/recorded_flight.h"
 #include "app/lab/calibrate/rig_parameters.h"
 #include "estimator/imu/imu_limits.h"
+#include "estimator/values/gravity.h"
 
 namespace facet {
 
@@ -17,6 +18,7 @@ struct BatchOptions {
     RigVector prior_sigma = RigVector::Zero();  ///< 0: the entry does not exist
     ImuNoise noise;
     ImuLimits limits;
+    GravityConfig gravity;
 };
 
 /// Residual of one sighting: measured minus predicted.

@@ -7,6 +7,7 @@
 #include "app/lab/calibrate/recorded_flight.h"
 #include "estimator/factors/imu_factor.h"
 #include "estimator/imu/imu_limits.h"
+#include "estimator/values/gravity.h"
 
 namespace facet {
 
@@ -19,6 +20,6 @@ struct InertialChain {
 
 /// @return the error of the interval that could not be integrated: no samples, or too long (out untouched). Heap.
 Status integrate_chain(const RecordedFlight& flight, const ImuNoise& noise, const ImuLimits& limits,
-                       InertialChain& out);
+                       const GravityConfig& gravity, InertialChain& out);
 
 }  // namespace facet

@@ -51,6 +51,7 @@ CalibrateReport calibrate(const CalibrateOptions& options, const std::atomic<boo
     batch.prior_sigma = prior_sigmas(given.rig, options.prior_scale);
     batch.noise = options.recording.config.imu_noise;
     batch.limits = options.recording.config.imu_limits;
+    batch.gravity = options.recording.config.gravity;
     BatchResult result;
     RigAndTime refined;
     if (!ok(solve_batch(flight, batch, result)) || !ok(apply_correction(batch.given, result.correction, refined))) {

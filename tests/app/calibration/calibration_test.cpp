@@ -245,10 +245,12 @@ TEST_CASE("standard deviations are read if both cameras state them") {
     CHECK(c.sigmas->focal == Approx(2e-4));
     CHECK(c.sigmas->principal_px == 0.09);
     CHECK(c.sigmas->distortion == 2e-4);
+    CHECK(c.sigmas->late_distortion == 1e-2);
     CHECK(c.sigmas->rotation_rad == Approx(3.4907e-4).epsilon(1e-3));
     EstimatorConfig config;
     take_calibration(c, config);
     CHECK(config.calibration.principal_sigma_px == 0.09);
+    CHECK(config.calibration.late_distortion_sigma == 1e-2);
     CHECK(config.calibration.camera_position_sigma_m == CalibrationConfig{}.camera_position_sigma_m);
     CHECK(config.imu_noise.rate_hz == c.noise.rate_hz);
     CHECK(ok(config.validate()));
