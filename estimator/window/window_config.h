@@ -14,7 +14,7 @@ struct WindowConfig {
     int max_iterations = 6;
     double pixel_sigma_px = 0.5;
     bool learn_pixel_sigma = true;
-    double loss_threshold = 2.4;
+    double loss_threshold = 1.2;
     double redundant_px = 5.0;
     double outlier_threshold_px = 3.0;
 
@@ -32,8 +32,8 @@ inline constexpr auto kWindowFields = std::to_array<ParameterField<WindowConfig>
      "Learn the standard deviation of observations from their residuals, beginning with pixel_sigma_px and staying "
      "within a factor of ten of it."},
     {FACET_FIELD(WindowConfig, loss_threshold), "-", 0.2, 10,
-     "Threshold of Cauchy's robust loss on observations, in multiples of the residuals' robust standard deviation; 2.4 "
-     "keeps 95 % of the precision if all errors are normal."},
+     "Threshold of Cauchy's robust loss on observations, in multiples of the residuals' robust standard deviation; 1.2 "
+     "is the likelihood of Student's t with two degrees of freedom, whose tails those of real tracks resemble."},
     {FACET_FIELD(WindowConfig, redundant_px), "px", 0, 100,
      "When the window is full, a keyframe that moved less than this from the one before is dropped first; 0: never."},
     {FACET_FIELD(WindowConfig, outlier_threshold_px), "px", 0.5, 20,

@@ -86,7 +86,10 @@ Status FreeMatcher::configure(int width, int height) {
     FACET_TRY(aligner_.configure(kWindowPx, levels_, 30, 0.01));
     aligner_.allocate(patch_);
     aligner_.allocate(back_);
-    detector_.configure(config, width, height, aligner_.border_px());
+    // No calibration is trusted here: a plain pinhole, whose image has corners everywhere.
+    const double focal_px = width;
+    detector_.configure(config, CameraModel({width, height, focal_px, focal_px, 0.5 * width, 0.5 * height, {}, {}}),
+                        aligner_.border_px());
     template_.resize(kSide * kSide);
     followed_.clear();
     return Status::kOk;
