@@ -24,7 +24,7 @@ CameraModel corrected(const CameraModel& camera, const LensCorrection& correctio
 /// x' = D(x; k) and its Jacobian J = dD/dx,
 ///   x'(u) = (u - c) / f,   dx = J^-1 (dx' - dD/dk dk),   dx' = -(x' df / f + dc / f).
 /// To first order the corrected point is xy + d_xy_d_lens * correction. What the second order leaves of corrections of
-/// a good calibration's three sigmas stays below 0.05 px in the corners of a lens of 80 degrees.
+/// a good calibration's three sigmas stays below 0.07 px in the corners of a lens of 80 degrees.
 /// Columns of coefficients that the camera does not have are zero.
 /// Reentrant. No heap.
 LensJacobian d_xy_d_lens(const CameraModel& camera, const Eigen::Vector2d& xy);

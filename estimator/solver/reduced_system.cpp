@@ -59,17 +59,22 @@ double ReducedSolver::variance(int parameter) {
 }
 
 Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> ReducedSolver::cameras_covariance(int first) {
-    // E' (L L^T)^-1 E = X'X with L X = E: above its first one, the rows of X are zero.
+    // E' (L L^T)^-1 E = X'X with L X = E, by forward substitution; X lies transposed, so that its rows are contiguous.
+    // Rows above E's ones are zero. Eigen's blocked solve would take its panels from the heap.
     const int rows = dim_ - first;
     FACET_ASSERT(first >= 0 && rows >= kCameraTermsDim);
     const Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64> l(l_.data(), dim_, dim_);
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kCameraTermsDim>, Eigen::Aligned64> x(columns_.data(), rows,
-                                                                                           kCameraTermsDim);
-    x.setIdentity();
-    l.bottomRightCorner(rows, rows).triangularView<Eigen::Lower>().solveInPlace(x);
-    Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> covariance;
-    for (int i = 0; i < kCameraTermsDim; ++i) {
-        covariance.col(i).noalias() = x.transpose() * x.col(i);
+    Eigen::Map<Eigen::Matrix<double, kCameraTermsDim, Eigen::Dynamic>, Eigen::Aligned64> x_t(columns_.data(),
+                                                                                             kCameraTermsDim, rows);
+    x_t.setIdentity();
+    Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> covariance =
+        Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim>::Zero();
+    for (int j = 0; j < rows; ++j) {
+        x_t.col(j) /= l(first + j, first + j);
+        for (int i = j + 1; i < rows; ++i) {
+            x_t.col(i) -= l(first + i, first + j) * x_t.col(j);
+        }
+        covariance.noalias() += x_t.col(j) * x_t.col(j).transpose();
     }
     return covariance;
 }
