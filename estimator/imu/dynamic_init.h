@@ -67,9 +67,9 @@ struct DynamicInit {
 ///   r_v     = R_0k^T (u_k+1 - u_k - g T) - dv
 /// with the joint covariance of the deltas and of vision; the biases have priors. Stereo makes the positions metric, so
 /// everything but bg is linear: Gauss-Newton first solves with g free, which must have the strength that the motions
-/// carry (Preintegration) within its own uncertainty, then with |g| imposed, g turning in its tangent plane. The idea is
-/// the linear alignment of [Qin18] Sec. V-B with known scale, and of [Martinelli14]; covariances are added, so that the
-/// resulting prior is honest.
+/// carry (Preintegration) within its own uncertainty, then with |g| imposed, g turning in its tangent plane. The idea
+/// is the linear alignment of [Qin18] Sec. V-B with known scale, and of [Martinelli14]; covariances are added, so that
+/// the resulting prior is honest.
 ///
 /// Observability: tilt and horizontal accelerometer bias can be separated only by rotation; without it the bias's prior
 /// becomes part of the tilt's uncertainty. Standing still, constant velocity and free fall are not special cases. The

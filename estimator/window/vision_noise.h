@@ -15,8 +15,8 @@ namespace facet {
 /// gain 1/2, 1/3 and so on down to kLeastGain: at first a mean that includes the configured value as its first element,
 /// later a mean that forgets. Both stay within a factor of kReach of the configured value.
 ///
-/// scale_px: robust standard deviation of the residuals, which a minority of outliers hardly moves; it sets the width of
-/// the robust loss.
+/// scale_px: robust standard deviation of the residuals, which a minority of outliers hardly moves; it sets the width
+/// of the robust loss.
 ///
 /// sigma_px: the standard deviation that a weight of one stands for. The points of an M-estimate have the covariance
 /// E[psi^2] / E[psi']^2 times (J^T J)^-1 [Huber64]; the normal equations give sigma^2 / E[rho'] times that. To make
