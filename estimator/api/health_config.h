@@ -21,7 +21,7 @@ struct HealthConfig {
     double ready_tilt_sigma_rad = 0.05;
     double grace_s = 2.0;
     double vibration_m_per_s2 = 3.0;
-    double max_residual_bias_px = 0.06;
+    double max_residual_bias_px = 0.015;
     double max_calibration_stretch = 4.0;
     bool auto_reset = true;
 

@@ -179,20 +179,20 @@ TEST_CASE("clipped or missing inertial samples degrade", "[health]") {
 TEST_CASE("a calibration in doubt halves the quality, and does not end tracking", "[health]") {
     Fixture f;
     HealthEvidence e = good(10.0);
-    e.residual_bias_px = 0.05;
+    e.residual_bias_px = 0.014;
     e.calibration_stretch = 3.9;
     CHECK(f.step(e) == TrackingState::kTracking);
     CHECK_FALSE(f.has(kReasonCalibration));
     CHECK(f.health.quality == 100);
 
     e.stamp = at(10.05);
-    e.residual_bias_px = 0.061;
+    e.residual_bias_px = 0.0151;
     CHECK(f.step(e) == TrackingState::kTracking);
     CHECK(f.has(kReasonCalibration));
     CHECK(f.health.quality == 50);
 
     e.stamp = at(10.1);
-    e.residual_bias_px = 0.3;
+    e.residual_bias_px = 0.075;
     f.step(e);
     CHECK(f.health.quality == 20);
 
