@@ -6,6 +6,7 @@
 #include <array>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/calibration/calibration.h"
@@ -54,9 +55,9 @@ inline constexpr double kUnseenShare = 0.7;
 
 /// A parameter in the units that files and people use.
 struct RigParameter {
-    std::string name;    ///< such as "cam0.cx"
-    std::string unit;    ///< "-" if it has none
-    double given = 0.0;  ///< of a rotation, 0: `refined` is then the turn from the given one
+    std::string name;             ///< such as "cam0.cx"
+    std::string_view unit = "-";  ///< a literal; "-" if it has none
+    double given = 0.0;           ///< of a rotation, 0: `refined` is then the turn from the given one
     double refined = 0.0;
     double sigma = 0.0;
     double prior_sigma = 0.0;
