@@ -9,6 +9,7 @@
 #include "app/output/residual_log.h"
 #include "app/support/statistics.h"
 #include "app/support/text_file.h"
+#include "estimator/geometry/lens_correction.h"
 #include "estimator/geometry/so3.h"
 #include "platform/base/angle.h"
 
@@ -61,6 +62,24 @@ Json corrections(const CalibrationEstimate& estimate) {
             {"right_turned_sigma_deg", to_json(sigma.segment<3>(kRightTheta) / kRadPerDeg)},
             {"right_moved_m", to_json(c.right.p)},
             {"right_moved_sigma_m", to_json(sigma.segment<3>(kRightPos))}};
+}
+
+Json camera(const CameraModel& model, const Se3& T_B_C) {
+    const CameraIntrinsics& k = model.intrinsics();
+    return {{"intrinsics_px", Json::array({k.fx, k.fy, k.cx, k.cy})},
+            {"distortion", k.coeffs},
+            {"p_B_C_m", to_json(T_B_C.p)},
+            {"q_B_C_xyzw", Json::array({T_B_C.q.x(), T_B_C.q.y(), T_B_C.q.z(), T_B_C.q.w()})}};
+}
+
+/// Both cameras as given, and as the corrections make them.
+Json cameras(const StereoRig& given, const RigCalibration& c) {
+    const CameraModel left = corrected(given.left, c.lens[0]);
+    const CameraModel right = corrected(given.right, c.lens[1]);
+    return {{"given", {{"cam0", camera(given.left, given.T_B_C0)}, {"cam1", camera(given.right, given.T_B_C1)}}},
+            {"final",
+             {{"cam0", camera(left, c.T_B_Bc * given.T_B_C0)},
+              {"cam1", camera(right, c.T_B_Bc * c.T_Bc_C1(given.T_B_C1))}}}};
 }
 
 void add(const std::vector<NamedCounter>& counters, Json& json) {
@@ -187,6 +206,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"not_finite", summary.not_finite},
                  {"first_estimate_ns", summary.first_estimate.ns},
                  {"final", final_state(summary.last)}};
+    json["cameras"] = cameras(summary.rig, summary.corrections.correction);
     json["calibration_corrections"] = corrections(summary.corrections);
     json["residuals_px"] = residuals(summary.residuals);
     json["mesh"] = mesh(summary);

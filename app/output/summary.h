@@ -10,6 +10,7 @@
 #include "app/output/frame_log.h"
 #include "app/output/live_account.h"
 #include "estimator/api/estimate.h"
+#include "estimator/geometry/stereo_rig.h"
 #include "estimator/values/residuals.h"
 #include "mesh/mesher.h"
 #include "mesh/planes/plane_finder.h"
@@ -45,6 +46,7 @@ struct RunSummary {
     Estimate last;                    ///< last frame given, whatever its state
     std::vector<TimedFrame> timed;    ///< frames given to the estimator, in order
     VisionResiduals residuals;        ///< of the keyframes that have left the window
+    StereoRig rig;                    ///< as given
     CalibrationEstimate corrections;  ///< of the calibration, at the end
     MeshCounters mesh;                ///< what the mesher did
     PlaneCounters planes;             ///< what the plane finder did

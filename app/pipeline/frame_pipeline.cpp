@@ -35,6 +35,7 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
     if (!is_configured) {
         throw InputError(refusal(config, calibration));
     }
+    rig_ = calibration.rig;
     estimator_.set_stage_observer(&timer_);
 }
 

@@ -64,6 +64,8 @@ public:
 
     const Mesher& mesher() const { return *mesher_; }
     const PlaneFinder& planes() const { return *planes_; }
+    /// The cameras as given.
+    const StereoRig& rig() const { return rig_; }
     CalibrationEstimate calibration() const { return estimator_.calibration(); }
     const VisionResiduals& residuals() const { return estimator_.residuals(); }
     std::size_t imu_samples() const { return imu_samples_; }
@@ -73,6 +75,7 @@ private:
     bool update_mesh(const StereoFrame& frame, const Health& health);
     void update_planes(const KeyframeView& view, const Health& health);
 
+    StereoRig rig_;
     Estimator estimator_;
     std::unique_ptr<Mesher> mesher_;
     std::unique_ptr<PlaneFinder> planes_;

@@ -112,6 +112,7 @@ void FrameRecorder::finish(const FramePipeline& pipeline) {
     summary_.imu_samples = pipeline.imu_samples();
     summary_.imu_refused = pipeline.imu_refused();
     summary_.residuals = pipeline.residuals();
+    summary_.rig = pipeline.rig();
     summary_.corrections = pipeline.calibration();
     summary_.mesh = pipeline.mesher().counters();
     summary_.planes = pipeline.planes().counters();

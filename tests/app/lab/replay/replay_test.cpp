@@ -59,6 +59,11 @@ TEST_CASE("a replay writes one row a frame and gives the same bytes twice") {
     nlohmann::json a = summary_of(dir.file("a"));
     nlohmann::json b = summary_of(dir.file("b"));
     CHECK(a["frames"] == kFrames);
+    const nlohmann::json& given = a["cameras"]["given"]["cam1"]["intrinsics_px"];
+    CHECK(given[2] == run.rig.right.intrinsics().cx);
+    CHECK(
+        a["cameras"]["final"]["cam1"]["intrinsics_px"][2].get<double>() ==
+        Approx(given[2].get<double>() + a["calibration_corrections"]["right"]["principal_point_px"][0].get<double>()));
     a.erase("timing");
     b.erase("timing");
     CHECK(a == b);
