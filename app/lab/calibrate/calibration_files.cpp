@@ -77,7 +77,7 @@ void write_lens(TextFile& file, const RefinedCamera& c, const LensStyle& style) 
     file.print("{}position_sigma_m: {}  # along the body's axes\n", indent, list_of(c.mount_sigma.tail<3>()));
 }
 
-void write_T_BS(TextFile& file, const Eigen::Matrix4d& t) {
+void write_body_pose(TextFile& file, const Eigen::Matrix4d& t) {
     file.print("T_BS:\n  cols: 4\n  rows: 4\n  data: [{},\n         {},\n         {},\n         {}]\n", row_of(t, 0),
                row_of(t, 1), row_of(t, 2), row_of(t, 3));
 }
@@ -88,7 +88,7 @@ void write_euroc_camera(const RefinedCalibration& c, std::size_t camera, const s
     TextFile file(cam + "/sensor.yaml");
     const RefinedCamera refined = camera_of(c, camera);
     file.print("%YAML:1.0\n# Refined from a flight; the body frame is the IMU.\nsensor_type: camera\n");
-    write_T_BS(file, refined.T_B_C.matrix());
+    write_body_pose(file, refined.T_B_C.matrix());
     write_lens(file, refined, kEuroc);
     file.print("timeshift_cam_imu: {:.9g}  # s, t_imu = t_cam + shift\ntimeshift_sigma: {:.3g}\n",
                c.refined.time_shift_s, c.sigma(kBatchTime));
@@ -107,7 +107,7 @@ void write_imu(const RefinedCalibration& c, const std::string& folder) {
     make_folder(folder + "/imu0");
     TextFile euroc(folder + "/imu0/sensor.yaml");
     euroc.print("%YAML:1.0\n# As given.\nsensor_type: imu\n");
-    write_T_BS(euroc, Eigen::Matrix4d::Identity());
+    write_body_pose(euroc, Eigen::Matrix4d::Identity());
     write_noise(euroc, c.noise, "rate_hz");
     euroc.close();
     TextFile kalibr(folder + "/imu.yaml");
