@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/config/program_config.h"
+#include "app/lab/replay/log_options.h"
 #include "app/support/input_error.h"
 #include "app/support/progress.h"
 #include "drivers/replay_asl/asl_dataset.h"
@@ -31,15 +32,10 @@ public:
 };
 
 AslOptions log_options(const RecordingOptions& options) {
-    const CameraIntrinsics& left = options.calibration.rig.left.intrinsics();
-    const CameraIntrinsics& right = options.calibration.rig.right.intrinsics();
-    AslOptions log;
-    log.camera_time_shift = options.calibration.camera_time_shift;
+    AslOptions log = log_options_of(options.calibration);
     log.frame_delay = kFrameDelay;
     log.start = Duration::from_seconds(options.start_s);
     log.length = Duration::from_seconds(options.duration_s);
-    log.left_size = {left.width, left.height};
-    log.right_size = {right.width, right.height};
     return log;
 }
 

@@ -8,6 +8,7 @@
 #include "app/lab/check/imu_checks.h"
 #include "app/lab/check/stereo_check.h"
 #include "app/lab/check/turn_check.h"
+#include "app/lab/replay/log_options.h"
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
 #include "drivers/replay_asl/asl_dataset.h"
@@ -24,12 +25,7 @@ struct LogOutline {
     std::vector<Timestamp> frames;
 };
 
-AslDataset open_log(const CheckOptions& options, AslOptions log_options) {
-    const CameraIntrinsics& left = options.calibration.rig.left.intrinsics();
-    const CameraIntrinsics& right = options.calibration.rig.right.intrinsics();
-    log_options.camera_time_shift = options.calibration.camera_time_shift;
-    log_options.left_size = {left.width, left.height};
-    log_options.right_size = {right.width, right.height};
+AslDataset open_log(const CheckOptions& options, const AslOptions& log_options) {
     AslDataset log;
     std::string error;
     if (!ok(log.open(options.dataset, log_options, nullptr, error))) {
@@ -39,7 +35,7 @@ AslDataset open_log(const CheckOptions& options, AslOptions log_options) {
 }
 
 LogOutline read_outline(const CheckOptions& options) {
-    AslOptions log_options;
+    AslOptions log_options = log_options_of(options.calibration);
     log_options.decode_images = false;
     AslDataset log = open_log(options, log_options);
     LogOutline outline;
@@ -91,7 +87,7 @@ struct ImageEvidence {
 };
 
 ImageEvidence read_images(const CheckOptions& options, Duration start) {
-    AslOptions log_options;
+    AslOptions log_options = log_options_of(options.calibration);
     log_options.start = start;
     log_options.length = Duration::from_seconds(options.images_s);
     AslDataset log = open_log(options, log_options);

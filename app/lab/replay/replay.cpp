@@ -10,6 +10,7 @@
 
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault_injector.h"
+#include "app/lab/replay/log_options.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
 #include "app/pipeline/stage_timer.h"
@@ -82,17 +83,12 @@ RecorderLimits Replay::limits(const ReplayOptions& options) {
 }
 
 void Replay::open_log() {
-    const CameraIntrinsics& left = options_.calibration.rig.left.intrinsics();
-    const CameraIntrinsics& right = options_.calibration.rig.right.intrinsics();
-    AslOptions log_options;
-    log_options.camera_time_shift = options_.calibration.camera_time_shift;
+    AslOptions log_options = log_options_of(options_.calibration);
     log_options.frame_delay = kFrameDelay;
     log_options.start = Duration::from_seconds(options_.start_s);
     if (options_.duration_s.has_value()) {
         log_options.length = Duration::from_seconds(*options_.duration_s);
     }
-    log_options.left_size = {left.width, left.height};
-    log_options.right_size = {right.width, right.height};
     std::string error;
     log_.emplace();
     if (!ok(log_->open(
