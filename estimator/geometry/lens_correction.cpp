@@ -28,8 +28,8 @@ Eigen::Matrix<double, 2, 4> d_distorted_d_coefficients(Distortion distortion, co
 
 }  // namespace
 
-CameraModel corrected(const CameraModel& camera, const LensCorrection& correction) {
-    CameraIntrinsics k = camera.intrinsics();
+CameraIntrinsics corrected(const CameraIntrinsics& intrinsics, const LensCorrection& correction) {
+    CameraIntrinsics k = intrinsics;
     k.fx *= 1.0 + correction(0);
     k.fy *= 1.0 + correction(1);
     k.cx += correction(2);
@@ -37,6 +37,11 @@ CameraModel corrected(const CameraModel& camera, const LensCorrection& correctio
     for (std::size_t i = 0; i < k.coeffs.size() && k.distortion != Distortion::kNone; ++i) {
         k.coeffs[i] += correction(kLensDistortion + static_cast<int>(i));
     }
+    return k;
+}
+
+CameraModel corrected(const CameraModel& camera, const LensCorrection& correction) {
+    const CameraIntrinsics k = corrected(camera.intrinsics(), correction);
     return ok(CameraModel::validate(k)) ? CameraModel(k) : camera;
 }
 

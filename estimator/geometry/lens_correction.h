@@ -17,6 +17,9 @@ using LensCorrection = Eigen::Matrix<double, kLensDim, 1>;
 /// Of an undistorted point. In single precision: times a correction, a thousandth of a pixel needs three digits.
 using LensJacobian = Eigen::Matrix<float, 2, kLensDim>;
 
+/// The intrinsics corrected, which need not be those of a valid camera.
+CameraIntrinsics corrected(const CameraIntrinsics& intrinsics, const LensCorrection& correction);
+
 /// The camera with its intrinsics corrected; the camera itself if the result is not a valid one.
 CameraModel corrected(const CameraModel& camera, const LensCorrection& correction);
 

@@ -19,16 +19,8 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 bool has_coefficient(Distortion distortion, int index) { return distortion != Distortion::kNone && index < 4; }
 
-CameraIntrinsics corrected_lens(CameraIntrinsics k, const RigVector& correction, int camera) {
-    const auto d = correction.segment<kBatchLensDim>(kBatchLens[static_cast<std::size_t>(camera)]);
-    k.fx *= 1.0 + d(0);
-    k.fy *= 1.0 + d(1);
-    k.cx += d(2);
-    k.cy += d(3);
-    for (int i = 0; i < 4 && k.distortion != Distortion::kNone; ++i) {
-        k.coeffs[static_cast<std::size_t>(i)] += d(4 + i);
-    }
-    return k;
+CameraIntrinsics corrected_lens(const CameraIntrinsics& k, const RigVector& correction, int camera) {
+    return corrected(k, correction.segment<kBatchLensDim>(kBatchLens[static_cast<std::size_t>(camera)]));
 }
 
 /// The coefficients' names, by model.
@@ -102,12 +94,12 @@ Status apply_correction(const RigAndTime& given, const RigVector& correction, Ri
     const CameraIntrinsics right = corrected_lens(given.rig.right.intrinsics(), correction, 1);
     FACET_TRY(CameraModel::validate(left));
     FACET_TRY(CameraModel::validate(right));
-    RigAndTime corrected;
-    corrected.rig = {CameraModel(left), CameraModel(right),
-                     given.rig.T_B_C0.box_plus(correction.segment<kBatchMountDim>(kBatchMount[0])),
-                     given.rig.T_B_C1.box_plus(correction.segment<kBatchMountDim>(kBatchMount[1]))};
-    corrected.time_shift_s = given.time_shift_s + correction(kBatchTime);
-    out = corrected;
+    RigAndTime refined;
+    refined.rig = {CameraModel(left), CameraModel(right),
+                   given.rig.T_B_C0.box_plus(correction.segment<kBatchMountDim>(kBatchMount[0])),
+                   given.rig.T_B_C1.box_plus(correction.segment<kBatchMountDim>(kBatchMount[1]))};
+    refined.time_shift_s = given.time_shift_s + correction(kBatchTime);
+    out = refined;
     return Status::kOk;
 }
 

@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "app/calibration/calibration.h"
+#include "estimator/geometry/lens_correction.h"
 
 namespace facet {
 
-/// Corrections of a given calibration: of a camera's lens, additive but for the focal lengths, which are relative,
-///   [fx fy (-), cx cy (px), the four coefficients of its distortion (-)],
-/// of its pose on the body [theta p] as Se3::box_plus, and of the time offset, t_imu = t_image + offset (s).
-inline constexpr int kBatchLensDim = 8;
+/// Corrections of a given calibration: of a camera's lens (LensCorrection), of its pose on the body [theta p] as
+/// Se3::box_plus, and of the time offset, t_imu = t_image + offset (s).
+inline constexpr int kBatchLensDim = kLensDim;
 inline constexpr int kBatchMountDim = 6;
 
 /// Offsets in the vector of all corrections.

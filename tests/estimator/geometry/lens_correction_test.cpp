@@ -17,7 +17,7 @@ CameraIntrinsics pinhole(Distortion distortion) {
     return k;
 }
 
-CameraIntrinsics corrected(const CameraIntrinsics& k, const LensCorrection& d) {
+CameraIntrinsics by_hand(const CameraIntrinsics& k, const LensCorrection& d) {
     CameraIntrinsics c = k;
     c.fx *= 1.0 + d(0);
     c.fy *= 1.0 + d(1);
@@ -40,7 +40,7 @@ TEST_CASE("a corrected point is where the corrected camera sees the pixel", "[le
     if (distortion == Distortion::kNone) {
         correction.tail<4>().setZero();
     }
-    const CameraModel truth(corrected(given, correction));
+    const CameraModel truth(by_hand(given, correction));
     for (const double u : {20.0, 367.0, 500.0, 730.0}) {
         for (const double v : {15.0, 248.0, 460.0}) {
             Eigen::Vector2d xy;
@@ -71,8 +71,8 @@ TEST_CASE("each column is the derivative by its parameter", "[lens_correction]")
         d(i) = step;
         Eigen::Vector2d plus;
         Eigen::Vector2d minus;
-        REQUIRE(ok(CameraModel(corrected(given, d)).unproject(uv, plus)));
-        REQUIRE(ok(CameraModel(corrected(given, -d)).unproject(uv, minus)));
+        REQUIRE(ok(CameraModel(by_hand(given, d)).unproject(uv, plus)));
+        REQUIRE(ok(CameraModel(by_hand(given, -d)).unproject(uv, minus)));
         INFO("parameter " << i);
         CHECK((jacobian.col(i) - (plus - minus) / (2.0 * step)).norm() < 1e-6 + 1e-5 * jacobian.col(i).norm());
     }
