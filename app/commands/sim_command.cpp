@@ -99,7 +99,7 @@ void add_sim_command(CLI::App& app, int& exit_code) {
     sub->add_option(
            "--flight", options->flight,
            "tour: through the whole scene; hover: take off and hold a place with a few cm of slow wander, with "
-           "--vibration")
+           "--vibration flight")
         ->transform(CLI::CheckedTransformer(kKinds).description("{tour,hover}"))
         ->default_str("tour");
     static const std::map<std::string, sim::LensKind> kLenses{{"pinhole", sim::LensKind::kPinhole},
@@ -108,10 +108,16 @@ void add_sim_command(CLI::App& app, int& exit_code) {
                     "pinhole: EuRoC's lenses, 80 degrees across; fisheye: equidistant ones, 160 degrees across")
         ->transform(CLI::CheckedTransformer(kLenses).description("{pinhole,fisheye}"))
         ->default_str("pinhole");
-    sub->add_flag(
-        "--vibration", options->vibration,
-        "Rotor vibration on the inertial samples after take-off: 0.5 m/s^2 and 0.02 rad/s rms per axis, 80 to "
-        "120 Hz");
+    static const std::map<std::string, VibrationKind> kVibrations{
+        {"none", VibrationKind::kNone}, {"idle", VibrationKind::kIdle}, {"flight", VibrationKind::kFlight}};
+    sub->add_option(
+           "--vibration", options->vibration,
+           "What rotors add to the inertial samples, as on a real multicopter: idle: idling throughout (0.2 to 0.6 "
+           "m/s^2 "
+           "and 0.02 to 0.04 rad/s rms an axis); flight: idling until take-off, then as in flight (0.5 to 1 m/s^2 and "
+           "0.025 to 0.05 rad/s)")
+        ->transform(CLI::CheckedTransformer(kVibrations).description("{none,idle,flight}"))
+        ->default_str("none");
     sub->add_flag("--mover", options->mover, "A textured box glides across the view every few seconds");
     sub->add_option("--time-offset", options->time_offset_s,
                     "Added to the stamps of the images, which are taken at their true time (s)")

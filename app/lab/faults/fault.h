@@ -25,6 +25,7 @@ enum class FaultKind : std::uint8_t {
     kImuClip,
     kImuNoise,
     kImuDuplicate,
+    kVibration,
     kCalibration,
     kCount
 };
@@ -47,7 +48,8 @@ struct FaultValue {
     const char* name;  ///< in capitals, as in help
     double min;
     double max;
-    double fallback;  ///< if not given; NaN if it must be given
+    double fallback;                        ///< if not given; NaN if it must be given
+    std::vector<std::string_view> words{};  ///< if any: given as one of these, the value is its index
 };
 
 /// One row of the table of all faults.

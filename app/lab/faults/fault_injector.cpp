@@ -25,7 +25,15 @@ Eigen::Vector3d normal_vector(double sigma, RandomStream& random) {
 }  // namespace
 
 FaultInjector::FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, Timestamp begin, Duration frame_delay)
-    : faults_(std::move(faults)), hits_(faults_.size(), 0), noise_(noise), begin_(begin), frame_delay_(frame_delay) {}
+    : faults_(std::move(faults)), hits_(faults_.size(), 0), noise_(noise), begin_(begin), frame_delay_(frame_delay) {
+    for (std::size_t i = 0; i < faults_.size(); ++i) {
+        if (faults_[i].kind == FaultKind::kVibration) {
+            const VibrationKind kind = faults_[i].values[0] == 0.0 ? VibrationKind::kIdle : VibrationKind::kFlight;
+            const std::uint64_t seed = hash64(static_cast<std::uint64_t>(faults_[i].values[1]), i);
+            vibrations_.try_emplace(i, vibration_spectrum(kind), seed);
+        }
+    }
+}
 
 template <class Apply>
 void FaultInjector::for_active(FaultKind kind, Timestamp log_stamp, Apply apply) {
@@ -57,6 +65,12 @@ void FaultInjector::change_values(ImuSample& sample, Timestamp log_stamp) {
         const double factor = fault.values[0] * std::sqrt(noise_.rate_hz);
         sample.w_B += normal_vector(factor * noise_.gyro_noise_rad_per_s_per_sqrt_hz, random);
         sample.a_B += normal_vector(factor * noise_.accel_noise_m_per_s2_per_sqrt_hz, random);
+        return true;
+    });
+    for_active(FaultKind::kVibration, log_stamp, [&](const Fault&, std::size_t i) {
+        const RotorVibration::Vector6 shake = vibrations_.at(i).at((log_stamp - begin_).seconds());
+        sample.w_B += shake.head<3>();
+        sample.a_B += shake.tail<3>();
         return true;
     });
     for_active(FaultKind::kImuClip, log_stamp, [&](const Fault& fault, std::size_t) {

@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <variant>
 #include <vector>
 
 #include "app/lab/faults/fault.h"
+#include "app/lab/faults/rotor_vibration.h"
 #include "drivers/replay_asl/png_decoder.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/values/imu_noise.h"
@@ -72,6 +74,7 @@ private:
 
     std::vector<Fault> faults_;
     std::vector<std::size_t> hits_;
+    std::map<std::size_t, RotorVibration> vibrations_;  ///< by fault
     ImuNoise noise_;
     Timestamp begin_;
     Duration frame_delay_;

@@ -133,7 +133,9 @@ std::vector<Timestamp> image_stamps(const SimOptions& o) {
     return stamps;
 }
 
-bool has_vibration(const SimOptions& o) { return o.vibration || o.flight == FlightKind::kHover; }
+VibrationKind vibration_of(const SimOptions& o) {
+    return o.vibration == VibrationKind::kNone && o.flight == FlightKind::kHover ? VibrationKind::kFlight : o.vibration;
+}
 
 std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     nlohmann::ordered_json meta;
@@ -146,7 +148,7 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     meta["flight"] = o.flight == FlightKind::kHover ? "hover" : "tour";
     meta["camera"] = o.camera == LensKind::kFisheye ? "fisheye" : "pinhole";
     meta["stand_s"] = o.stand_s;
-    meta["vibration"] = has_vibration(o);
+    meta["vibration"] = kVibrationNames.at(static_cast<std::size_t>(vibration_of(o)));
     meta["mover"] = o.mover;
     meta["time_offset_s"] = o.time_offset_s;
     meta["extrinsic_error_deg"] = o.extrinsic_error_deg;
@@ -175,9 +177,7 @@ std::vector<ImuRecord> make_imu(const SimOptions& o, const Flight& flight, doubl
     const ImuNoise noise = euroc_imu_noise();
     std::vector<ImuRecord> imu =
         synthesise_imu(flight, end_s, kEpoch, {o.noise ? &noise : nullptr, kImuRate_hz, o.gravity_m_per_s2}, o.seed);
-    if (has_vibration(o)) {
-        add_vibration({}, take_off_s(o), o.seed, imu);
-    }
+    add_vibration(vibration_of(o), take_off_s(o), o.seed, imu);
     return imu;
 }
 

@@ -269,5 +269,24 @@ TEST_CASE("faults work together and idle ones are known") {
     CHECK(output.hits[3] == 100);
 }
 
+TEST_CASE("rotors shake the inertial samples while they are asked to, and nothing else") {
+    const Output output = inject({"vibration=flight,3@1+2"});
+    CHECK(untouched_outside(output, 0.0, 0.0) == 100);
+    double inside = 0.0;
+    for (const ImuSample& sample : output.imu) {
+        const Duration t = sample.stamp - Timestamp{kBegin};
+        const double change = std::abs(sample.a_B.x());
+        if (t < Duration::from_seconds(1.0) || t >= Duration::from_seconds(3.0)) {
+            CHECK(change == 0.0);
+        } else {
+            inside += change * change / 400.0;
+        }
+    }
+    CHECK(std::sqrt(inside) == Approx(0.99).epsilon(0.2));
+    CHECK(output.hits == std::vector<std::size_t>{400});
+    CHECK(inject({"vibration=flight,4@1+2"}).imu[300].a_B != output.imu[300].a_B);
+    CHECK(inject({"vibration=flight,3@1+2"}).imu[300].a_B == output.imu[300].a_B);
+}
+
 }  // namespace
 }  // namespace facet
