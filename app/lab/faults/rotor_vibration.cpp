@@ -12,7 +12,7 @@ namespace {
 constexpr double kLineStep_hz = 2.5;
 constexpr double kFirstLine_hz = VibrationSpectrum::kEdges_hz.front() + 0.5 * kLineStep_hz;
 constexpr double kNodeStep_s = 1.0 / kLineStep_hz;
-constexpr std::uint64_t kPurpose = 22;  // of the random numbers
+constexpr std::uint64_t kRotorStream = 22;  // of the random numbers
 
 constexpr VibrationSpectrum kSilence{};
 
@@ -60,7 +60,7 @@ RotorVibration::RotorVibration(const VibrationSpectrum& spectrum, std::uint64_t 
 }
 
 void RotorVibration::draw(std::int64_t node, Amplitudes& amplitudes) const {
-    RandomStream random(hash64(seed_, static_cast<std::uint64_t>(node)), kPurpose);
+    RandomStream random(hash64(seed_, static_cast<std::uint64_t>(node)), kRotorStream);
     for (int j = 0; j < kLines; ++j) {
         for (int axis = 0; axis < 6; ++axis) {
             amplitudes(axis, 2 * j) = sigmas_(axis, j) * random.normal();
