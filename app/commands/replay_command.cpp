@@ -32,6 +32,7 @@ struct ReplayArguments {
     std::vector<std::string> faults;
     double start_s = 0.0;
     double duration_s = 0.0;
+    int loops = 1;
     int passes = 1;
     std::string truth;
     bool quiet = false;
@@ -117,9 +118,13 @@ int replay(const ReplayArguments& args, bool has_duration) {
     }
     options.start_s = args.start_s;
     options.duration_s = has_duration ? std::optional<double>(args.duration_s) : std::nullopt;
+    options.loops = args.loops;
     options.passes = args.passes;
+    if (options.loops > 1 && (options.passes > 1 || options.start_s > 0.0 || has_duration)) {
+        throw InputError("--loops: repeats the whole log, without --start, --duration and --passes");
+    }
     options.truth = parse_truth(args.truth);
-    if (options.truth.any() && options.passes > 1) {
+    if (options.truth.any() && (options.passes > 1 || options.loops > 1)) {
         throw InputError("--truth: the ground truth covers one pass only");
     }
     if (options.truth.planes && mode != RegularityMode::kSpr) {
@@ -159,6 +164,12 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     start->capture_default_str();
     CLI::Option* duration =
         command->add_option("--duration", args->duration_s, "Use only this much of the log (s); all by default");
+    command
+        ->add_option(
+            "--loops", args->loops,
+            "Repeat a log that ends as it began (facet sim --closed) this many times without a seam: time goes on")
+        ->check(CLI::Range(1, 100'000))
+        ->capture_default_str();
     command
         ->add_option(
             "--passes", args->passes,

@@ -118,6 +118,9 @@ void add_sim_command(CLI::App& app, int& exit_code) {
            "0.025 to 0.05 rad/s)")
         ->transform(CLI::CheckedTransformer(kVibrations).description("{none,idle,flight}"))
         ->default_str("none");
+    sub->add_flag("--closed", options->closed,
+                  "Come back the way it went, to end as it began, so that facet replay --loops can repeat it without a "
+                  "seam; inertial samples are exact: --inject imu_noise, imu_bias and vibration are new at each turn");
     sub->add_flag("--mover", options->mover, "A textured box glides across the view every few seconds");
     sub->add_option("--time-offset", options->time_offset_s,
                     "Added to the stamps of the images, which are taken at their true time (s)")

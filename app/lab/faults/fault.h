@@ -25,6 +25,7 @@ enum class FaultKind : std::uint8_t {
     kImuClip,
     kImuNoise,
     kImuDuplicate,
+    kImuBias,
     kVibration,
     kCalibration,
     kCount
@@ -41,6 +42,8 @@ struct Fault {
     std::string spec;  ///< as the user wrote it
 
     bool is_active(Duration t) const { return t >= begin && t - begin < length; }
+    /// The same, but a fault without a start was there before the first instant too.
+    bool is_active_or_before(Duration t) const { return is_active(t) || (begin.ns == 0 && t < begin); }
 };
 
 /// A number a fault takes.

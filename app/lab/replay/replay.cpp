@@ -79,12 +79,13 @@ private:
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
     constexpr RecorderLimits kEndless{.timed_frames = 2'000, .mesh_faces = 20'000};
-    return options.passes > 1 ? kEndless : RecorderLimits{};
+    return options.passes > 1 || options.loops > 1 ? kEndless : RecorderLimits{};
 }
 
 void Replay::open_log() {
     AslOptions log_options = log_options_of(options_.calibration);
     log_options.frame_delay = kFrameDelay;
+    log_options.loops = options_.loops;
     log_options.start = Duration::from_seconds(options_.start_s);
     if (options_.duration_s.has_value()) {
         log_options.length = Duration::from_seconds(*options_.duration_s);

@@ -29,6 +29,7 @@ struct SimOptions {
     FlightKind flight = FlightKind::kTour;
     LensKind camera = LensKind::kPinhole;
     VibrationKind vibration = VibrationKind::kNone;  ///< of rotors, on the inertial samples; kHover: of flight at least
+    bool closed = false;                             ///< the flight ends as it began; exact inertial samples
     bool mover = false;                              ///< a box crosses the view now and then
     double time_offset_s = 0.0;        ///< added to the stamps of the images, not to their time [-0.05, 0.05]
     double extrinsic_error_deg = 0.0;  ///< by which the written T_B_C are turned, both as one [0, 30]
