@@ -14,6 +14,7 @@
 #include "app/config/config_file.h"
 #include "app/lab/faults/fault.h"
 #include "app/lab/replay/replay.h"
+#include "app/output/coverage.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
 
@@ -34,6 +35,7 @@ struct ReplayArguments {
     double duration_s = 0.0;
     int loops = 1;
     int passes = 1;
+    double min_coverage = kMinCoverage;
     std::string truth;
     bool quiet = false;
 };
@@ -59,7 +61,7 @@ RegularityMode parse_mode(const std::string& text) {
     return static_cast<RegularityMode>(name - kRegularityModeNames.begin());
 }
 
-int report(const RunSummary& run, const std::string& out) {
+int report(const RunSummary& run, const std::string& out, double min_coverage) {
     const auto statistics = [&](bool keyframes) {
         std::vector<double> times;
         for (const RunSummary::TimedFrame& frame : run.timed) {
@@ -86,8 +88,8 @@ int report(const RunSummary& run, const std::string& out) {
         print_error("the estimate became not finite");
     } else if (run.interrupted) {
         print_error("interrupted; files are complete up to here");
-    } else if (run.estimates == 0) {
-        print_error("no estimate at all");
+    } else if (const std::string loss = describe_lost_coverage(run, min_coverage); !loss.empty()) {
+        print_error(loss.c_str());
     } else if (run.last.health.state == TrackingState::kLost) {
         print_error("lost at the end");
     } else {
@@ -134,7 +136,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
         throw InputError("--truth: with stamps that --inject has shifted, the truth of another time would be found");
     }
     options.show_progress = !args.quiet;
-    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM})), args.out);
+    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM})), args.out, args.min_coverage);
 }
 
 }  // namespace
@@ -190,10 +192,17 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         "--truth", args->truth,
         "Comma-separated list of tracks, stereo, bias and planes: these are replaced by the dataset's ground truth, to "
         "see what their errors cost. All but bias need its truth/scene.ply, planes also truth/planes.json");
+    command
+        ->add_option(
+            "--min-coverage", args->min_coverage,
+            "Exit with code 1 if less than this share of the frames since the first estimate, or less than half "
+            "of it of all frames, has an estimate")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
-    command->footer(
-        fault_help() +
-        "\nExit codes: 0 done; 1 no estimate, lost at the end, not finite, or interrupted; 2 bad usage or input.");
+    command->footer(fault_help() +
+                    "\nExit codes: 0 done; 1 too few frames with an estimate, lost at the end, not finite, or "
+                    "interrupted; 2 bad usage or input.");
     command->callback([args, duration, &exit_code] {
         exit_code = run_guarded([&] { return replay(*args, duration->count() > 0); });
     });

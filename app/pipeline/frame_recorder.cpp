@@ -49,6 +49,7 @@ void FrameRecorder::write(const FrameResult& frame, std::span<const DepartedFace
         warn("refused_frame",
              fmt::format("frame {}: refused by the estimator: {}", frame.output_stamp.ns, to_string(frame.status)));
     }
+    summary_.frames_before_estimate += summary_.estimates == 0 && !frame.is_usable ? 1 : 0;
     summary_.keyframes += frame.is_keyframe ? 1 : 0;
     ++summary_.frames_by_state[to_string(frame.estimate.health.state)];
     keep_timing(frame);

@@ -4,12 +4,14 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <deque>
 #include <iterator>
 #include <optional>
 #include <variant>
 
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault_injector.h"
+#include "app/lab/faults/image_faults.h"
 #include "app/lab/replay/log_options.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
@@ -63,7 +65,11 @@ private:
     void give(StereoFrame frame);
     void deliver_faulted();
     void tell_idle_faults();
+    void feed(const ImuSample& sample);
     void feed(const StereoFrame& frame, Timestamp output_stamp);
+    bool offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance);
+    void give_up_waiting();
+    void warn(const AslWarning& warning);
 
     const ReplayOptions& options_;
     FrameRecorder recorder_;
@@ -73,6 +79,8 @@ private:
     Timestamp newest_;       ///< latest stamp given
     FramePipeline pipeline_;
     FrameResult result_;
+    std::deque<OwnedFrame> waiting_;         ///< for inertial samples
+    Timestamp newest_fed_;                   ///< of these, the latest that the estimator has
     std::optional<FaultInjector> injector_;  ///< none without faults
     std::optional<TruthInjector> truth_;     ///< none if all is to be as measured
 };
@@ -93,8 +101,7 @@ void Replay::open_log() {
     std::string error;
     log_.emplace();
     if (!ok(log_->open(
-            options_.dataset, log_options, [this](const AslWarning& w) { recorder_.warn(to_string(w.kind), w.text()); },
-            error))) {
+            options_.dataset, log_options, [this](const AslWarning& w) { warn(w); }, error))) {
         throw InputError(error);
     }
     if (log_->frame_count() == 0) {
@@ -108,9 +115,54 @@ void Replay::open_log() {
     }
 }
 
-void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
+/// Rows of images that are skipped are frames all the same.
+void Replay::warn(const AslWarning& warning) {
+    const bool is_row_skipped = warning.kind == AslWarningKind::kMalformedRow ||
+                                warning.kind == AslWarningKind::kOutOfOrder ||
+                                warning.kind == AslWarningKind::kDuplicate;
+    if (is_row_skipped && warning.file.ends_with("cam0/data.csv")) {
+        ++summary_.rows_skipped;
+        ++summary_.frames_listed;
+    }
+    recorder_.warn(to_string(warning.kind), warning.text());
+}
+
+/// @return false if the frame has to wait for inertial samples, and still may
+bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance) {
     pipeline_.add_frame(frame, output_stamp, result_);
+    if (result_.status == Status::kNotReady && !is_last_chance && newest_fed_ < frame.stamp + kRetry) {
+        return false;
+    }
     recorder_.write(result_, pipeline_.departed());
+    return true;
+}
+
+void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
+    if (waiting_.empty() && offer(frame, output_stamp, false)) {
+        return;
+    }
+    OwnedFrame& kept = waiting_.emplace_back();
+    kept.stamp = frame.stamp;
+    kept.output_stamp = output_stamp;
+    kept.has_right = !frame.right.empty();
+    copy_image(frame.left, kept.left);
+    copy_image(frame.right, kept.right);
+}
+
+void Replay::feed(const ImuSample& sample) {
+    pipeline_.add_imu(sample);
+    newest_fed_ = sample.stamp;
+    while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {
+        waiting_.pop_front();
+    }
+}
+
+/// No inertial samples will come.
+void Replay::give_up_waiting() {
+    for (const OwnedFrame& frame : waiting_) {
+        (void)offer(frame.view(), frame.output_stamp, true);
+    }
+    waiting_.clear();
 }
 
 void Replay::give(ImuSample sample) {
@@ -122,7 +174,7 @@ void Replay::give(ImuSample sample) {
     if (injector_) {
         injector_->add(sample);
     } else {
-        pipeline_.add_imu(sample);
+        feed(sample);
     }
 }
 
@@ -139,7 +191,7 @@ void Replay::give(StereoFrame frame) {
 void Replay::deliver_faulted() {
     for (const FaultInjector::Delivery* out = nullptr; injector_ && (out = injector_->front()) != nullptr;) {
         if (const auto* sample = std::get_if<ImuSample>(out)) {
-            pipeline_.add_imu(*sample);
+            feed(*sample);
         } else {
             const auto& frame = std::get<OwnedFrame>(*out);
             feed(frame.view(), frame.output_stamp);
@@ -201,6 +253,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         if (summary_.interrupted) {
             break;
         }
+        give_up_waiting();
         tell_idle_faults();
         if (pass >= options_.passes) {
             break;

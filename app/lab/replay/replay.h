@@ -17,6 +17,9 @@ namespace facet {
 
 /// Time without any sample between two passes of a log.
 inline constexpr Duration kSeam{5'000'000'000};
+/// A frame that is not ready when inertial samples are this far past its stamp never will be: longer than any time
+/// offset that the estimator can find.
+inline constexpr Duration kRetry{1'000'000'000};
 
 struct ReplayOptions {
     std::string dataset;  ///< EuRoC/ASL folder
@@ -33,7 +36,8 @@ struct ReplayOptions {
 };
 
 /// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,
-/// then the frame; at keyframes also the mesher and the plane finder. Writes trajectory.tum, trajectory.csv,
+/// then the frame; a frame for which the estimator wants later samples is offered again after each of them, for kRetry
+/// at most; at keyframes also the mesher and the plane finder. Writes trajectory.tum, trajectory.csv,
 /// timing.csv, health.csv, mesh.csv, planes.csv, mesh.ply, mesh_live.ply, planes.json, residuals.csv, summary.json and
 /// warnings.txt into `out`. Equal inputs give equal bytes, except for times, which do not include reading and decoding.
 /// @param stop  set from elsewhere (a signal) to end after the current frame; the files are complete up to there
