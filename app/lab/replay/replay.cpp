@@ -231,6 +231,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     const auto begin = StageTimer::Clock::now();
     open_log();
     pipeline_.configure(options_.config, disturbed(options_));
+    recorder_.open();
     if (options_.truth.any()) {
         truth_.emplace(options_.dataset, options_.calibration.rig, options_.truth);
         pipeline_.set_observation_hook(&*truth_);
@@ -273,7 +274,6 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
 }  // namespace
 
 RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop) {
-    make_folder(options.out);
     return Replay(options).run(stop);
 }
 
