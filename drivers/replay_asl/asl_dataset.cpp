@@ -115,7 +115,7 @@ bool AslDataset::read_image_row(CsvFile& csv, ImageRow& row) {
             warn(AslWarningKind::kMalformedRow, csv.path(), row.line, "row is not 'stamp,file name'; row skipped");
             continue;
         }
-        if (!parse_int64(fields_[0], row.stamp.ns)) {
+        if (!parse_stamp(fields_[0], row.stamp.ns)) {
             warn(AslWarningKind::kMalformedRow, csv.path(), row.line, "stamp is not an integer (ns); row skipped");
             continue;
         }
@@ -136,7 +136,7 @@ bool AslDataset::read_imu_row(ImuRow& row) {
             skip(AslWarningKind::kMalformedRow, "row has " + std::to_string(fields_.size()) + " columns, not 7");
             continue;
         }
-        if (!parse_int64(fields_[0], row.stamp.ns)) {
+        if (!parse_stamp(fields_[0], row.stamp.ns)) {
             skip(AslWarningKind::kMalformedRow, "stamp is not an integer (ns)");
             continue;
         }
