@@ -15,6 +15,7 @@
 #include "app/lab/faults/fault.h"
 #include "app/lab/replay/replay.h"
 #include "app/output/coverage.h"
+#include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
 
@@ -77,13 +78,13 @@ int report(const RunSummary& run, const std::string& out, double min_coverage) {
     for (const auto& [kind, count] : run.warnings) {
         warnings += count;
     }
-    fmt::print("frames       {} of {} estimated ({:.1f} %), {} keyframes, path {:.2f} m\n", run.estimates,
-               run.frames_listed, 100.0 * run.coverage(), run.keyframes, run.path_m);
-    fmt::print("time         tracked frame {:.2f} ms median, {:.2f} ms p99; keyframe {:.2f} ms median, {:.2f} ms p99\n",
-               frame.median_ms, frame.p99_ms, keyframe.median_ms, keyframe.p99_ms);
-    fmt::print("end          {}{}, {} warnings\n", to_string(run.last.health.state),
-               run.interrupted ? " (interrupted)" : "", warnings);
-    fmt::print("files        {}\n", out);
+    print_out("frames       {} of {} estimated ({:.1f} %), {} keyframes, path {:.2f} m\n", run.estimates,
+              run.frames_listed, 100.0 * run.coverage(), run.keyframes, run.path_m);
+    print_out("time         tracked frame {:.2f} ms median, {:.2f} ms p99; keyframe {:.2f} ms median, {:.2f} ms p99\n",
+              frame.median_ms, frame.p99_ms, keyframe.median_ms, keyframe.p99_ms);
+    print_out("end          {}{}, {} warnings\n", to_string(run.last.health.state),
+              run.interrupted ? " (interrupted)" : "", warnings);
+    print_out("files        {}\n", out);
     if (run.not_finite) {
         print_error("the estimate became not finite");
     } else if (run.interrupted) {
@@ -100,8 +101,10 @@ int report(const RunSummary& run, const std::string& out, double min_coverage) {
 
 int replay(const ReplayArguments& args, bool has_duration) {
     const RegularityMode mode = parse_mode(args.mode);
-    if (args.start_s < 0.0 || (has_duration && args.duration_s <= 0.0)) {
-        throw InputError("--start must not be negative and --duration must be positive");
+    constexpr double kMax_s = 1e9;  // nanoseconds stay far from overflow
+    if (!(args.start_s >= 0.0 && args.start_s <= kMax_s) ||
+        (has_duration && !(args.duration_s > 0.0 && args.duration_s <= kMax_s))) {
+        throw InputError("--start must not be negative, --duration must be positive, and both at most 1e9 s");
     }
     ReplayOptions options;
     options.dataset = args.dataset;
@@ -136,7 +139,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
         throw InputError("--truth: with stamps that --inject has shifted, the truth of another time would be found");
     }
     options.show_progress = !args.quiet;
-    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM})), args.out, args.min_coverage);
+    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP})), args.out, args.min_coverage);
 }
 
 }  // namespace

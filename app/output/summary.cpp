@@ -217,7 +217,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
         json["live"] = live(*summary.live);
     }
     TextFile file(folder + "/summary.json");
-    file.write(json.dump(2) + "\n");
+    file.write(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     file.close();
 }
 

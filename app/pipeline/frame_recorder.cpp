@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/output/residual_log.h"
+#include "app/support/console.h"
 
 namespace facet {
 namespace {
@@ -35,7 +36,7 @@ FrameRecorder::FrameRecorder(std::string folder, const RecorderLimits& limits)
 FrameRecorder::~FrameRecorder() {
     constexpr std::size_t kShown = 10;
     for (std::size_t i = 0; i < std::min(early_.size(), kShown); ++i) {
-        fmt::print(stderr, "warning: {}\n", early_[i].text);
+        print_err("warning: {}\n", early_[i].text);
     }
 }
 
@@ -58,7 +59,7 @@ void FrameRecorder::warn(const std::string& kind, const std::string& text) {
         early_.push_back({kind, text});
     } else {
         ++summary_.warnings[kind];
-        fmt::print(stderr, "warning: {}\n", text);
+        print_err("warning: {}\n", text);
     }
 }
 

@@ -12,10 +12,10 @@
 
 namespace facet {
 
-/// Buffered output file. It grows beside its name, with kPartEnding behind it, and takes its name in close(): until then
-/// an older file of that name stays as it was, and a writer that is killed leaves what it had beside it. What is no
-/// regular file (a pipe, /dev/stdout) is written directly. Constructor, write and close throw InputError naming the path
-/// (disk full, no permission). The destructor closes without complaint and leaves the name alone. Locale-free.
+/// Buffered output file. It grows beside its name, with kPartEnding behind it, and takes its name in close(): until
+/// then an older file of that name stays as it was, and a writer that is killed leaves what it had beside it. What is
+/// no regular file (a pipe, /dev/stdout) is written directly. Constructor, write and close throw InputError naming the
+/// path (disk full, no permission). The destructor closes without complaint and leaves the name alone. Locale-free.
 class TextFile {
 public:
     static constexpr const char* kPartEnding = ".part";

@@ -246,7 +246,7 @@ private:
         return control;
     }
 
-    /// The way back behind the way out, if the flight is to be closed. A spline with mirrored points is mirrored itself.
+    /// The way back behind the way out, if the flight is to be closed. A spline of mirrored points is mirrored.
     std::vector<Flight::Spline::Vector> mirrored(std::vector<Flight::Spline::Vector> control) const {
         if (plan_.closed) {
             const std::vector<Flight::Spline::Vector> out = control;
