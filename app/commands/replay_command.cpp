@@ -12,6 +12,7 @@
 #include "app/commands/stop_signal.h"
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
+#include "app/lab/check/check_calibration.h"
 #include "app/lab/faults/fault.h"
 #include "app/lab/replay/replay.h"
 #include "app/output/coverage.h"
@@ -62,7 +63,19 @@ RegularityMode parse_mode(const std::string& text) {
     return static_cast<RegularityMode>(name - kRegularityModeNames.begin());
 }
 
-int report(const RunSummary& run, const std::string& out, double min_coverage) {
+/// What the log itself shows to be wrong, as a cause of a run that failed.
+void print_causes(const ReplayOptions& options) {
+    try {
+        for (const CheckVerdict& verdict : check_calibration({options.dataset, options.calibration})) {
+            if (verdict.level == CheckLevel::kWrong) {
+                print_err("facet: the log shows a cause: {}: {}\n", verdict.name, verdict.sentence);
+            }
+        }
+    } catch (const InputError&) {  // too little of a log to be checked
+    }
+}
+
+int report(const RunSummary& run, const ReplayOptions& options, double min_coverage) {
     const auto statistics = [&](bool keyframes) {
         std::vector<double> times;
         for (const RunSummary::TimedFrame& frame : run.timed) {
@@ -84,13 +97,14 @@ int report(const RunSummary& run, const std::string& out, double min_coverage) {
               frame.median_ms, frame.p99_ms, keyframe.median_ms, keyframe.p99_ms);
     print_out("end          {}{}, {} warnings\n", to_string(run.last.health.state),
               run.interrupted ? " (interrupted)" : "", warnings);
-    print_out("files        {}\n", out);
+    print_out("files        {}\n", options.out);
     if (run.not_finite) {
         print_error("the estimate became not finite");
     } else if (run.interrupted) {
         print_error("interrupted; files are complete up to here");
     } else if (const std::string loss = describe_lost_coverage(run, min_coverage); !loss.empty()) {
         print_error(loss.c_str());
+        print_causes(options);
     } else if (run.last.health.state == TrackingState::kLost) {
         print_error("lost at the end");
     } else {
@@ -139,7 +153,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
         throw InputError("--truth: with stamps that --inject has shifted, the truth of another time would be found");
     }
     options.show_progress = !args.quiet;
-    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP})), args.out, args.min_coverage);
+    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP})), options, args.min_coverage);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <optional>
 #include <variant>
 
+#include "app/lab/check/start_check.h"
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault_injector.h"
 #include "app/lab/faults/image_faults.h"
@@ -82,6 +83,7 @@ private:
     std::deque<OwnedFrame> waiting_;         ///< for inertial samples
     Timestamp newest_fed_;                   ///< of these, the latest that the estimator has
     std::optional<FaultInjector> injector_;  ///< none without faults
+    std::optional<StartCheck> start_check_;  ///< of the log, without faults
     std::optional<TruthInjector> truth_;     ///< none if all is to be as measured
 };
 
@@ -179,6 +181,10 @@ void Replay::give(ImuSample sample) {
 }
 
 void Replay::give(StereoFrame frame) {
+    for (const CheckVerdict& verdict : start_check_->add(frame)) {
+        recorder_.warn("calibration_check",
+                       fmt::format("{}: {} (facet check-calibration says more)", verdict.name, verdict.sentence));
+    }
     frame.stamp = frame.stamp + pass_shift_;
     if (injector_) {
         injector_->add(frame);
@@ -232,6 +238,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     open_log();
     pipeline_.configure(options_.config, disturbed(options_));
     recorder_.open();
+    start_check_.emplace(options_.calibration.rig);
     if (options_.truth.any()) {
         truth_.emplace(options_.dataset, options_.calibration.rig, options_.truth);
         pipeline_.set_observation_hook(&*truth_);
@@ -273,8 +280,6 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
 
 }  // namespace
 
-RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop) {
-    return Replay(options).run(stop);
-}
+RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop) { return Replay(options).run(stop); }
 
 }  // namespace facet

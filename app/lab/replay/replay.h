@@ -47,6 +47,7 @@ struct ReplayOptions {
 /// Between two passes the stamps go on, but samples are missing for kSeam: the estimator is lost and starts anew, as
 /// after any long gap. With several passes timing.csv has all frames, but the summary and mesh.ply keep only the
 /// newest, so that memory does not grow.
+/// Images or calibrations that are exchanged, and one camera recorded twice, are warned of at the start (StartCheck).
 /// Throws InputError if the dataset or the rig cannot be used, or a file cannot be written.
 RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop);
 
