@@ -27,6 +27,16 @@ void write_residuals(const VisionResiduals& residuals, const std::string& folder
     }
     file.print("\n");
     file.close();
+
+    TextFile by_angle(folder + "/residuals_by_angle.csv");
+    by_angle.print("angle_deg,left_count,left_rms_px,right_count,right_rms_px\n");
+    const ResidualsByAngle& left = residuals.left_by_angle;
+    const ResidualsByAngle& right = residuals.right_by_angle;
+    for (int bin = 0; bin < ResidualsByAngle::kBins; ++bin) {
+        by_angle.print("{:.1f},{},{:.4f},{},{:.4f}\n", ResidualsByAngle::kBinDeg * (bin + 0.5), left.count(bin),
+                       left.rms_px(bin), right.count(bin), right.rms_px(bin));
+    }
+    by_angle.close();
 }
 
 }  // namespace facet

@@ -51,10 +51,25 @@ Json lens(const LensCorrection& d) {
             {"distortion", Json::array({d(4), d(5), d(6), d(7)})}};
 }
 
+/// Corrections of the IMU's axes, row by row; of the accelerometer the lower triangle.
+Json imu_scale(const ImuScale::Tangent& d) {
+    const auto values = [&](int first, int count) {
+        Json json = Json::array();
+        for (int i = first; i < first + count; ++i) {
+            json.push_back(d(i));
+        }
+        return json;
+    };
+    return {{"gyroscope", values(0, ImuScale::kGyroDim)},
+            {"accelerometer", values(ImuScale::kGyroDim, ImuScale::kDim - ImuScale::kGyroDim)}};
+}
+
 Json corrections(const CalibrationEstimate& estimate) {
     const RigCalibration& c = estimate.correction;
     const RigCalibration::Tangent& sigma = estimate.sigma;
-    return {{"left", lens(c.lens[0])},
+    return {{"imu", imu_scale(ImuScale{}.box_minus_to(c.imu))},
+            {"imu_sigma", imu_scale(sigma.segment<ImuScale::kDim>(kImuScale))},
+            {"left", lens(c.lens[0])},
             {"left_sigma", lens(sigma.segment<kLensDim>(kLeftLens))},
             {"right", lens(c.lens[1])},
             {"right_sigma", lens(sigma.segment<kLensDim>(kRightLens))},

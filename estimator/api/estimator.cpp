@@ -16,6 +16,7 @@ namespace {
 // An inertial factor is integrated anew when its bias has moved this far: then the first-order correction errs.
 constexpr double kReintegrateGyro = 2e-3;   // rad/s
 constexpr double kReintegrateAccel = 5e-2;  // m/s^2
+constexpr double kReintegrateScale = 1e-3;
 // Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small.
 constexpr double kInitEffort = 4.0;
 // After a frame that came too late, up to the next keyframe: shares of the solver's steps and of the features.
@@ -95,11 +96,17 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
     last_image = frame.stamp;
     if (ok(tracked) && tracks.is_keyframe) {
         now.covariance = initial.information().inverse();
-        begin_window(initial.information());
+        begin_window(initial.information(), CalibrationStart::kAsGiven);
         monitor.restart(now.stamp, initial.is_still);
     }
     report(frame, ok(tracked), estimate);
     return tracked;
+}
+
+Preintegration Estimator::Impl::preintegration_from(const ImuBias& bias) const {
+    Preintegration preintegration(bias, gravity_m_per_s2);
+    preintegration.set_scale(window.calibration().imu, config.calibration.estimate_imu);
+    return preintegration;
 }
 
 Status Estimator::Impl::predict(Timestamp stamp, Preintegration& preintegration) {
@@ -204,10 +211,12 @@ void Estimator::Impl::reintegrate() {
             continue;
         }
         const ImuBias& bias = keyframes[k - 1].state.bias;
-        const ImuBias& then = keyframes[k].imu_from_previous.preintegration().bias();
+        const Preintegration& before = keyframes[k].imu_from_previous.preintegration();
+        const ImuBias& then = before.bias();
         const bool moved =
-            (bias.gyro - then.gyro).norm() > kReintegrateGyro || (bias.accel - then.accel).norm() > kReintegrateAccel;
-        Preintegration anew(bias, gravity_m_per_s2);
+            (bias.gyro - then.gyro).norm() > kReintegrateGyro || (bias.accel - then.accel).norm() > kReintegrateAccel ||
+            before.scale().box_minus_to(window.calibration().imu).norm() > kReintegrateScale;
+        Preintegration anew = preintegration_from(bias);
         if (moved && ok(imu.integrate_between(keyframes[k - 1].stamp, keyframes[k].stamp, config.imu_noise, anew))) {
             // It is refused only where the old factor would have been refused too, and that one was accepted.
             static_cast<void>(window.replace_imu_factor(static_cast<int>(k), anew));
@@ -217,7 +226,7 @@ void Estimator::Impl::reintegrate() {
 
 Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
     const Timestamp before = now.stamp;
-    Preintegration preintegration({}, gravity_m_per_s2);
+    Preintegration preintegration = preintegration_from({});
     FACET_TRY(predict(stamp, preintegration));
     PredictionEvidence predicted;
     predicted.phase = phase;

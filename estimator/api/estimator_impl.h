@@ -60,7 +60,9 @@ struct Estimator::Impl {
     void second_opinion();
     /// Begins a window with one keyframe, the present frame, at the present belief.
     /// @param information  of that belief
-    void begin_window(const StateCovariance& information);
+    void begin_window(const StateCovariance& information, CalibrationStart calibration);
+    /// To integrate from this bias, with gravity and the scale of the IMU's axes as known now.
+    Preintegration preintegration_from(const ImuBias& bias) const;
     /// Replaces a worthless belief: the attitude is levelled by the measured specific force, velocity and biases are
     /// forgotten, and position and yaw are roughly kept if they are finite.
     /// @return the initializer's error (belief untouched)

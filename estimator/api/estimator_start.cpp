@@ -16,8 +16,11 @@ constexpr double kDivergedYawSigma = 0.2;       // rad
 
 }  // namespace
 
-void Estimator::Impl::begin_window(const StateCovariance& information) {
-    window.start(keyframe_input(), now.state, information);
+void Estimator::Impl::begin_window(const StateCovariance& information, CalibrationStart calibration) {
+    window.start(keyframe_input(), now.state, information, calibration);
+    if (calibration == CalibrationStart::kAsGiven) {
+        forget_corrections();
+    }
     phase = Phase::kFollowing;
     newest = now;
     summary = {};
@@ -33,7 +36,7 @@ void Estimator::Impl::second_opinion() {
     }
     now.state = better;
     now.covariance = information.inverse();
-    begin_window(information);
+    begin_window(information, CalibrationStart::kAsGiven);
 }
 
 Status Estimator::Impl::fall_back_to_gravity() {
@@ -70,7 +73,9 @@ void Estimator::Impl::restart_in_flight() {
     now.covariance.diagonal().array() += 1e-10;
     rests = reset_wanted = false;
     ++reset_counter;
-    begin_window(now.covariance.llt().solve(StateCovariance::Identity()));
+    // What has led the state astray may have led the calibration astray.
+    begin_window(now.covariance.llt().solve(StateCovariance::Identity()),
+                 is_worthless ? CalibrationStart::kAsGiven : CalibrationStart::kAsKnown);
     monitor.restart(now.stamp, false);
 }
 

@@ -31,22 +31,26 @@ Eigen::Matrix<double, 15, kColumns> whiten(const Matrix15& root, const Eigen::Ma
 /// Unwhitened residual, with the parts its Jacobian needs.
 struct RawResidual {
     Vector15 r;
-    Eigen::Vector3d d_theta_bias;  ///< correction of dR for the bias, Log
+    Eigen::Vector3d d_theta_bias;  ///< correction of dR for bias and scale, Log
     Eigen::Vector3d p_Bi;          ///< R_i^T (p_j - p_i - v_i dt - 1/2 g dt^2)
     Eigen::Vector3d v_Bi;          ///< R_i^T (v_j - v_i - g dt)
 };
 
-RawResidual raw_residual(const Preintegration& pre, const NavState& i, const NavState& j) {
+RawResidual raw_residual(const Preintegration& pre, const NavState& i, const NavState& j, const ImuScale* scale) {
     const double dt = pre.dt_s();
     const Eigen::Vector3d g_W = gravity_W(pre.gravity_m_per_s2());
     Eigen::Quaterniond dq;
     Eigen::Vector3d dp;
     Eigen::Vector3d dv;
-    pre.corrected(i.bias, dq, dp, dv);
+    pre.corrected(i.bias, dq, dp, dv, scale);
 
     RawResidual out;
     const Eigen::Quaterniond q_Bi_W = i.q_W_B.conjugate();
     out.d_theta_bias = pre.d_delta_d_bias().block<3, 3>(kTheta, 0) * (i.bias.gyro - pre.bias().gyro);
+    if (scale != nullptr) {
+        out.d_theta_bias +=
+            pre.d_delta_d_scale().middleRows<3>(kTheta).lazyProduct(pre.scale().box_minus_to(*scale));
+    }
     out.p_Bi = q_Bi_W * (j.p_W_B - i.p_W_B - dt * i.v_W_B - 0.5 * dt * dt * g_W);
     out.v_Bi = q_Bi_W * (j.v_W_B - i.v_W_B - dt * g_W);
     out.r.segment<3>(kTheta) = so3_log(dq.conjugate() * q_Bi_W * j.q_W_B);
@@ -91,6 +95,19 @@ Matrix15 raw_jacobian_j(const NavState& i, const RawResidual& raw) {
     return d;
 }
 
+/// Unwhitened Jacobian of the residual with respect to the scale of the IMU's axes: like that of the bias.
+Eigen::Matrix<double, 15, ImuScale::kDim> raw_jacobian_scale(const Preintegration& pre, const RawResidual& raw) {
+    const Eigen::Vector3d r_theta = raw.r.segment<3>(kTheta);
+    const Eigen::Matrix3d d_theta = -so3_right_jacobian_inverse(r_theta) *
+                                    so3_exp(r_theta).toRotationMatrix().transpose() *
+                                    so3_right_jacobian(raw.d_theta_bias);
+    const auto& d_delta = pre.d_delta_d_scale();
+    Eigen::Matrix<double, 15, ImuScale::kDim> d = Eigen::Matrix<double, 15, ImuScale::kDim>::Zero();
+    d.middleRows<3>(kTheta) = d_theta.lazyProduct(d_delta.middleRows<3>(kTheta));
+    d.middleRows<6>(kPos) = -d_delta.middleRows<6>(kPos);
+    return d;
+}
+
 }  // namespace
 
 Status ImuFactor::set(const Preintegration& preintegration, const ImuNoise& noise) {
@@ -120,16 +137,19 @@ Status ImuFactor::set(const Preintegration& preintegration, const ImuNoise& nois
     return Status::kOk;
 }
 
-Eigen::Matrix<double, 15, 1> ImuFactor::residual(const NavState& i, const NavState& j) const {
-    return whiten(sqrt_information_, raw_residual(preintegration_, i, j).r);
+Eigen::Matrix<double, 15, 1> ImuFactor::residual(const NavState& i, const NavState& j, const ImuScale* scale) const {
+    return whiten(sqrt_information_, raw_residual(preintegration_, i, j, scale).r);
 }
 
 void ImuFactor::linearize(const NavState& i, const NavState& j, const NavState& i_lin, const NavState& j_lin,
-                          ImuFactorLinearization& out) const {
-    const RawResidual at_lin = raw_residual(preintegration_, i_lin, j_lin);
-    out.r = residual(i, j);
+                          ImuFactorLinearization& out, const ImuScale* scale) const {
+    const RawResidual at_lin = raw_residual(preintegration_, i_lin, j_lin, scale);
+    out.r = residual(i, j, scale);
     out.d_r_d_i = whiten(sqrt_information_, raw_jacobian_i(preintegration_, i_lin, j_lin, at_lin));
     out.d_r_d_j = whiten(sqrt_information_, raw_jacobian_j(i_lin, at_lin));
+    if (preintegration_.differentiates_scale()) {
+        out.d_r_d_scale = whiten(sqrt_information_, raw_jacobian_scale(preintegration_, at_lin));
+    }
 }
 
 }  // namespace facet

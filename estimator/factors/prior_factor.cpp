@@ -85,6 +85,21 @@ double PriorFactor::evaluate(const Eigen::Ref<const Eigen::VectorXd>& d, Eigen::
     return cost;
 }
 
+void PriorFactor::add_walk(int global, double variance) {
+    FACET_ASSERT(global >= 0 && global < globals_ && variance >= 0.0);
+    const double share = variance / (1.0 + variance * h()(global, global));
+    // The column is overwritten last: until then it is the factor of all others.
+    const double g_old = g()(global);
+    g() -= share * g_old * h().col(global);
+    auto matrix = h();
+    for (int j = 0; j < dim_; ++j) {
+        if (j != global) {
+            matrix.col(j) -= share * matrix(global, j) * matrix.col(global);
+        }
+    }
+    matrix.col(global) *= 1.0 - share * matrix(global, global);
+}
+
 void PriorFactor::rebase_single(const Eigen::Matrix<double, kStateDim, 1>& d) {
     using StateMatrix = Eigen::Matrix<double, kStateDim, kStateDim>;
     FACET_ASSERT(keyframes() == 1);

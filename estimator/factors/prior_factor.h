@@ -19,8 +19,9 @@ namespace facet {
 /// Thread-bound. No heap; 2.3 MB.
 class PriorFactor {
 public:
-    /// Most globals: the rig's calibration and the planes.
-    static constexpr int kMaxGlobals = 29 + kPlaneDim * kMaxPlanes;
+    /// Most globals: the calibration and the planes.
+    static constexpr int kMaxCalibration = 44;
+    static constexpr int kMaxGlobals = kMaxCalibration + kPlaneDim * kMaxPlanes;
     static constexpr int kMaxDim = kMaxGlobals + kMaxKeyframes * kStateDim;
 
     using Matrix = Eigen::Map<Eigen::MatrixXd, Eigen::Aligned64>;
@@ -45,6 +46,11 @@ public:
     /// Removes a plane, three globals from row `first` on, by the Schur complement: the coupling it makes between other
     /// parameters is kept. Directions of the plane in which the prior has no information are left out.
     void marginalize_plane(int first);
+
+    /// Lets a global wander by a random step of this variance q, independent of all else: with its column h of H,
+    ///   H' = H - h h^T q / (1 + q h_ii),   g' = g - h g_i q / (1 + q h_ii),
+    /// the Schur complement over its value before the step. Directions without information keep none.
+    void add_walk(int global, double variance);
 
     /// Moves keyframe 0's linearization point by its displacement d: g += H d in its block, with H and g transformed
     /// into the tangent there by Jr^-1(d_theta). Exact for the quadratic; only for a prior on one keyframe that is

@@ -76,6 +76,26 @@ void add_noise(const Step& step, const StepNoise& noise, Eigen::Matrix<double, 9
     covariance.block<3, 3>(kVel, kVel) += vel_vel + accel_vel;
 }
 
+/// Adds what one step makes of a change of the scale, which adds (dG w, dA f) to the mean readings w and f.
+void add_scale(const Step& step, const Eigen::Vector3d& w, const Eigen::Vector3d& f,
+               Eigen::Matrix<double, 9, ImuScale::kDim>& jacobian) {
+    const double h = step.h;
+    int column = 0;
+    for (int row = 0; row < 3; ++row) {
+        for (int i = 0; i < 3; ++i, ++column) {
+            jacobian.col(column).segment<3>(kTheta) += h * w(i) * step.d_theta_d_w.col(row);
+            jacobian.col(column).segment<3>(kPos) += 0.5 * h * h * w(i) * step.d_force_d_w.col(row);
+            jacobian.col(column).segment<3>(kVel) += h * w(i) * step.d_force_d_w.col(row);
+        }
+    }
+    for (int row = 0; row < 3; ++row) {
+        for (int i = 0; i <= row; ++i, ++column) {
+            jacobian.col(column).segment<3>(kPos) += 0.5 * h * h * f(i) * step.mid.col(row);
+            jacobian.col(column).segment<3>(kVel) += h * f(i) * step.mid.col(row);
+        }
+    }
+}
+
 }  // namespace
 
 StepNoise StepNoise::of(const ImuNoise& noise) {
@@ -84,7 +104,9 @@ StepNoise StepNoise::of(const ImuNoise& noise) {
 }
 
 void Preintegration::reset(const ImuBias& bias_linearised) {
-    *this = Preintegration(bias_linearised, gravity_m_per_s2_);
+    Preintegration anew(bias_linearised, gravity_m_per_s2_);
+    anew.set_scale(scale_, differentiates_scale_);
+    *this = anew;
 }
 
 Status Preintegration::integrate(const ImuSample& a, const ImuSample& b, const StepNoise& noise) {
@@ -92,7 +114,9 @@ Status Preintegration::integrate(const ImuSample& a, const ImuSample& b, const S
         return Status::kOutOfOrder;
     }
     const double h = (b.stamp - a.stamp).seconds();
-    const Step step(dq_, 0.5 * (a.w_B + b.w_B) - bias_.gyro, 0.5 * (a.a_B + b.a_B) - bias_.accel, h);
+    const Eigen::Vector3d w = 0.5 * (a.w_B + b.w_B);
+    const Eigen::Vector3d f = 0.5 * (a.a_B + b.a_B);
+    const Step step(dq_, w + scale_.gyro * w - bias_.gyro, f + scale_.accel * f - bias_.accel, h);
 
     // A C A^T = A (A C)^T for a symmetric C
     step.propagate(covariance_);
@@ -107,6 +131,10 @@ Status Preintegration::integrate(const ImuSample& a, const ImuSample& b, const S
     d_delta_d_bias_.block<3, 3>(kVel, kGyro) -= h * step.d_force_d_w;
     d_delta_d_bias_.block<3, 3>(kPos, kAccel) -= 0.5 * h * h * step.mid;
     d_delta_d_bias_.block<3, 3>(kVel, kAccel) -= h * step.mid;
+    if (differentiates_scale_) {
+        step.propagate(d_delta_d_scale_);
+        add_scale(step, w, f, d_delta_d_scale_);
+    }
 
     dp_ += h * dv_ + 0.5 * h * h * step.force;
     dv_ += h * step.force;
@@ -123,10 +151,13 @@ void Preintegration::add_edge_error(const Eigen::Vector3d& theta_variance, const
 }
 
 void Preintegration::corrected(const ImuBias& bias, Eigen::Quaterniond& dq, Eigen::Vector3d& dp,
-                               Eigen::Vector3d& dv) const {
+                               Eigen::Vector3d& dv, const ImuScale* scale) const {
     Eigen::Matrix<double, 6, 1> d_bias;
     d_bias << bias.gyro - bias_.gyro, bias.accel - bias_.accel;
-    const Eigen::Matrix<double, 9, 1> d = d_delta_d_bias_.lazyProduct(d_bias);
+    Eigen::Matrix<double, 9, 1> d = d_delta_d_bias_.lazyProduct(d_bias);
+    if (scale != nullptr && differentiates_scale_) {
+        d += d_delta_d_scale_.lazyProduct(scale_.box_minus_to(*scale));
+    }
     dq = (dq_ * so3_exp(d.segment<3>(kTheta))).normalized();
     dp = dp_ + d.segment<3>(kPos);
     dv = dv_ + d.segment<3>(kVel);

@@ -7,6 +7,7 @@
 
 #include "estimator/values/gravity.h"
 #include "estimator/values/imu_noise.h"
+#include "estimator/values/imu_scale.h"
 #include "estimator/values/nav_state.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
@@ -30,14 +31,21 @@ struct StepNoise {
 /// dR at its middle. The covariance, 9x9, order [theta p v], is that of the error Exp(d_theta) on the right of dR and
 /// of dp and dv: from the noise given with each step and from add_edge_error(). The bias's random walk is not in it:
 /// the factor adds that. The deltas are free of gravity, which joins them when states are compared: its strength is
-/// carried along, so that prediction, factor and start use one value. Thread-bound. No heap.
+/// carried along, so that prediction, factor and start use one value. So is the scale of the IMU's axes, which turns
+/// readings into rates and forces before the bias is subtracted. Thread-bound. No heap.
 class Preintegration {
 public:
     explicit Preintegration(const ImuBias& bias_linearised = {},
                             double gravity_m_per_s2 = GravityConfig{}.magnitude_m_per_s2)
         : bias_(bias_linearised), gravity_m_per_s2_(gravity_m_per_s2) {}
 
-    /// Starts anew with this bias and the same gravity.
+    /// The scale to integrate with, before the first step. @param differentiate  whether d_delta_d_scale() is wanted
+    void set_scale(const ImuScale& scale, bool differentiate) {
+        scale_ = scale;
+        differentiates_scale_ = differentiate;
+    }
+
+    /// Starts anew with this bias and the same gravity and scale.
     void reset(const ImuBias& bias_linearised);
 
     /// Adds the step between two consecutive samples of one IMU.
@@ -56,6 +64,8 @@ public:
 
     double dt_s() const { return dt_s_; }
     const ImuBias& bias() const { return bias_; }
+    const ImuScale& scale() const { return scale_; }
+    bool differentiates_scale() const { return differentiates_scale_; }
     double gravity_m_per_s2() const { return gravity_m_per_s2_; }
     const Eigen::Quaterniond& delta_q() const { return dq_; }
     const Eigen::Vector3d& delta_p() const { return dp_; }
@@ -63,9 +73,13 @@ public:
     const Eigen::Matrix<double, 9, 9>& covariance() const { return covariance_; }
     /// d[theta p v] / d[bg ba], 9x6, theta on the right of dR.
     const Eigen::Matrix<double, 9, 6>& d_delta_d_bias() const { return d_delta_d_bias_; }
+    /// d[theta p v] / d(scale); zero unless it is wanted.
+    const Eigen::Matrix<double, 9, ImuScale::kDim>& d_delta_d_scale() const { return d_delta_d_scale_; }
 
     /// Deltas corrected to first order for a bias other than the linearised one. [Forster17] eq. (44)
-    void corrected(const ImuBias& bias, Eigen::Quaterniond& dq, Eigen::Vector3d& dp, Eigen::Vector3d& dv) const;
+    /// @param scale  other than the one integrated with, if its Jacobian is known; nullptr: that one
+    void corrected(const ImuBias& bias, Eigen::Quaterniond& dq, Eigen::Vector3d& dp, Eigen::Vector3d& dv,
+                   const ImuScale* scale = nullptr) const;
 
     /// State at j from the state at i (its bias is used and carried over).
     NavState predict(const NavState& state_i) const;
@@ -73,12 +87,15 @@ public:
 private:
     ImuBias bias_;
     double gravity_m_per_s2_;
+    ImuScale scale_;
+    bool differentiates_scale_ = false;
     double dt_s_ = 0.0;
     Eigen::Quaterniond dq_ = Eigen::Quaterniond::Identity();
     Eigen::Vector3d dp_ = Eigen::Vector3d::Zero();
     Eigen::Vector3d dv_ = Eigen::Vector3d::Zero();
     Eigen::Matrix<double, 9, 9> covariance_ = Eigen::Matrix<double, 9, 9>::Zero();
     Eigen::Matrix<double, 9, 6> d_delta_d_bias_ = Eigen::Matrix<double, 9, 6>::Zero();
+    Eigen::Matrix<double, 9, ImuScale::kDim> d_delta_d_scale_ = Eigen::Matrix<double, 9, ImuScale::kDim>::Zero();
 };
 
 }  // namespace facet

@@ -20,10 +20,14 @@ public:
     using PoseBlock = Eigen::Matrix<double, kPaddedPose, kPaddedDim>;
 
     /// @param first_row  row of the system where the parameters of single cameras begin
-    void reset(int keyframes, int first_row) {
+    /// @param with_matrix  whether more than the gradient is wanted
+    void reset(int keyframes, int first_row, bool with_matrix) {
         row = first_row;
-        h.setZero();
         g.setZero();
+        if (!with_matrix) {
+            return;
+        }
+        h.setZero();
         for (int k = 0; k < keyframes; ++k) {
             h_pose[static_cast<std::size_t>(k)].setZero();
         }
@@ -31,10 +35,13 @@ public:
 
     /// Adds the sums to a system of as many keyframes.
     void add_into(ReducedSystem& system) const {
+        system.g().segment<kCameraTermsDim>(row) += g.head<kCameraTermsDim>();
+        if (!system.has_matrix()) {
+            return;
+        }
         auto system_h = system.h();
         system_h.block<kCameraTermsDim, kCameraTermsDim>(row, row) +=
             h.topLeftCorner<kCameraTermsDim, kCameraTermsDim>();
-        system.g().segment<kCameraTermsDim>(row) += g.head<kCameraTermsDim>();
         for (int k = 0; k < system.keyframes(); ++k) {
             system_h.block<kPoseDim, kCameraTermsDim>(system.offset(k), row) +=
                 h_pose[static_cast<std::size_t>(k)].topLeftCorner<kPoseDim, kCameraTermsDim>();

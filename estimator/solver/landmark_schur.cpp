@@ -38,9 +38,6 @@ void add_product(const A& a_t, const C& c_t, const Wa& wa, const Wc& wc, Block b
 void LandmarkSchur::clear(CameraTermSums* cameras) {
     count_ = 0;
     cameras_ = cameras;
-    if (cameras != nullptr) {
-        h_cameras_point_.setZero();
-    }
     plane_.row = -1;
     h_point_.setZero();
     g_point_.setZero();
@@ -52,27 +49,16 @@ void LandmarkSchur::add(int keyframe) {
     term.keyframe = keyframe;
     const StereoLinearization& l = term.linearization;
     const auto& b = l.d_r_d_point;
-    term.h_pose_point.noalias() = l.d_r_d_T_W_B_transposed.lazyProduct(b);
     h_point_.noalias() += b.transpose().lazyProduct(b);
     g_point_.noalias() += b.transpose().lazyProduct(l.r);
-    if (cameras_ != nullptr) {
-        FACET_ASSERT(l.has_cameras);
-        h_cameras_point_.topRows<kLensDim>().noalias() += l.d_r_d_left_lens_transposed.lazyProduct(b.topRows<2>());
-        if (l.has_right) {
-            h_cameras_point_.bottomRows<kPaddedRight>().noalias() +=
-                l.d_r_d_right_camera_transposed.lazyProduct(b.bottomRows<2>());
-        }
-    }
+    FACET_ASSERT(cameras_ == nullptr || l.has_cameras);
 }
 
 void LandmarkSchur::add_plane(int row, const CoplanarityLinearization& linearization) {
     FACET_ASSERT(plane_.row < 0 && row >= 0);
-    const Eigen::RowVector3d& a = linearization.d_r_d_plane;
     const Eigen::RowVector3d& b = linearization.d_r_d_point;
     plane_.row = row;
-    plane_.h_plane.noalias() = a.transpose() * a;
-    plane_.h_plane_point.noalias() = a.transpose() * b;
-    plane_.g_plane.noalias() = a.transpose() * linearization.r;
+    plane_.linearization = linearization;
     h_point_.noalias() += b.transpose() * b;
     g_point_.noalias() += b.transpose() * linearization.r;
 }
@@ -91,9 +77,59 @@ void LandmarkSchur::add_rho_prior(double rho, double sigma) {
     g_point_(2) += information * rho;
 }
 
+/// Parameters by the point: A^T B.
+void LandmarkSchur::multiply_by_point() {
+    if (cameras_ != nullptr) {
+        h_cameras_point_.setZero();
+    }
+    for (int i = 0; i < count_; ++i) {
+        const StereoLinearization& l = terms_[i].linearization;
+        const auto& b = l.d_r_d_point;
+        terms_[i].h_pose_point.noalias() = l.d_r_d_T_W_B_transposed.lazyProduct(b);
+        if (cameras_ == nullptr) {
+            continue;
+        }
+        h_cameras_point_.topRows<kLensDim>().noalias() += l.d_r_d_left_lens_transposed.lazyProduct(b.topRows<2>());
+        if (l.has_right) {
+            h_cameras_point_.bottomRows<kPaddedRight>().noalias() +=
+                l.d_r_d_right_camera_transposed.lazyProduct(b.bottomRows<2>());
+        }
+    }
+    if (plane_.row >= 0) {
+        plane_.h_plane_point.noalias() =
+            plane_.linearization.d_r_d_plane.transpose() * plane_.linearization.d_r_d_point;
+    }
+}
+
+/// With the point's step dl = -(B^T B)^-1 B^T r the gradient is A^T (r + B dl).
+void LandmarkSchur::eliminate_gradient_into(ReducedSystem& system, const Eigen::Vector3d& point_step) const {
+    auto g = system.g();
+    for (int i = 0; i < count_; ++i) {
+        const StereoLinearization& l = terms_[i].linearization;
+        const Eigen::Vector4d r = l.r + l.d_r_d_point.lazyProduct(point_step);
+        g.segment<kPadded>(system.offset(terms_[i].keyframe)) += l.d_r_d_T_W_B_transposed.lazyProduct(r);
+        if (cameras_ == nullptr) {
+            continue;
+        }
+        cameras_->g.head<kLensDim>() += l.d_r_d_left_lens_transposed.lazyProduct(r.head<2>());
+        if (l.has_right) {
+            cameras_->g.tail<kPaddedRight>() += l.d_r_d_right_camera_transposed.lazyProduct(r.tail<2>());
+        }
+    }
+    if (plane_.row >= 0) {
+        const CoplanarityLinearization& l = plane_.linearization;
+        g.segment<kPlaneDim>(plane_.row) += l.d_r_d_plane.transpose() * (l.r + l.d_r_d_point.dot(point_step));
+    }
+}
+
 Status LandmarkSchur::eliminate_into(ReducedSystem& system) {
     Cholesky3 cholesky;
     FACET_TRY(cholesky.factorize(h_point_));
+    if (!system.has_matrix()) {
+        eliminate_gradient_into(system, -cholesky.solve(g_point_));
+        return Status::kOk;
+    }
+    multiply_by_point();
     // h_pose_point becomes W = A^T B L^-T, so that A^T B (L L^T)^-1 B^T A = W W^T.
     const Eigen::Vector3d g_white = cholesky.whiten(g_point_);
     auto h = system.h();
@@ -160,8 +196,9 @@ void LandmarkSchur::eliminate_cameras(const Eigen::Vector3d& g_white) {
 
 void LandmarkSchur::eliminate_plane_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const {
     const Eigen::Matrix3d& w = plane_.h_plane_point;
-    system.h().block<kPlaneDim, kPlaneDim>(plane_.row, plane_.row) += plane_.h_plane - w * w.transpose();
-    system.g().segment<kPlaneDim>(plane_.row) += plane_.g_plane - w * g_white;
+    const Eigen::RowVector3d& a = plane_.linearization.d_r_d_plane;
+    system.h().block<kPlaneDim, kPlaneDim>(plane_.row, plane_.row) += a.transpose() * a - w * w.transpose();
+    system.g().segment<kPlaneDim>(plane_.row) += a.transpose() * plane_.linearization.r - w * g_white;
     if (cameras_ != nullptr) {
         FACET_ASSERT(plane_.row > cameras_->row);
         system.h().block<kPlaneDim, kCameraTermsDim>(plane_.row, cameras_->row) -=

@@ -42,11 +42,14 @@ public:
     /// Gaussian prior on the inverse depth, kept out of the poses' information: r = (rho - 0) / sigma.
     void add_rho_prior(double rho, double sigma);
 
-    /// Eliminates the point and adds the rest to the system, that of single cameras to their sums.
+    /// Eliminates the point and adds the rest to the system, that of single cameras to their sums; the gradient alone
+    /// if the system wants no more.
     /// @return kDegenerate if the point's information is singular (system and sums untouched).
     Status eliminate_into(ReducedSystem& system);
 
 private:
+    void multiply_by_point();
+    void eliminate_gradient_into(ReducedSystem& system, const Eigen::Vector3d& point_step) const;
     void eliminate_cameras(const Eigen::Vector3d& g_white);
     void eliminate_plane_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const;
 
@@ -60,9 +63,8 @@ private:
     };
     struct PlaneTerm {
         int row = -1;  ///< none
-        Eigen::Matrix3d h_plane;
+        CoplanarityLinearization linearization;
         Eigen::Matrix3d h_plane_point;
-        Eigen::Vector3d g_plane;
     };
     int count_ = 0;
     CameraTermSums* cameras_ = nullptr;

@@ -15,6 +15,9 @@ struct LevenbergOptions {
     double first_lambda = 4e-7;       ///< damping relative to the diagonal once a step has failed; 0 before
     double relative_decrease = 1e-4;  ///< stop when a step gains, or promises, less than this share of 1 + |cost|
     double min_step = 1e-7;           ///< stop when no parameter moves more than this
+    /// A matrix whose model promised no more than a step gained, but for this share, is good for the next steps too:
+    /// they cost a gradient and a substitution instead of a system and its factor. Above 1: a new matrix at each step.
+    double trusted_gain = 0.75;
 };
 
 struct LevenbergSummary {
@@ -22,7 +25,9 @@ struct LevenbergSummary {
     double initial_cost = 0.0;
     double final_cost = 0.0;
     bool solver_failed = false;  ///< no positive definite system at any damping tried
-    bool is_factorized = false;  ///< the solver holds the final system's factor, undamped
+    int systems = 0;             ///< linearized in full
+    int matrix = 0;              ///< the workspace's system that holds the last one's matrix
+    bool is_factorized = false;  ///< the solver holds the factor, undamped, of the last system linearized in full
 };
 
 /// The two systems that iterations alternate between, and the solver. Several MB: lives in the window.
@@ -33,14 +38,20 @@ struct LevenbergWorkspace {
 
 /// Minimises problem by Levenberg-Marquardt with diagonal scaling [Marquardt63], [Nielsen99] for lambda.
 /// Problem: double linearize(ReducedSystem&)  cost at the current states, fills the system
+///          double linearize_gradient(ReducedSystem&)  the same without the matrix
 ///          Status solve(ReducedSolver&, const ReducedSystem&, lambda)  solver.solve(), so that it can be timed
+///          Status solve_again(ReducedSolver&, const ReducedSystem&)  solver.solve_again(), likewise
 ///          void   save()                     remembers the current states
 ///          void   apply(step)                states = saved states (+) step
 ///          void   restore()                  states = saved states
 /// Each iteration costs one linearization and one solve: a candidate is judged by linearizing there, and if it is
 /// accepted, that linearization serves the next iteration. A step whose quadratic model promises next to nothing is not
-/// taken; most optimizations end this way, with the system and its factor at the final states. At the end
-/// `workspace.systems[current]` holds the system at the final states. Bounded by max_iterations. No heap.
+/// taken; most optimizations end this way. While steps gain what the model promises, its matrix is kept and only the
+/// gradient is computed anew (the chord method, [Kelley95] Sec. 5.4.1): the minimum is the same, as the gradient is
+/// exact. With a robust loss steps gain more than promised, since weights overrate its curvature; a new matrix would
+/// overrate it as well.
+/// At the end `workspace.systems[current]` holds the gradient at the final states, and the summary says where the matrix
+/// is: at the final states if !is_factorized. At most max_iterations steps and twice as many linearizations. No heap.
 template <class Problem>
 LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, LevenbergWorkspace& workspace,
                            int& current) {
@@ -48,39 +59,60 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
     LevenbergSummary summary;
     double lambda = 0.0;
     double growth = 4.0;
-    const auto raise_lambda = [&] {
+    bool has_matrix = true;   // the current system, not only its gradient
+    bool is_trusted = false;  // the matrix may serve once more
+    const auto linearize_in_full = [&](int into) {
+        ++summary.systems;
+        summary.matrix = into;
+        return problem.linearize(workspace.systems[into]);
+    };
+    const auto solve = [&] {
+        return has_matrix ? problem.solve(workspace.solver, workspace.systems[current], lambda)
+                          : problem.solve_again(workspace.solver, workspace.systems[current]);
+    };
+    // After a failure: with a new matrix if it is not of these states, otherwise more cautiously.
+    const auto retreat = [&] {
+        is_trusted = false;
+        if (!has_matrix) {
+            linearize_in_full(current);
+            has_matrix = true;
+            return;
+        }
         lambda = std::max(lambda * growth, options.first_lambda);
         growth *= 4.0;
     };
-    summary.initial_cost = summary.final_cost = problem.linearize(workspace.systems[current]);
+    summary.initial_cost = summary.final_cost = linearize_in_full(current);
     while (summary.iterations < options.max_iterations) {
         ++summary.iterations;
-        if (!ok(problem.solve(workspace.solver, workspace.systems[current], lambda))) {
-            summary.solver_failed = true;
-            raise_lambda();
+        summary.solver_failed = !ok(solve());
+        if (summary.solver_failed) {
+            retreat();
             continue;
         }
-        summary.solver_failed = false;
         const double negligible = options.relative_decrease * (1.0 + std::abs(summary.final_cost));
         if (lambda == 0.0 && workspace.solver.predicted_decrease() <= negligible) {
             summary.is_factorized = true;
-            break;
+            return summary;
         }
         const double largest = workspace.solver.step().cwiseAbs().maxCoeff();
         problem.save();
         problem.apply(workspace.solver.step());
-        const double cost = problem.linearize(workspace.systems[1 - current]);
+        const bool keeps_matrix = is_trusted && lambda == 0.0;
+        const double cost = keeps_matrix ? problem.linearize_gradient(workspace.systems[1 - current])
+                                         : linearize_in_full(1 - current);
         const double gain = summary.final_cost - cost;
         if (!(gain >= 0.0) || !std::isfinite(cost)) {
             problem.restore();
             if (largest < options.min_step) {
                 break;
             }
-            raise_lambda();
+            retreat();
             continue;
         }
         current = 1 - current;
+        has_matrix = !keeps_matrix;
         const double ratio = gain / std::max(workspace.solver.predicted_decrease(), 1e-12);
+        is_trusted = ratio >= options.trusted_gain;
         lambda *= std::max(0.1, 1.0 - std::pow(2.0 * std::min(ratio, 1.0) - 1.0, 3));
         growth = 4.0;
         const bool converged = gain <= negligible || largest < options.min_step;
@@ -89,6 +121,7 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
             break;
         }
     }
+    summary.is_factorized = !has_matrix;
     return summary;
 }
 

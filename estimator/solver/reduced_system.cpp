@@ -8,17 +8,22 @@
 namespace facet {
 
 void ReducedSystem::reset(int keyframes, int globals) {
+    reset_gradient(keyframes, globals);
+    has_matrix_ = true;
+    h().setZero();
+}
+
+void ReducedSystem::reset_gradient(int keyframes, int globals) {
     FACET_ASSERT(keyframes >= 0 && keyframes <= kMaxKeyframes && globals >= 0 && globals <= kMaxGlobals);
     globals_ = globals;
     dim_ = globals + keyframes * kStateDim;
-    h().setZero();
     g().setZero();
+    has_matrix_ = false;
 }
 
 Status ReducedSolver::solve(const ReducedSystem& system, double lambda) {
     dim_ = system.dim();
     Eigen::Map<Eigen::MatrixXd, Eigen::Aligned64> l(l_.data(), dim_, dim_);
-    Eigen::Map<Eigen::VectorXd, Eigen::Aligned64> step(step_.data(), dim_);
     l.triangularView<Eigen::Lower>() = system.h();
     l.diagonal() += lambda * system.h().diagonal();
     Eigen::Ref<Eigen::MatrixXd> l_ref(l);
@@ -26,14 +31,29 @@ Status ReducedSolver::solve(const ReducedSystem& system, double lambda) {
     if (llt.info() != Eigen::Success) {
         return Status::kDegenerate;
     }
+    FACET_TRY(substitute(system));
+    // (H + lambda D) dx = -g, so g.dx + 1/2 dx'H dx = 1/2 (g.dx - lambda dx'D dx).
+    if (lambda > 0.0) {
+        predicted_decrease_ += 0.5 * lambda * this->step().cwiseAbs2().dot(system.h().diagonal());
+    }
+    return Status::kOk;
+}
+
+Status ReducedSolver::solve_again(const ReducedSystem& system) {
+    FACET_ASSERT(system.dim() == dim_);
+    return substitute(system);
+}
+
+Status ReducedSolver::substitute(const ReducedSystem& system) {
+    const Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64> l(l_.data(), dim_, dim_);
+    Eigen::Map<Eigen::VectorXd, Eigen::Aligned64> step(step_.data(), dim_);
     step = -system.g();
-    llt.solveInPlace(step);
+    l.triangularView<Eigen::Lower>().solveInPlace(step);
+    l.triangularView<Eigen::Lower>().adjoint().solveInPlace(step);
     if (!step.allFinite()) {
         return Status::kDegenerate;
     }
-    // (H + lambda D) dx = -g, so g.dx + 1/2 dx'H dx = 1/2 (g.dx - lambda dx'D dx).
-    const double damping = lambda * step.cwiseAbs2().dot(system.h().diagonal());
-    predicted_decrease_ = -0.5 * (system.g().dot(step) - damping);
+    predicted_decrease_ = -0.5 * system.g().dot(step);
     return Status::kOk;
 }
 
@@ -77,6 +97,22 @@ Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> ReducedSolver::cameras_c
         covariance.noalias() += x_t.col(j) * x_t.col(j).transpose();
     }
     return covariance;
+}
+
+Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, PriorFactor::kMaxCalibration, PriorFactor::kMaxCalibration>
+ReducedSolver::leading_covariance(int count) {
+    // As variance(), with the columns L^-1 e_i kept.
+    FACET_ASSERT(count >= 0 && count <= PriorFactor::kMaxCalibration && count <= dim_);
+    const Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64> l(l_.data(), dim_, dim_);
+    Eigen::Map<Eigen::MatrixXd, Eigen::Aligned64> x(columns_.data(), dim_, count);
+    for (int i = 0; i < count; ++i) {
+        Eigen::Map<Eigen::VectorXd, Eigen::Aligned64> step(step_.data(), dim_);
+        step.setZero();
+        step(i) = 1.0;
+        l.triangularView<Eigen::Lower>().solveInPlace(step);
+        x.col(i) = step;
+    }
+    return x.transpose().lazyProduct(x);
 }
 
 }  // namespace facet

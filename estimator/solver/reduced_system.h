@@ -30,6 +30,9 @@ public:
 
     /// Zeroes the system for this many keyframes and globals.
     void reset(int keyframes, int globals = 0);
+    /// The same for the gradient alone: h() keeps what it had, and must be left alone until the next reset().
+    void reset_gradient(int keyframes, int globals = 0);
+    bool has_matrix() const { return has_matrix_; }
     int globals() const { return globals_; }
     int keyframes() const { return (dim_ - globals_) / kStateDim; }
     int dim() const { return dim_; }
@@ -50,6 +53,7 @@ public:
     }
 
 private:
+    bool has_matrix_ = true;
     int globals_ = 0;
     int dim_ = 0;
     alignas(64) std::array<double, static_cast<std::size_t>(kMaxSystemDim) * kMaxSystemDim> h_;
@@ -64,6 +68,10 @@ public:
     /// Solves (H + lambda * diag(H)) dx = -g by Cholesky.
     /// @return kDegenerate if the damped matrix is not positive definite (step() undefined).
     Status solve(const ReducedSystem& system, double lambda);
+
+    /// Solves with the factor of the last solve(), which must have been undamped and of a system of the same dimension,
+    /// for the gradient of this one. @return kDegenerate if the step is not finite (step() undefined).
+    Status solve_again(const ReducedSystem& system);
 
     /// The last solution, dimension of the last system.
     Step step() const { return {step_.data(), dim_}; }
@@ -81,12 +89,20 @@ public:
     /// have them. @param first  row of the first of them
     Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> cameras_covariance(int first);
 
+    /// Marginal covariance of the first parameters of the last system solved with lambda = 0, `count` square. Overwrites
+    /// step(). @param count  at most PriorFactor::kMaxCalibration
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, PriorFactor::kMaxCalibration, PriorFactor::kMaxCalibration>
+    leading_covariance(int count);
+
 private:
+    /// step(), and the decrease that an undamped model predicts of it, by the factor.
+    Status substitute(const ReducedSystem& system);
+
     int dim_ = 0;
     double predicted_decrease_ = 0.0;
     alignas(64) std::array<double, static_cast<std::size_t>(kMaxSystemDim) * kMaxSystemDim> l_;
     alignas(64) std::array<double, kMaxSystemDim> step_;
-    alignas(64) std::array<double, static_cast<std::size_t>(kMaxSystemDim) * kCameraTermsDim> columns_;
+    alignas(64) std::array<double, static_cast<std::size_t>(kMaxSystemDim) * PriorFactor::kMaxCalibration> columns_;
 };
 
 }  // namespace facet

@@ -21,14 +21,24 @@ struct CalibrationConfig {
     bool estimate_extrinsics = false;
     double rotation_sigma_rad = 0.01;
     double translation_sigma_m = 0.005;
+    bool estimate_imu = false;
+    double imu_scale_sigma = 0.005;
+    double imu_misalignment_sigma_rad = 0.005;
+    double time_offset_walk_s_per_sqrt_s = 5e-6;
+    double wander_time_s = 3600.0;
 
     /// Number of parameters estimated, the first ones of RigCalibration: 0, 1 (time offset), 7 (the camera pair as one
-    /// too) or 29 (all). The prior then holds those that are not wanted.
+    /// too), 29 (each camera too) or 44 (the IMU's axes too). The prior then holds those that are not wanted.
     int dim() const;
     /// Standard deviation of the prior of a parameter.
     double sigma(int parameter) const;
+    /// Standard deviation of the random step of a parameter within a second.
+    double walk_per_sqrt_s(int parameter) const;
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
+
+private:
+    double single_camera_sigma(int parameter) const;
 };
 
 inline constexpr auto kCalibrationFields = std::to_array<ParameterField<CalibrationConfig>>({
@@ -56,6 +66,16 @@ inline constexpr auto kCalibrationFields = std::to_array<ParameterField<Calibrat
      "Standard deviation of the given rotation of the camera pair on the body."},
     {FACET_FIELD(CalibrationConfig, translation_sigma_m), "m", 1e-6, 0.2,
      "Standard deviation of the given position of the camera pair on the body."},
+    {FACET_FIELD(CalibrationConfig, estimate_imu), "-", 0, 1,
+     "Estimate scale and misalignment of the IMU's axes: for one that is not calibrated beyond its data sheet."},
+    {FACET_FIELD(CalibrationConfig, imu_scale_sigma), "-", 1e-6, 0.1,
+     "Relative standard deviation of the scale of each axis of the IMU, from its data sheet."},
+    {FACET_FIELD(CalibrationConfig, imu_misalignment_sigma_rad), "rad", 1e-6, 0.1,
+     "Standard deviation of the misalignment between axes of the IMU, from its data sheet."},
+    {FACET_FIELD(CalibrationConfig, time_offset_walk_s_per_sqrt_s), "s/sqrt(s)", 0, 1e-3,
+     "How the time offset wanders, a random walk."},
+    {FACET_FIELD(CalibrationConfig, wander_time_s), "s", 1, 1e9,
+     "Time in which any other parameter wanders by the standard deviation of its prior, by warmth and hard landings."},
 });
 
 }  // namespace facet

@@ -80,13 +80,19 @@ double add_plane_pairs(const WindowPlanes& planes, const PlanePairs& pairs, cons
         linearize(side(planes, pair.a), side(planes, pair.b), sigma_rad, HuberLoss{kHuber}, l);
         cost += l.cost;
         const int row_a = first_row + kPlaneDim * pair.a;
-        h.block<2, 2>(row_a, row_a) += l.d_r_d_a.transpose() * l.d_r_d_a;
+        const int row_b = first_row + kPlaneDim * pair.b;
+        const bool has_b = pair.b != PlanePair::kVertical;
         g.segment<2>(row_a) += l.d_r_d_a.transpose() * l.r;
-        if (pair.b != PlanePair::kVertical) {  // b < a: the block stands below the diagonal
-            const int row_b = first_row + kPlaneDim * pair.b;
+        if (has_b) {
+            g.segment<2>(row_b) += l.d_r_d_b.transpose() * l.r;
+        }
+        if (!system.has_matrix()) {
+            continue;
+        }
+        h.block<2, 2>(row_a, row_a) += l.d_r_d_a.transpose() * l.d_r_d_a;
+        if (has_b) {  // b < a: the block stands below the diagonal
             h.block<2, 2>(row_b, row_b) += l.d_r_d_b.transpose() * l.d_r_d_b;
             h.block<2, 2>(row_a, row_b) += l.d_r_d_a.transpose() * l.d_r_d_b;
-            g.segment<2>(row_b) += l.d_r_d_b.transpose() * l.r;
         }
     }
     return cost;

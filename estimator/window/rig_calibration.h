@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the window may correct of the rig's calibration: the cameras' clock, their pose on the body, and each lens.
+// What the window may correct of the rig's calibration: the cameras' clock, their pose on the body, each lens, and the
+// axes of the IMU.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,11 +24,13 @@ inline constexpr int kLeftLens = kRigDim;
 inline constexpr int kRightTheta = kLeftLens + kLensDim;
 inline constexpr int kRightPos = kRightTheta + 3;
 inline constexpr int kRightLens = kRightTheta + kPoseDim;
-inline constexpr int kCalibrationDim = kRigDim + kCameraTermsDim;
+/// ... and the scale and misalignment of the IMU's axes.
+inline constexpr int kImuScale = kRigDim + kCameraTermsDim;
+inline constexpr int kCalibrationDim = kImuScale + ImuScale::kDim;
 
 /// Corrections of the calibration as given.
 ///   t_imu = t_image + time_offset_s,    T_B_C0 = T_B_Bc * T_Bc_C0,    T_B_C1 = T_B_Bc * T_Bc_C1.box_plus(right),
-/// and lens_correction.h for the lenses.
+/// lens_correction.h for the lenses, and imu_scale.h for the IMU.
 struct RigCalibration {
     using Tangent = Eigen::Matrix<double, kCalibrationDim, 1>;
 
@@ -35,18 +38,20 @@ struct RigCalibration {
     Se3 T_B_Bc;
     Se3 right;  ///< its rotation turns on the right of the given one, its position adds to the given one
     std::array<LensCorrection, 2> lens{LensCorrection::Zero(), LensCorrection::Zero()};  ///< left, right
+    ImuScale imu;
 
     RigCalibration box_plus(const Tangent& d) const {
         return {time_offset_s + d(kTimeOffset),
                 T_B_Bc.box_plus(d.segment<6>(kRigTheta)),
                 right.box_plus(d.segment<6>(kRightTheta)),
-                {lens[0] + d.segment<kLensDim>(kLeftLens), lens[1] + d.segment<kLensDim>(kRightLens)}};
+                {lens[0] + d.segment<kLensDim>(kLeftLens), lens[1] + d.segment<kLensDim>(kRightLens)},
+                imu.box_plus(d.segment<ImuScale::kDim>(kImuScale))};
     }
     /// The d with other = box_plus(d).
     Tangent box_minus_to(const RigCalibration& other) const {
         Tangent d;
         d << other.time_offset_s - time_offset_s, T_B_Bc.box_minus_to(other.T_B_Bc), other.lens[0] - lens[0],
-            right.box_minus_to(other.right), other.lens[1] - lens[1];
+            right.box_minus_to(other.right), other.lens[1] - lens[1], imu.box_minus_to(other.imu);
         return d;
     }
     /// Right camera against the frame Bc.

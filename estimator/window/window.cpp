@@ -18,6 +18,10 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     regularity_config_ = regularity;
     noise_ = noise;
     left_ = rig.left;
+    // Positive definite by the ranges of its standard deviations.
+    const bool inverted = invert_covariance(calibration_covariance(calibration, rig), given_information_);
+    FACET_ASSERT(inverted);
+    is_factorized_ = false;
     cameras_.bind(state_, config_, calibration_config_, rig);
     problem_.bind(state_, cameras_, calibration_config_, regularity_config_);
     planes_.configure(regularity);
@@ -36,7 +40,9 @@ void Window::set_stage_observer(StageObserver* observer) {
 }
 
 void Window::start(const KeyframeInput& input, const NavState& state,
-                   const Eigen::Matrix<double, kStateDim, kStateDim>& information) {
+                   const Eigen::Matrix<double, kStateDim, kStateDim>& information, CalibrationStart calibration) {
+    const double time_offset_s = state_.calibration.time_offset_s;  // contained in the stamp
+    const CalibrationMatrix calibration_information = begin_calibration(calibration);
     state_.clear();
     planes_.reset();
     proposals_.clear();
@@ -44,18 +50,42 @@ void Window::start(const KeyframeInput& input, const NavState& state,
     Keyframe keyframe;
     keyframe.stamp = input.stamp;
     keyframe.w_B = input.w_B;
-    keyframe.time_offset_s = state_.calibration.time_offset_s;
+    keyframe.time_offset_s = time_offset_s;
     keyframe.state = state;
     keyframe.state_lin = state;
     state_.keyframes.push_back(keyframe);
     state_.calibration_lin = state_.calibration;
     state_.prior.reset(1, calibration_config_.dim());
     state_.prior.h().bottomRightCorner<kStateDim, kStateDim>() = information;
-    for (int i = 0; i < calibration_config_.dim(); ++i) {
-        const double sigma = calibration_config_.sigma(i);
-        state_.prior.h()(i, i) = 1.0 / (sigma * sigma);
-    }
+    const int dim = calibration_config_.dim();
+    state_.prior.h().topLeftCorner(dim, dim) = calibration_information;
+    wandered_ = input.stamp;
+    is_factorized_ = false;
     add_observations(0, input.observations);
+}
+
+CalibrationMatrix Window::begin_calibration(CalibrationStart start) {
+    constexpr double kBelievable = 4.0;  // standard deviations of what was given
+    CalibrationMatrix information;
+    const int dim = calibration_config_.dim();
+    if (start == CalibrationStart::kAsKnown && is_factorized_ && calibration_stretch() <= kBelievable &&
+        invert_covariance(workspace_.solver.leading_covariance(dim), information)) {
+        return information;
+    }
+    state_.calibration = {};
+    return given_information_;
+}
+
+void Window::let_calibration_wander(Timestamp stamp) {
+    constexpr double kPeriod_s = 1.0;  // short against what it takes to wander noticeably
+    const double elapsed_s = (stamp - wandered_).seconds();
+    if (elapsed_s < kPeriod_s) {
+        return;
+    }
+    wandered_ = stamp;
+    for (int i = 0; i < calibration_config_.dim(); ++i) {
+        state_.prior.add_walk(i, std::pow(calibration_config_.walk_per_sqrt_s(i), 2) * elapsed_s);
+    }
 }
 
 Status Window::add_keyframe(const KeyframeInput& input, const Preintegration& preintegration) {
@@ -70,6 +100,7 @@ Status Window::add_keyframe(const KeyframeInput& input, const Preintegration& pr
     keyframe.has_imu_factor = true;
     keyframe.rests_since_previous = input.rests_since_previous;
     make_room();
+    let_calibration_wander(input.stamp);
     state_.keyframes.push_back(keyframe);
     add_observations(static_cast<int>(state_.keyframes.size()) - 1, input.observations);
     return Status::kOk;
@@ -143,6 +174,7 @@ WindowSummary Window::optimize(double effort) {
     options.max_iterations = std::max(1, static_cast<int>(std::lround(effort * config_.max_iterations)));
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
     is_factorized_ = summary.solver.is_factorized;
+    current_system_ = summary.solver.matrix;
     const WindowFit& fit = problem_.fit();
     cameras_.measure_noise(fit.vision_squared_error_px2, fit.vision_rows, fit.vision_scale_px(), fit.vision_loss);
     if (is_settled && !newest().rests_since_previous) {
@@ -152,7 +184,8 @@ WindowSummary Window::optimize(double effort) {
     if (count >= 2 && newest().has_imu_factor) {
         const Keyframe& j = state_.keyframes[count - 1];
         summary.imu_squared_error =
-            j.imu_from_previous.residual(state_.keyframes[count - 2].state, j.state).squaredNorm();
+            j.imu_from_previous.residual(state_.keyframes[count - 2].state, j.state, &state_.calibration.imu)
+                .squaredNorm();
     }
     summary.marginalization_failed = marginalization_failed_;
     if (regularity_config_.mode == RegularityMode::kSpr) {

@@ -9,6 +9,7 @@
 #include "estimator/values/nav_state.h"
 #include "estimator/values/observation.h"
 #include "estimator/values/residuals.h"
+#include "estimator/window/calibration_prior.h"
 #include "estimator/window/marginalization.h"
 #include "estimator/window/plane_set.h"
 #include "estimator/window/redundancy.h"
@@ -36,6 +37,12 @@ struct WindowSummary {
     bool marginalization_failed = false;
 };
 
+/// What a window that begins holds of the calibration.
+enum class CalibrationStart : std::uint8_t {
+    kAsGiven,  ///< what was estimated is forgotten
+    kAsKnown,  ///< estimates and their covariance go on, unless they are beyond belief
+};
+
 /// Fixed-lag smoother over keyframe states [theta p v bg ba] with structureless stereo landmarks, inertial factors and
 /// a prior. Usage: configure; start with the first keyframe; then add_keyframe and optimize for each following one.
 /// About 30 MB, no heap after construction: allocate it once. Thread-bound. Deterministic.
@@ -45,11 +52,11 @@ public:
                    const ImuNoise& noise, const RegularityConfig& regularity = {});
     void set_stage_observer(StageObserver* observer);
 
-    /// Forgets keyframes, landmarks and prior, and begins with one keyframe and its Gaussian prior. The calibration is
-    /// kept.
+    /// Forgets keyframes, landmarks and prior, and begins with one keyframe and its Gaussian prior.
     /// @param information  15x15, order [theta p v bg ba], about `state`
     void start(const KeyframeInput& input, const NavState& state,
-               const Eigen::Matrix<double, kStateDim, kStateDim>& information);
+               const Eigen::Matrix<double, kStateDim, kStateDim>& information,
+               CalibrationStart calibration = CalibrationStart::kAsGiven);
 
     /// Appends a keyframe predicted from the newest one by `preintegration`. Room is made first: a keyframe that is not
     /// among the three newest any more and adds nothing to the one before it is dropped (RedundancyTest); otherwise the
@@ -112,6 +119,10 @@ public:
     Status replace_imu_factor(int keyframe, const Preintegration& preintegration);
 
 private:
+    /// Information about the calibration that a new window begins with; `state_.calibration` is its mean.
+    CalibrationMatrix begin_calibration(CalibrationStart start);
+    /// Lets the calibration in the prior wander up to a time.
+    void let_calibration_wander(Timestamp stamp);
     void make_room();
     void add_observations(int keyframe, std::span<const FeatureObservation> observations);
     void remove_outliers(WindowSummary& summary);
@@ -130,11 +141,13 @@ private:
     PlaneSet planes_;
     PlaneProposals proposals_;
     CameraModel left_;
+    CalibrationMatrix given_information_;  ///< about the calibration as given
+    Timestamp wandered_;                   ///< up to when the calibration in the prior has wandered
     ResidualBias residual_bias_;
     VisionResiduals residuals_;
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;
     boost::container::static_vector<LandmarkPrediction, kMaxLandmarks> predictions_;
-    int current_system_ = 0;      ///< which workspace system holds the final linearization
+    int current_system_ = 0;      ///< which workspace system holds the last matrix
     bool is_factorized_ = false;  ///< and the solver its factor
     bool marginalization_failed_ = false;
 };

@@ -10,7 +10,7 @@
 
 namespace facet {
 
-static_assert(PriorFactor::kMaxGlobals == kCalibrationDim + kPlaneDim * kMaxPlanes,
+static_assert(PriorFactor::kMaxCalibration == kCalibrationDim,
               "room for all that keyframes share");
 
 void WindowProblem::bind(WindowState& state, WindowCameras& cameras, const CalibrationConfig& calibration,
@@ -35,8 +35,17 @@ void WindowProblem::refresh() {
 
 double WindowProblem::linearize(ReducedSystem& system) {
     const StageScope scope(observer_, Stage::kLinearization);
-    const int keyframes = static_cast<int>(state_->keyframes.size());
-    system.reset(keyframes, globals());
+    system.reset(static_cast<int>(state_->keyframes.size()), globals());
+    return add_all(system);
+}
+
+double WindowProblem::linearize_gradient(ReducedSystem& system) {
+    const StageScope scope(observer_, Stage::kLinearization);
+    system.reset_gradient(static_cast<int>(state_->keyframes.size()), globals());
+    return add_all(system);
+}
+
+double WindowProblem::add_all(ReducedSystem& system) {
     refresh();
     double cost = 0.0;
     fit_ = {};
@@ -49,7 +58,7 @@ double WindowProblem::linearize(ReducedSystem& system) {
     end_landmarks(system);
     cost += add_prior(system);
     cost += add_planes(system);
-    for (int k = 1; k < keyframes; ++k) {
+    for (int k = 1; k < system.keyframes(); ++k) {
         cost += add_link(system, k);
     }
     return cost;
@@ -96,13 +105,17 @@ double WindowProblem::add_prior(ReducedSystem& system) {
         jacobian.block<3, 3>(kTheta, kTheta) =
             so3_right_jacobian_inverse(prior_displacement_.segment<3>(globals + kTheta));
         const Eigen::Matrix<double, kStateDim, kStateDim> h = prior.h().bottomRightCorner<kStateDim, kStateDim>();
-        system.add_state_block(0, 0, jacobian.transpose() * h * jacobian);
+        if (system.has_matrix()) {
+            system.add_state_block(0, 0, jacobian.transpose() * h * jacobian);
+            system.h().topLeftCorner(globals, globals) += prior.h().topLeftCorner(globals, globals);
+        }
         system.add_state_gradient(0, jacobian.transpose() * prior_gradient_.tail<kStateDim>());
-        system.h().topLeftCorner(globals, globals) += prior.h().topLeftCorner(globals, globals);
         system.g().head(globals) += prior_gradient_.head(globals);
         return cost;
     }
-    system.h().topLeftCorner(prior.dim(), prior.dim()) += prior.h();
+    if (system.has_matrix()) {
+        system.h().topLeftCorner(prior.dim(), prior.dim()) += prior.h();
+    }
     system.g().head(prior.dim()) += prior_gradient_;
     return cost;
 }
@@ -114,7 +127,9 @@ double WindowProblem::add_planes(ReducedSystem& system) const {
         return 0.0;
     }
     const int rows = kPlaneDim * static_cast<int>(state_->planes.size());
-    system.h().diagonal().segment(plane_row(0), rows).array() += kGuard;
+    if (system.has_matrix()) {
+        system.h().diagonal().segment(plane_row(0), rows).array() += kGuard;
+    }
     return add_plane_pairs(state_->planes, state_->plane_pairs, *regularity_config_, plane_row(0), system);
 }
 
@@ -125,13 +140,33 @@ double WindowProblem::add_imu(ReducedSystem& system, int keyframe) {
         return 0.0;
     }
     ImuFactorLinearization l;
-    j.imu_from_previous.linearize(i.state, j.state, i.linearization_point(), j.linearization_point(), l);
-    system.add_state_block(keyframe - 1, keyframe - 1, l.d_r_d_i.transpose() * l.d_r_d_i);
-    system.add_state_block(keyframe, keyframe - 1, l.d_r_d_j.transpose() * l.d_r_d_i);
-    system.add_state_block(keyframe, keyframe, l.d_r_d_j.transpose() * l.d_r_d_j);
+    j.imu_from_previous.linearize(i.state, j.state, i.linearization_point(), j.linearization_point(), l,
+                                  &state_->calibration.imu);
+    if (system.has_matrix()) {
+        system.add_state_block(keyframe - 1, keyframe - 1, l.d_r_d_i.transpose() * l.d_r_d_i);
+        system.add_state_block(keyframe, keyframe - 1, l.d_r_d_j.transpose() * l.d_r_d_i);
+        system.add_state_block(keyframe, keyframe, l.d_r_d_j.transpose() * l.d_r_d_j);
+    }
     system.add_state_gradient(keyframe - 1, l.d_r_d_i.transpose() * l.r);
     system.add_state_gradient(keyframe, l.d_r_d_j.transpose() * l.r);
+    if (calibration_config_->estimate_imu) {
+        add_imu_scale(l, keyframe, system);
+    }
     return 0.5 * l.r.squaredNorm();
+}
+
+void WindowProblem::add_imu_scale(const ImuFactorLinearization& l, int keyframe, ReducedSystem& system) const {
+    constexpr int kDim = ImuScale::kDim;
+    const auto d_transposed = l.d_r_d_scale.transpose();
+    system.g().segment<kDim>(kImuScale) += d_transposed.lazyProduct(l.r);
+    if (!system.has_matrix()) {
+        return;
+    }
+    auto h = system.h();
+    h.block<kDim, kDim>(kImuScale, kImuScale) += d_transposed.lazyProduct(l.d_r_d_scale);
+    h.block<kStateDim, kDim>(system.offset(keyframe - 1), kImuScale) +=
+        l.d_r_d_i.transpose().lazyProduct(l.d_r_d_scale);
+    h.block<kStateDim, kDim>(system.offset(keyframe), kImuScale) += l.d_r_d_j.transpose().lazyProduct(l.d_r_d_scale);
 }
 
 double WindowProblem::add_rest(ReducedSystem& system, int keyframe) {
@@ -142,9 +177,11 @@ double WindowProblem::add_rest(ReducedSystem& system, int keyframe) {
     }
     RestFactorLinearization l;
     linearize_rest(i.state, j.state, i.linearization_point(), j.linearization_point(), RestSigmas{}, l);
-    system.add_state_block(keyframe - 1, keyframe - 1, l.d_r_d_i.transpose() * l.d_r_d_i);
-    system.add_state_block(keyframe, keyframe - 1, l.d_r_d_j.transpose() * l.d_r_d_i);
-    system.add_state_block(keyframe, keyframe, l.d_r_d_j.transpose() * l.d_r_d_j);
+    if (system.has_matrix()) {
+        system.add_state_block(keyframe - 1, keyframe - 1, l.d_r_d_i.transpose() * l.d_r_d_i);
+        system.add_state_block(keyframe, keyframe - 1, l.d_r_d_j.transpose() * l.d_r_d_i);
+        system.add_state_block(keyframe, keyframe, l.d_r_d_j.transpose() * l.d_r_d_j);
+    }
     system.add_state_gradient(keyframe - 1, l.d_r_d_i.transpose() * l.r);
     system.add_state_gradient(keyframe, l.d_r_d_j.transpose() * l.r);
     return 0.5 * l.r.squaredNorm();
@@ -153,6 +190,11 @@ double WindowProblem::add_rest(ReducedSystem& system, int keyframe) {
 Status WindowProblem::solve(ReducedSolver& solver, const ReducedSystem& system, double lambda) {
     const StageScope scope(observer_, Stage::kSolve);
     return solver.solve(system, lambda);
+}
+
+Status WindowProblem::solve_again(ReducedSolver& solver, const ReducedSystem& system) {
+    const StageScope scope(observer_, Stage::kSolve);
+    return solver.solve_again(system);
 }
 
 void WindowProblem::save() {

@@ -61,7 +61,9 @@ public:
     void select_landmarks();
 
     double linearize(ReducedSystem& system);
+    double linearize_gradient(ReducedSystem& system);
     Status solve(ReducedSolver& solver, const ReducedSystem& system, double lambda);
+    Status solve_again(ReducedSolver& solver, const ReducedSystem& system);
     void save();
     void apply(const ReducedSolver::Step& step);
     void restore();
@@ -85,6 +87,8 @@ public:
     int plane_row(int plane) const { return calibration_config_->dim() + kPlaneDim * plane; }
 
 private:
+    /// Adds all terms to an empty system. @return the cost
+    double add_all(ReducedSystem& system);
     /// Adds the calibration's part of the vision terms, which so far contain poses only: the calibration moves the
     /// poses, so with G_k = RigCalibration::d_pose, H_gk = sum_j G_j^T H_jk, H_gg = sum_jk G_j^T H_jk G_k,
     /// g_g = sum_k G_k^T g_k.
@@ -98,6 +102,8 @@ private:
         return add_imu(system, keyframe) + add_rest(system, keyframe);
     }
     double add_imu(ReducedSystem& system, int keyframe);
+    /// Adds the part of an inertial factor that belongs to the scale of the IMU's axes.
+    void add_imu_scale(const ImuFactorLinearization& linearization, int keyframe, ReducedSystem& system) const;
     double add_rest(ReducedSystem& system, int keyframe);
     double add_landmark(ReducedSystem& system, Landmark& landmark);
     /// To be called before the first and after the last landmark.

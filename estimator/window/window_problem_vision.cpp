@@ -26,7 +26,7 @@ void WindowProblem::select_landmarks() {
 
 void WindowProblem::begin_landmarks(const ReducedSystem& system) {
     if (cameras_->estimates_lenses()) {
-        camera_sums_.reset(system.keyframes(), kRigDim);
+        camera_sums_.reset(system.keyframes(), kRigDim, system.has_matrix());
     }
 }
 
@@ -132,6 +132,13 @@ void WindowProblem::add_calibration(ReducedSystem& system) const {
     auto h = system.h();
     auto g = system.g();
     for (int j = 0; j < system.keyframes(); ++j) {
+        g.head(dim) += d_pose[static_cast<std::size_t>(j)].transpose().lazyProduct(
+            g.segment<kPoseDim>(system.offset(j)));
+    }
+    if (!system.has_matrix()) {
+        return;
+    }
+    for (int j = 0; j < system.keyframes(); ++j) {
         Columns column = Columns::Zero(kPoseDim, dim);
         for (int k = 0; k < system.keyframes(); ++k) {
             const Columns& d = d_pose[static_cast<std::size_t>(k)];
@@ -148,7 +155,6 @@ void WindowProblem::add_calibration(ReducedSystem& system) const {
         }
         h.block(system.offset(j), 0, kPoseDim, dim) += column;
         h.topLeftCorner(dim, dim) += d.transpose().lazyProduct(column);
-        g.head(dim) += d.transpose().lazyProduct(g.segment<kPoseDim>(system.offset(j)));
     }
 }
 

@@ -26,6 +26,7 @@ enum class FaultKind : std::uint8_t {
     kImuNoise,
     kImuDuplicate,
     kImuBias,
+    kImuScale,
     kVibration,
     kCalibration,
     kCount

@@ -14,6 +14,8 @@ namespace {
 // As EuRoC's sensor has them.
 constexpr double kInitialGyroBias_rad_per_s = 0.03;
 constexpr double kInitialAccelBias_m_per_s2 = 0.06;
+// What data sheets allow of scale and misalignment: half a percent, five milliradians.
+constexpr double kImuScaleSigma = 5e-3;
 constexpr Duration kLongestLead = Duration::from_seconds(100.0);  // of inertial samples before the first frame
 
 /// Random numbers for one fault at one sample.
@@ -36,6 +38,11 @@ FaultInjector::FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, T
             const VibrationKind kind = faults_[i].values[0] == 0.0 ? VibrationKind::kIdle : VibrationKind::kFlight;
             const std::uint64_t seed = hash64(static_cast<std::uint64_t>(faults_[i].values[1]), i);
             vibrations_.try_emplace(i, vibration_spectrum(kind), seed);
+        } else if (faults_[i].kind == FaultKind::kImuScale) {
+            RandomStream random(static_cast<std::uint64_t>(faults_[i].values[1]), 0);
+            ImuScale::for_each(scales_[i], [&](double& value) {
+                value = faults_[i].values[0] * kImuScaleSigma * random.normal();
+            });
         }
     }
 }
@@ -86,6 +93,10 @@ void FaultInjector::shake_and_bias(ImuSample& sample, Duration t) {
             const RotorVibration::Vector6 shake = vibrations_.at(i).at(std::max(0.0, (t + kLongestLead).seconds()));
             sample.w_B += shake.head<3>();
             sample.a_B += shake.tail<3>();
+            ++hits_[i];
+        } else if (fault.kind == FaultKind::kImuScale) {
+            sample.w_B += scales_.at(i).gyro * sample.w_B;
+            sample.a_B += scales_.at(i).accel * sample.a_B;
             ++hits_[i];
         } else if (fault.kind == FaultKind::kImuBias) {
             walk(fault, i);

@@ -13,6 +13,7 @@
 #include "drivers/replay_asl/png_decoder.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/values/imu_noise.h"
+#include "estimator/values/imu_scale.h"
 #include "estimator/values/nav_state.h"
 #include "platform/base/samples.h"
 
@@ -79,6 +80,7 @@ private:
     std::vector<std::size_t> hits_;
     std::map<std::size_t, RotorVibration> vibrations_;  ///< by fault
     std::map<std::size_t, ImuBias> biases_;             ///< by fault
+    std::map<std::size_t, ImuScale> scales_;            ///< errors, by fault
     ImuNoise noise_;
     Timestamp begin_;
     Duration frame_delay_;

@@ -37,8 +37,10 @@ ImuSample sample_at(int k) {
     return s;
 }
 
-Preintegration preintegrate(int steps, const ImuNoise& noise, const ImuBias& bias = {}, double gravity = 9.81) {
+Preintegration preintegrate(int steps, const ImuNoise& noise, const ImuBias& bias = {}, double gravity = 9.81,
+                            bool differentiate_scale = false) {
     Preintegration pre(bias, gravity);
+    pre.set_scale({}, differentiate_scale);
     for (int k = 0; k < steps; ++k) {
         REQUIRE(ok(pre.integrate(sample_at(k), sample_at(k + 1), noise)));
     }
@@ -110,6 +112,33 @@ TEST_CASE("inertial Jacobians match numeric differentiation") {
         factor.linearize(i, j, i, j, lin);
         CHECK((lin.r - factor.residual(i, j)).norm() < 1e-9 * (1.0 + lin.r.norm()));
         expect_jacobians_match(factor, i, j, lin);
+    }
+}
+
+TEST_CASE("residual and Jacobians follow the scale of the IMU's axes") {
+    const ImuNoise noise;
+    for (const unsigned seed : {1U, 2U, 3U}) {
+        std::mt19937 rng(seed);
+        ImuFactor factor;
+        REQUIRE(ok(factor.set(preintegrate(40, noise, {}, 9.81, true), noise)));
+        const NavState i = random_state(rng);
+        const NavState j = factor.preintegration().predict(i).box_plus(normal15(rng, 0.1));
+        std::normal_distribution<double> normal(0.0, 0.003);
+        const ImuScale scale = ImuScale{}.box_plus(
+            ImuScale::Tangent::NullaryExpr([&](Eigen::Index) { return normal(rng); }));
+        ImuFactorLinearization lin;
+        factor.linearize(i, j, i, j, lin, &scale);
+        CHECK((lin.r - factor.residual(i, j, &scale)).norm() < 1e-9 * (1.0 + lin.r.norm()));
+        const auto by_scale = [&](const ImuScale::Tangent& d) {
+            const ImuScale moved = scale.box_plus(d);
+            return factor.residual(i, j, &moved);
+        };
+        const Eigen::MatrixXd numeric = test::numeric_jacobian(by_scale, ImuScale::Tangent::Zero().eval(), 1e-5);
+        const double largest = numeric.cwiseAbs().maxCoeff();
+        CHECK((numeric - lin.d_r_d_scale).cwiseAbs().maxCoeff() < 1e-5 * largest);
+        // The states' Jacobians are those at this scale.
+        const auto by_i = [&](const Vector15& d) { return factor.residual(i.box_plus(d), j, &scale); };
+        expect_rows_match(lin.d_r_d_i, test::numeric_jacobian(by_i, Vector15::Zero().eval(), 1e-5), 1e-6);
     }
 }
 

@@ -82,3 +82,37 @@ TEST_CASE("prior: a plane held in one direction only leaves what it knows and no
     prior->marginalize_plane(0);
     CHECK(Eigen::MatrixXd(prior->h()).cwiseAbs().maxCoeff() < 1e-9);  // the plane was free to follow
 }
+
+TEST_CASE("prior: a global that wanders is the Schur complement over what it was before", "[prior]") {
+    std::mt19937 generator(21);
+    const auto prior = random_prior(2, 4, generator);
+    const int dim = prior->dim();
+    const Eigen::MatrixXd h = prior->h();
+    const Eigen::VectorXd g = prior->g();
+    const int global = GENERATE(0, 2, 3);
+    constexpr double kVariance = 0.3;
+    // [all, with the global as it is now | the global as it was], tied by the step
+    Eigen::MatrixXd joint = Eigen::MatrixXd::Zero(dim + 1, dim + 1);
+    Eigen::MatrixXd was = Eigen::MatrixXd::Zero(dim, dim + 1);
+    was.leftCols(dim).setIdentity();
+    was(global, global) = 0.0;
+    was(global, dim) = 1.0;
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(dim + 1);
+    step(global) = 1.0;
+    step(dim) = -1.0;
+    joint = was.transpose() * h * was + step * step.transpose() / kVariance;
+    const Eigen::VectorXd gradient = was.transpose() * g;
+    const Eigen::VectorXd coupling = joint.topRightCorner(dim, 1);
+    const Eigen::MatrixXd expected_h =
+        joint.topLeftCorner(dim, dim) - coupling * coupling.transpose() / joint(dim, dim);
+    const Eigen::VectorXd expected_g = gradient.head(dim) - coupling * gradient(dim) / joint(dim, dim);
+
+    prior->add_walk(global, kVariance);
+    CHECK((Eigen::MatrixXd(prior->h()) - expected_h).cwiseAbs().maxCoeff() < 1e-10 * h.norm());
+    CHECK((Eigen::VectorXd(prior->g()) - expected_g).cwiseAbs().maxCoeff() < 1e-10 * h.norm());
+    CHECK(Eigen::MatrixXd(prior->h()).isApprox(Eigen::MatrixXd(prior->h()).transpose(), 1e-12));
+    // Its variance has grown by that of the step, and no other's.
+    const Eigen::MatrixXd grown = Eigen::MatrixXd(prior->h()).inverse() - h.inverse();
+    CHECK(grown(global, global) == Approx(kVariance).epsilon(1e-6));
+    CHECK(std::abs(grown.trace() - kVariance) < 1e-6);
+}

@@ -3,6 +3,7 @@
 #include "estimator/imu/preintegration.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -168,6 +169,43 @@ TEST_CASE("bias Jacobians match numeric re-integration") {
         };
         test::expect_jacobian_near(pre.d_delta_d_bias(), deltas, Vector6::Zero().eval(), 1e-8, 1e-4);
     }
+}
+
+TEST_CASE("the scale of the IMU's axes turns readings into rates and forces") {
+    // GIVEN readings of an IMU whose axes are off, and the correction that undoes it
+    ImuScale scale;
+    scale.gyro << 0.01, -0.004, 0.003, 0.002, -0.006, 0.005, -0.003, 0.004, 0.008;
+    scale.accel << -0.01, 0.0, 0.0, 0.004, 0.007, 0.0, -0.005, 0.003, 0.012;
+    const auto reading = [&](std::int64_t t) {
+        ImuSample s = WavyFlight::sample(t);
+        s.w_B = (Eigen::Matrix3d::Identity() + scale.gyro).inverse() * s.w_B;
+        s.a_B = (Eigen::Matrix3d::Identity() + scale.accel).inverse() * s.a_B;
+        return s;
+    };
+    const auto integrate = [&](const ImuScale& with) {
+        Preintegration pre;
+        pre.set_scale(with, true);
+        for (int k = 0; k < 60; ++k) {
+            REQUIRE(ok(pre.integrate(reading(k * 5'000'000), reading((k + 1) * 5'000'000), ImuNoise{})));
+        }
+        return pre;
+    };
+    // THEN the deltas are those of a perfect IMU, the Jacobian is that of integrating anew, and a change of the scale is
+    // followed to first order
+    const Preintegration pre = integrate(scale);
+    CHECK(delta_difference(integrate_flight(0, 5'000'000, 60), pre).norm() < 1e-12);
+    const auto deltas = [&](const ImuScale::Tangent& d) { return delta_difference(pre, integrate(scale.box_plus(d))); };
+    test::expect_jacobian_near(pre.d_delta_d_scale(), deltas, ImuScale::Tangent::Zero().eval(), 1e-7, 1e-5);
+    Eigen::Quaterniond dq;
+    Eigen::Vector3d dp;
+    Eigen::Vector3d dv;
+    integrate({}).corrected({}, dq, dp, dv, &scale);
+    CHECK((dp - pre.delta_p()).norm() < 1e-3);
+    CHECK((dp - pre.delta_p()).norm() < 0.05 * (integrate({}).delta_p() - pre.delta_p()).norm());
+    CHECK(so3_log(dq.conjugate() * pre.delta_q()).norm() < 1e-3);
+    // AND the tangent is a tangent
+    CHECK((ImuScale{}.box_plus(ImuScale{}.box_minus_to(scale)).gyro - scale.gyro).norm() == 0.0);
+    CHECK((ImuScale{}.box_plus(ImuScale{}.box_minus_to(scale)).accel - scale.accel).norm() == 0.0);
 }
 
 TEST_CASE("first-order correction for the bias: the error left is of second order") {

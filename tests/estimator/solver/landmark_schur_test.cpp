@@ -71,6 +71,58 @@ TEST_CASE("landmark elimination equals the dense Schur complement", "[landmark_s
     CHECK((Eigen::VectorXd(system->g()) - g).cwiseAbs().maxCoeff() < 1e-9);
 }
 
+TEST_CASE("a system that wants the gradient alone gets the same gradient", "[landmark_schur]") {
+    constexpr int kRow = 2;
+    constexpr int kPlaneRow = kRow + kCameraTermsDim;
+    const auto schur = std::make_unique<LandmarkSchur>();
+    const auto sums = std::make_unique<CameraTermSums>();
+    const auto system = std::make_unique<ReducedSystem>();
+    Eigen::VectorXd g[2];
+    for (const bool with_matrix : {true, false}) {
+        if (with_matrix) {
+            system->reset(kKeyframes, kPlaneRow + kPlaneDim);
+        } else {
+            system->reset_gradient(kKeyframes, kPlaneRow + kPlaneDim);
+        }
+        CHECK(system->has_matrix() == with_matrix);
+        sums->reset(kKeyframes, kRow, with_matrix);
+        std::mt19937 generator(23);
+        for (int landmark = 0; landmark < 3; ++landmark) {
+            schur->clear(sums.get());
+            for (int k = landmark; k < kKeyframes; ++k) {
+                StereoLinearization& l = schur->next();
+                l.has_right = k != 2;
+                l.has_cameras = true;
+                l.r = random_matrix(4, 1, generator);
+                l.d_r_d_point = random_matrix(4, 3, generator);
+                l.d_r_d_T_W_B_transposed.setZero();
+                l.d_r_d_T_W_B_transposed.topRows<6>() = random_matrix(6, 4, generator);
+                l.d_r_d_left_lens_transposed = random_matrix(kLensDim, 2, generator);
+                l.d_r_d_right_camera_transposed.setZero();
+                l.d_r_d_right_camera_transposed.topRows<kRightCameraDim>() = random_matrix(kRightCameraDim, 2, generator);
+                if (!l.has_right) {
+                    l.r.tail<2>().setZero();
+                    l.d_r_d_point.bottomRows<2>().setZero();
+                    l.d_r_d_T_W_B_transposed.rightCols<2>().setZero();
+                }
+                schur->add(k);
+            }
+            CoplanarityLinearization plane;
+            plane.r = random_matrix(1, 1, generator)(0);
+            plane.d_r_d_plane = random_matrix(1, 3, generator);
+            plane.d_r_d_point = random_matrix(1, 3, generator);
+            schur->add_plane(kPlaneRow, plane);
+            schur->add_rho_prior(0.4, 3.0);
+            REQUIRE(ok(schur->eliminate_into(*system)));
+        }
+        sums->add_into(*system);
+        g[with_matrix ? 0 : 1] = system->g();
+    }
+    CHECK(g[0].cwiseAbs().minCoeff() >= 0.0);
+    CHECK(g[0].segment(kRow, kCameraTermsDim).cwiseAbs().minCoeff() > 1e-6);
+    CHECK((g[0] - g[1]).cwiseAbs().maxCoeff() < 1e-12 * g[0].cwiseAbs().maxCoeff() + 1e-12);
+}
+
 TEST_CASE("landmark elimination with single cameras' parameters equals the dense Schur complement",
           "[landmark_schur]") {
     constexpr int kRow = 2;
@@ -80,7 +132,7 @@ TEST_CASE("landmark elimination with single cameras' parameters equals the dense
     const auto sums = std::make_unique<CameraTermSums>();
     const auto system = std::make_unique<ReducedSystem>();
     system->reset(kKeyframes, kPlaneRow + kPlaneDim);
-    sums->reset(kKeyframes, kRow);
+    sums->reset(kKeyframes, kRow, true);
     Eigen::MatrixXd h = Eigen::MatrixXd::Zero(system->dim(), system->dim());
     Eigen::VectorXd g = Eigen::VectorXd::Zero(system->dim());
     for (const bool right_too : {true, false}) {

@@ -286,6 +286,21 @@ TEST_CASE("a bias begins anywhere, walks as calibrated, and was there before the
           Approx(ImuNoise{}.accel_walk_m_per_s3_per_sqrt_hz * std::sqrt(seconds)).epsilon(0.25));
 }
 
+TEST_CASE("the IMU's axes are wrong by a constant matrix, drawn from the seed") {
+    double squares = 0.0;
+    constexpr int kSeeds = 60;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+        const Output output = inject({"imu_scale=2," + std::to_string(seed)}, 2);
+        const Output again = inject({"imu_scale=2," + std::to_string(seed)}, 2);
+        const Eigen::Vector3d change = output.imu.front().w_B - Eigen::Vector3d(0.0, 0.0, 0.1);
+        CHECK(output.imu.back().w_B == output.imu.front().w_B);
+        CHECK(output.imu.front().w_B == again.imu.front().w_B);
+        CHECK(output.hits.front() == output.imu.size());
+        squares += change.squaredNorm() / 3.0;
+    }
+    CHECK(std::sqrt(squares / kSeeds) == Approx(2.0 * 0.005 * 0.1).epsilon(0.25));
+}
+
 TEST_CASE("rotors shake the inertial samples while they are asked to, and nothing else") {
     const Output output = inject({"vibration=flight,3@1+2"});
     CHECK(untouched_outside(output, 0.0, 0.0) == 100);
