@@ -20,6 +20,7 @@ void Estimator::Impl::begin_window(const StateCovariance& information) {
     window.start(keyframe_input(), now.state, information);
     phase = Phase::kFollowing;
     newest = now;
+    map.clear();
     summary = {};
     motion_start.reset();
     motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
