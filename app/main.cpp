@@ -2,6 +2,7 @@
 // The program: its commands and its exit codes.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <iostream>
 #include <string>
 
 #include "app/commands/build_version.h"
@@ -13,6 +14,7 @@
 #include "app/commands/run_command.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/sim_command.h"
+#include "app/support/console.h"
 
 namespace {
 
@@ -22,9 +24,8 @@ bool is_command(const CLI::App& app, const std::string& name) {
                        [&](const CLI::App* command) { return command->get_name() == name; });
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+/// @return the exit code
+int run_program(int argc, char** argv) {
     CLI::App app("facet: stereo visual-inertial estimator", "facet");
     app.set_version_flag("--version", facet::build_version(), "Version, commit, compiler, target and flags");
     app.require_subcommand(1);
@@ -43,6 +44,10 @@ int main(int argc, char** argv) {
         facet::print_error((std::string(argv[1]) + ": no such command; facet --help lists them").c_str());
         return facet::kExitBadInput;
     }
+    if (argc > 1 && argv[1][0] == '-' && app.get_option_no_throw(argv[1]) == nullptr) {
+        facet::print_error((std::string(argv[1]) + ": no such option; facet --help lists them").c_str());
+        return facet::kExitBadInput;
+    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
@@ -51,6 +56,19 @@ int main(int argc, char** argv) {
         }
         facet::print_error(e.what());
         return facet::kExitBadInput;
+    }
+    return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    facet::prepare_console();
+    const int exit_code = facet::run_guarded([&] { return run_program(argc, argv); });
+    std::cout.flush();
+    if (!facet::finish_console()) {
+        facet::print_error("standard output: cannot be written");
+        return exit_code == facet::kExitDone ? facet::kExitFailed : exit_code;
     }
     return exit_code;
 }

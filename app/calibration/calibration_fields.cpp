@@ -19,6 +19,10 @@ constexpr double kOrthonormalTolerance = 1e-3;
 constexpr double kMinBaselineM = 1e-3;
 constexpr double kMaxBaselineM = 10.0;
 constexpr std::size_t kCoefficients = 4;
+constexpr double kMaxSide_px = 16384.0;
+// Focal lengths in longer sides of the image: from wider than any fisheye to a telescope of 3 degrees.
+constexpr double kMinFocal = 0.1;
+constexpr double kMaxFocal = 20.0;
 
 Distortion read_distortion(const YamlNode& field) {
     const std::string name = field.text();
@@ -88,15 +92,24 @@ CameraModel read_camera(const YamlNode& camera, const std::string& coefficients_
     CameraIntrinsics k;
     const YamlNode resolution = camera.at("resolution");
     const std::vector<double> size = resolution.numbers(2);
-    k.width = static_cast<int>(size[0]);
-    k.height = static_cast<int>(size[1]);
-    if (k.width != size[0] || k.height != size[1] || k.width <= 0 || k.height <= 0) {
+    if (std::ranges::any_of(size, [](double x) { return !(x >= 1.0 && x <= kMaxSide_px) || x != std::floor(x); })) {
         resolution.fail("must be two positive integers");
     }
+    k.width = static_cast<int>(size[0]);
+    k.height = static_cast<int>(size[1]);
     const YamlNode intrinsics = camera.at("intrinsics");
     const std::vector<double> f = intrinsics.numbers(4);
     if (f[0] <= 0.0 || f[1] <= 0.0) {
         intrinsics.fail("focal lengths must be positive");
+    }
+    const double side = std::max(size[0], size[1]);
+    if (std::min(f[0], f[1]) < kMinFocal * side || std::max(f[0], f[1]) > kMaxFocal * side) {
+        intrinsics.fail(
+            fmt::format("focal lengths of {:.4g} and {:.4g} px do not belong to {}x{} px: must be {:.4g} to {:.4g}",
+                        f[0], f[1], k.width, k.height, kMinFocal * side, kMaxFocal * side));
+    }
+    if (!in_range(f[2], -size[0], 2.0 * size[0]) || !in_range(f[3], -size[1], 2.0 * size[1])) {
+        intrinsics.fail("the principal point is more than an image away from the image");
     }
     k.fx = f[0];
     k.fy = f[1];

@@ -15,6 +15,7 @@
 #include "app/lab/calibrate/calibrate.h"
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault.h"
+#include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
 #include "platform/base/angle.h"
@@ -60,16 +61,16 @@ int report_calibration(const CalibrateReport& report, const std::string& out) {
         return kExitFailed;
     }
     const Eigen::Vector3d turned_deg = report.motion.turned_rad / kRadPerDeg;
-    fmt::print("flight       {:.1f} s, {:.1f} m, attitude {:.0f}, {:.0f} and {:.0f} deg rms, {} keyframes, {} points\n",
-               report.motion.duration_s, report.motion.path_m, turned_deg.x(), turned_deg.y(), turned_deg.z(),
-               report.keyframes, report.points);
-    fmt::print("fit          {:.2f} px\n", report.pixel_sigma_px);
+    print_out("flight       {:.1f} s, {:.1f} m, attitude {:.0f}, {:.0f} and {:.0f} deg rms, {} keyframes, {} points\n",
+              report.motion.duration_s, report.motion.path_m, turned_deg.x(), turned_deg.y(), turned_deg.z(),
+              report.keyframes, report.points);
+    print_out("fit          {:.2f} px\n", report.pixel_sigma_px);
     for (const RigParameter& p : report.parameters) {
-        fmt::print("{:<12} {:>12.5f} -> {:>12.5f} +- {:<9.3g} {:<4} {}", p.name, p.given, p.refined, p.sigma,
-                   p.unit == "-" ? "" : p.unit, to_string(p.verdict));
-        fmt::print("{}\n", p.verdict == ParameterVerdict::kFound ? "" : ": " + p.advice);
+        print_out("{:<12} {:>12.5f} -> {:>12.5f} +- {:<9.3g} {:<4} {}", p.name, p.given, p.refined, p.sigma,
+                  p.unit == "-" ? "" : p.unit, to_string(p.verdict));
+        print_out("{}\n", p.verdict == ParameterVerdict::kFound ? "" : ": " + p.advice);
     }
-    fmt::print("files        {}; use them with: facet replay LOG --calibration {}\n", out, out);
+    print_out("files        {}; use them with: facet replay LOG --calibration {}\n", out, out);
     return kExitDone;
 }
 

@@ -8,6 +8,7 @@
 
 #include "app/commands/run_guarded.h"
 #include "app/lab/check/check_calibration.h"
+#include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
 
@@ -32,7 +33,7 @@ int run_check(const CheckArguments& args) {
     options.calibration = load_calibration(root, args.cameras, args.imu);
     const std::vector<CheckVerdict> verdicts = check_calibration(options);
     for (const CheckVerdict& verdict : verdicts) {
-        fmt::print("{:<22} {:<12} {}\n", verdict.name, to_string(verdict.level), verdict.sentence);
+        print_out("{:<22} {:<12} {}\n", verdict.name, to_string(verdict.level), verdict.sentence);
     }
     if (!args.json.empty()) {
         write_verdicts(verdicts, args.json);

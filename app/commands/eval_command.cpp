@@ -16,6 +16,7 @@
 #include "app/lab/eval/mesh_report.h"
 #include "app/lab/eval/report.h"
 #include "app/lab/eval/scene_truth.h"
+#include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
 #include "drivers/replay_asl/asl_dataset.h"
@@ -36,7 +37,7 @@ struct EvalArguments {
     std::vector<double> rpe_lengths_m{1.0, 2.0, 5.0, 10.0};
 };
 
-void print_warning(const AslWarning& warning) { fmt::print(stderr, "warning: {}\n", warning.text()); }
+void print_warning(const AslWarning& warning) { print_err("warning: {}\n", warning.text()); }
 
 std::vector<GroundTruthState> load_true_states(const std::string& path) {
     const std::string table = find_ground_truth(path);
@@ -70,7 +71,7 @@ std::vector<Timestamp> load_frame_stamps(const std::string& path) {
     std::vector<std::string_view> fields;
     Timestamp stamp;
     while (csv.next(fields)) {
-        if (parse_int64(fields.front(), stamp.ns)) {
+        if (parse_stamp(fields.front(), stamp.ns)) {
             stamps.push_back(stamp);
         }
     }
@@ -119,13 +120,13 @@ std::string evaluate_scene(const EvalArguments& args, const SceneTruth& scene, c
                            std::string json) {
     const std::string mesh = !args.mesh.empty() ? args.mesh : args.estimate + "/mesh.ply";
     const MeshEvaluation mesh_evaluation = evaluate_mesh(load_mesh(mesh), scene, T_true_est, {});
-    fmt::print("{}", text_report(mesh_evaluation));
+    print_out("{}", text_report(mesh_evaluation));
     json = with_member(json, "mesh", json_report(mesh_evaluation, mesh, args.scene));
     std::error_code ignored;
     const std::string planes = args.estimate + "/planes.csv";
     if (!scene.planes.empty() && fs::is_regular_file(planes, ignored)) {
         const PlaneEvaluation plane_evaluation = evaluate_planes(read_planes(planes), scene, T_true_est, {});
-        fmt::print("{}", text_report(plane_evaluation));
+        print_out("{}", text_report(plane_evaluation));
         json = with_member(json, "planes", json_report(plane_evaluation, planes));
     }
     return json;
@@ -149,7 +150,7 @@ int evaluate_files(const EvalArguments& args) {
     options.rpe_lengths_m = args.rpe_lengths_m;
     const Evaluation evaluation = evaluate(truth, estimate, load_frame_stamps(args.groundtruth), options);
     const std::optional<Consistency> consistency = check_claims(args, states);
-    fmt::print("{}{}", text_report(evaluation), consistency ? text_report(*consistency) : "");
+    print_out("{}{}", text_report(evaluation), consistency ? text_report(*consistency) : "");
     std::string json = json_report(evaluation, args.groundtruth, tum, consistency ? &*consistency : nullptr);
     if (!args.scene.empty() && evaluation.matched > 0) {
         json = evaluate_scene(args, load_true_scene(args, truth, estimate), evaluation.se3.T_true_est, json);

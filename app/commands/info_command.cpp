@@ -14,6 +14,7 @@
 #include "app/commands/run_guarded.h"
 #include "app/config/config_file.h"
 #include "app/lab/sim/default_rig.h"
+#include "app/support/console.h"
 #include "estimator/api/estimator.h"
 #include "estimator/values/capacity.h"
 #include "mesh/mesher.h"
@@ -23,18 +24,18 @@ namespace facet {
 namespace {
 
 void print_build() {
-    fmt::print("{}\n", build_version());
-    fmt::print(
+    print_out("{}\n", build_version());
+    print_out(
         "libraries    Eigen {}, Boost {}, libpng {}, yaml-cpp {}, fmt {}.{}.{}, nlohmann-json {}.{}.{}, "
         "CLI11 {}\n",
         build_info::kEigen, build_info::kBoost, PNG_LIBPNG_VER_STRING, build_info::kYamlCpp, FMT_VERSION / 10000,
         FMT_VERSION / 100 % 100, FMT_VERSION % 100, NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
         NLOHMANN_JSON_VERSION_PATCH, CLI11_VERSION);
-    fmt::print(
+    print_out(
         "capacities   {} features per frame, {} keyframes, {} landmarks, {} planes, {} inertial samples between "
         "keyframes\n",
         kMaxFeatures, kMaxKeyframes, kMaxLandmarks, kMaxPlanes, kMaxImuSamples);
-    fmt::print("modes        {}\n", fmt::join(kRegularityModeNames, ", "));
+    print_out("modes        {}\n", fmt::join(kRegularityModeNames, ", "));
 }
 
 /// Heap in use by this process.
@@ -55,14 +56,14 @@ void print_memory() {
     const std::size_t all = heap_bytes() - before;
     FACET_ASSERT(is_configured && all <= kMemoryBudget);
     std::size_t known = sizeof(Mesher) + sizeof(PlaneFinder);
-    fmt::print("memory       {:.2f} MB, all taken before the first sample:", static_cast<double>(all) / kMegabyte);
+    print_out("memory       {:.2f} MB, all taken before the first sample:", static_cast<double>(all) / kMegabyte);
     for (const MemoryPart& part : Estimator::memory()) {
-        fmt::print(" {} {:.2f},", part.name, static_cast<double>(part.bytes) / kMegabyte);
+        print_out(" {} {:.2f},", part.name, static_cast<double>(part.bytes) / kMegabyte);
         known += part.bytes;
     }
-    fmt::print(" mesher {:.2f}, plane finder {:.2f}, buffers for {}x{} images {:.2f}\n", sizeof(Mesher) / kMegabyte,
-               sizeof(PlaneFinder) / kMegabyte, rig.left.intrinsics().width, rig.left.intrinsics().height,
-               static_cast<double>(all - known) / kMegabyte);
+    print_out(" mesher {:.2f}, plane finder {:.2f}, buffers for {}x{} images {:.2f}\n", sizeof(Mesher) / kMegabyte,
+              sizeof(PlaneFinder) / kMegabyte, rig.left.intrinsics().width, rig.left.intrinsics().height,
+              static_cast<double>(all - known) / kMegabyte);
 }
 
 }  // namespace
@@ -77,9 +78,9 @@ void add_info_command(CLI::App& app, int& exit_code) {
             if (!*only_config) {
                 print_build();
                 print_memory();
-                fmt::print("\n");
+                print_out("\n");
             }
-            fmt::print("# Parameters with their defaults: unit, range, meaning.\n{}", print_config(ProgramConfig{}));
+            print_out("# Parameters with their defaults: unit, range, meaning.\n{}", print_config(ProgramConfig{}));
             return kExitDone;
         });
     });

@@ -12,8 +12,11 @@
 #include "app/commands/stop_signal.h"
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
+#include "app/lab/check/check_calibration.h"
 #include "app/lab/faults/fault.h"
 #include "app/lab/replay/replay.h"
+#include "app/output/coverage.h"
+#include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
 
@@ -32,7 +35,9 @@ struct ReplayArguments {
     std::vector<std::string> faults;
     double start_s = 0.0;
     double duration_s = 0.0;
+    int loops = 1;
     int passes = 1;
+    double min_coverage = kMinCoverage;
     std::string truth;
     bool quiet = false;
 };
@@ -58,7 +63,19 @@ RegularityMode parse_mode(const std::string& text) {
     return static_cast<RegularityMode>(name - kRegularityModeNames.begin());
 }
 
-int report(const RunSummary& run, const std::string& out) {
+/// What the log itself shows to be wrong, as a cause of a run that failed.
+void print_causes(const ReplayOptions& options) {
+    try {
+        for (const CheckVerdict& verdict : check_calibration({options.dataset, options.calibration})) {
+            if (verdict.level == CheckLevel::kWrong) {
+                print_err("facet: the log shows a cause: {}: {}\n", verdict.name, verdict.sentence);
+            }
+        }
+    } catch (const InputError&) {  // too little of a log to be checked
+    }
+}
+
+int report(const RunSummary& run, const ReplayOptions& options, double min_coverage) {
     const auto statistics = [&](bool keyframes) {
         std::vector<double> times;
         for (const RunSummary::TimedFrame& frame : run.timed) {
@@ -74,19 +91,20 @@ int report(const RunSummary& run, const std::string& out) {
     for (const auto& [kind, count] : run.warnings) {
         warnings += count;
     }
-    fmt::print("frames       {} of {} estimated ({:.1f} %), {} keyframes, path {:.2f} m\n", run.estimates,
-               run.frames_listed, 100.0 * run.coverage(), run.keyframes, run.path_m);
-    fmt::print("time         tracked frame {:.2f} ms median, {:.2f} ms p99; keyframe {:.2f} ms median, {:.2f} ms p99\n",
-               frame.median_ms, frame.p99_ms, keyframe.median_ms, keyframe.p99_ms);
-    fmt::print("end          {}{}, {} warnings\n", to_string(run.last.health.state),
-               run.interrupted ? " (interrupted)" : "", warnings);
-    fmt::print("files        {}\n", out);
+    print_out("frames       {} of {} estimated ({:.1f} %), {} keyframes, path {:.2f} m\n", run.estimates,
+              run.frames_listed, 100.0 * run.coverage(), run.keyframes, run.path_m);
+    print_out("time         tracked frame {:.2f} ms median, {:.2f} ms p99; keyframe {:.2f} ms median, {:.2f} ms p99\n",
+              frame.median_ms, frame.p99_ms, keyframe.median_ms, keyframe.p99_ms);
+    print_out("end          {}{}, {} warnings\n", to_string(run.last.health.state),
+              run.interrupted ? " (interrupted)" : "", warnings);
+    print_out("files        {}\n", options.out);
     if (run.not_finite) {
         print_error("the estimate became not finite");
     } else if (run.interrupted) {
         print_error("interrupted; files are complete up to here");
-    } else if (run.estimates == 0) {
-        print_error("no estimate at all");
+    } else if (const std::string loss = describe_lost_coverage(run, min_coverage); !loss.empty()) {
+        print_error(loss.c_str());
+        print_causes(options);
     } else if (run.last.health.state == TrackingState::kLost) {
         print_error("lost at the end");
     } else {
@@ -97,8 +115,10 @@ int report(const RunSummary& run, const std::string& out) {
 
 int replay(const ReplayArguments& args, bool has_duration) {
     const RegularityMode mode = parse_mode(args.mode);
-    if (args.start_s < 0.0 || (has_duration && args.duration_s <= 0.0)) {
-        throw InputError("--start must not be negative and --duration must be positive");
+    constexpr double kMax_s = 1e9;  // nanoseconds stay far from overflow
+    if (!(args.start_s >= 0.0 && args.start_s <= kMax_s) ||
+        (has_duration && !(args.duration_s > 0.0 && args.duration_s <= kMax_s))) {
+        throw InputError("--start must not be negative, --duration must be positive, and both at most 1e9 s");
     }
     ReplayOptions options;
     options.dataset = args.dataset;
@@ -117,9 +137,13 @@ int replay(const ReplayArguments& args, bool has_duration) {
     }
     options.start_s = args.start_s;
     options.duration_s = has_duration ? std::optional<double>(args.duration_s) : std::nullopt;
+    options.loops = args.loops;
     options.passes = args.passes;
+    if (options.loops > 1 && (options.passes > 1 || options.start_s > 0.0 || has_duration)) {
+        throw InputError("--loops: repeats the whole log, without --start, --duration and --passes");
+    }
     options.truth = parse_truth(args.truth);
-    if (options.truth.any() && options.passes > 1) {
+    if (options.truth.any() && (options.passes > 1 || options.loops > 1)) {
         throw InputError("--truth: the ground truth covers one pass only");
     }
     if (options.truth.planes && mode != RegularityMode::kSpr) {
@@ -129,7 +153,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
         throw InputError("--truth: with stamps that --inject has shifted, the truth of another time would be found");
     }
     options.show_progress = !args.quiet;
-    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM})), args.out);
+    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP})), options, args.min_coverage);
 }
 
 }  // namespace
@@ -161,6 +185,12 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         command->add_option("--duration", args->duration_s, "Use only this much of the log (s); all by default");
     command
         ->add_option(
+            "--loops", args->loops,
+            "Repeat a log that ends as it began (facet sim --closed) this many times without a seam: time goes on")
+        ->check(CLI::Range(1, 100'000))
+        ->capture_default_str();
+    command
+        ->add_option(
             "--passes", args->passes,
             "Play the log this many times, with 5 s without samples in between, after which the lost estimator "
             "starts again (endurance)")
@@ -179,10 +209,17 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         "--truth", args->truth,
         "Comma-separated list of tracks, stereo, bias and planes: these are replaced by the dataset's ground truth, to "
         "see what their errors cost. All but bias need its truth/scene.ply, planes also truth/planes.json");
+    command
+        ->add_option(
+            "--min-coverage", args->min_coverage,
+            "Exit with code 1 if less than this share of the frames since the first estimate, or less than half "
+            "of it of all frames, has an estimate")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
-    command->footer(
-        fault_help() +
-        "\nExit codes: 0 done; 1 no estimate, lost at the end, not finite, or interrupted; 2 bad usage or input.");
+    command->footer(fault_help() +
+                    "\nExit codes: 0 done; 1 too few frames with an estimate, lost at the end, not finite, or "
+                    "interrupted; 2 bad usage or input.");
     command->callback([args, duration, &exit_code] {
         exit_code = run_guarded([&] { return replay(*args, duration->count() > 0); });
     });

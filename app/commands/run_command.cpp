@@ -19,6 +19,7 @@
 #include "app/run/live_run.h"
 #include "app/run/service_notifier.h"
 #include "app/run/status_text.h"
+#include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "platform/linux/linux_clock.h"
 #include "platform/linux/linux_kernel_io.h"
@@ -46,7 +47,7 @@ std::string environment(const char* name) {
 
 int probe(Hardware& hardware, Clock& clock, const Vehicle& vehicle) {
     const std::vector<ProbeLine> lines = dry_run(hardware, clock, vehicle, Duration::from_seconds(1.5));
-    fmt::print("{}", to_text(lines));
+    print_out("{}", to_text(lines));
     const auto wrong = std::count_if(lines.begin(), lines.end(),
                                      [](const ProbeLine& line) { return line.finding == Finding::kWrong; });
     if (wrong > 0) {
@@ -73,9 +74,9 @@ public:
             return;
         }
         if (is_terminal_) {
-            fmt::print("\x1b[H\x1b[2J{}", status_screen(status, title_));
+            print_out("\x1b[H\x1b[2J{}", status_screen(status, title_));
         } else {
-            fmt::print("{}\n", line);
+            print_out("{}\n", line);
         }
         std::fflush(stdout);
     }
@@ -90,13 +91,13 @@ private:
 
 int report(const RunSummary& run, const LiveRun& live, const std::string& folder) {
     const TimingStatistics latency = timing_statistics(run.live->latency_ms);
-    fmt::print("frames       {} of {} estimated, {} keyframes, path {:.2f} m\n", run.estimates, run.frames_listed,
-               run.keyframes, run.path_m);
-    fmt::print("latency      {:.2f} ms median, {:.2f} ms p99; {} overruns\n", latency.median_ms, latency.p99_ms,
-               run.live->overruns);
-    fmt::print("end          {}\n", to_string(run.last.health.state));
+    print_out("frames       {} of {} estimated, {} keyframes, path {:.2f} m\n", run.estimates, run.frames_listed,
+              run.keyframes, run.path_m);
+    print_out("latency      {:.2f} ms median, {:.2f} ms p99; {} overruns\n", latency.median_ms, latency.p99_ms,
+              run.live->overruns);
+    print_out("end          {}\n", to_string(run.last.health.state));
     if (!folder.empty()) {
-        fmt::print("files        {}\n", folder);
+        print_out("files        {}\n", folder);
     }
     if (!live.failure().empty()) {
         print_error(live.failure().c_str());
@@ -135,7 +136,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     }
     for (const std::string& refusal : refusals) {
         if (!refusal.empty()) {
-            fmt::print(stderr, "warning: {}\n", refusal);
+            print_err("warning: {}\n", refusal);
         }
     }
     notifier.ready();
@@ -151,7 +152,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     if (pulses != nullptr) {
         pulses->stop();
         if (!pulses->problem().empty() || pulses->skipped() > 0) {
-            fmt::print(stderr, "warning: {} trigger pulses skipped. {}\n", pulses->skipped(), pulses->problem());
+            print_err("warning: {} trigger pulses skipped. {}\n", pulses->skipped(), pulses->problem());
         }
     }
     const RunSummary summary = run.stop();
@@ -172,7 +173,6 @@ int run_vehicle(const RunArguments& args) {
     if (args.dry_run) {
         return probe(hardware, clock, vehicle);
     }
-    std::signal(SIGPIPE, SIG_IGN);  // whoever reads the status may go away in flight
     // SIGHUP: the terminal was closed.
     return fly(hardware, clock, io, vehicle, args, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
 }

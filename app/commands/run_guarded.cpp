@@ -6,11 +6,12 @@
 #include <cstdio>
 #include <exception>
 
+#include "app/support/console.h"
 #include "app/support/input_error.h"
 
 namespace facet {
 
-void print_error(const char* message) { fmt::print(stderr, "facet: error: {}\n", message); }
+void print_error(const char* message) { print_err("facet: error: {}\n", message); }
 
 int run_guarded(const std::function<int()>& body) {
     try {

@@ -13,6 +13,7 @@
 
 #include "app/lab/sim/scene.h"
 #include "app/lab/sim/simulate.h"
+#include "app/support/console.h"
 
 namespace facet {
 namespace {
@@ -34,16 +35,16 @@ public:
             shown_s_ = elapsed_s;
             constexpr int kWidth = 30;
             const int filled = kWidth * done / total;
-            fmt::print(stderr, "\rrender [{:#<{}}{:.<{}}] {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left ", "", filled,
-                       "", kWidth - filled, percent, done, total, rate, left_s / 60, left_s % 60);
+            print_err("\rrender [{:#<{}}{:.<{}}] {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left ", "", filled, "",
+                      kWidth - filled, percent, done, total, rate, left_s / 60, left_s % 60);
             if (done == total) {
-                fmt::print(stderr, "\n");
+                print_err("\n");
             }
             std::fflush(stderr);
         } else if (percent / 10 > tenth_) {
             tenth_ = percent / 10;
-            fmt::print(stderr, "render {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left\n", percent, done, total, rate,
-                       left_s / 60, left_s % 60);
+            print_err("render {:3d} %  {}/{}  {:.1f} images/s  {}:{:02d} left\n", percent, done, total, rate,
+                      left_s / 60, left_s % 60);
         }
     }
 
@@ -66,17 +67,17 @@ int run(const sim::SimOptions& options) {
     sim::SimSummary summary;
     std::string error;
     if (!ok(sim::simulate(options, progress, summary, error))) {
-        fmt::print(stderr, "facet sim: {}\n", error);
+        print_err("facet sim: {}\n", error);
         return 2;
     }
     const sim::FlightReport& f = summary.flight;
-    fmt::print(
+    print_out(
         "{}: {} stereo frames of '{}', path {:.1f} m, up to {:.2f} m/s and {:.2f} rad/s, clearance {:.2f} m, {} "
         "planes\n",
         options.out, summary.frames, options.scene, f.path_m, f.max_speed_m_per_s, f.max_rate_rad_per_s,
         f.min_clearance_m, summary.planes);
-    fmt::print("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of processor time per image\n", summary.prepare_s,
-               summary.render_s, summary.ms_per_image);
+    print_out("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of processor time per image\n", summary.prepare_s,
+              summary.render_s, summary.ms_per_image);
     return 0;
 }
 
@@ -90,7 +91,9 @@ void add_sim_command(CLI::App& app, int& exit_code) {
                     fmt::format("What to fly through: {}", fmt::join(sim::scene_names(), ", ")))
         ->capture_default_str();
     sub->add_option("--out", options->out, "Folder to write: mav0/ (EuRoC/ASL) and truth/")->required();
-    sub->add_option("--seed", options->seed, "Flight and noise; equal seeds give equal bytes")->capture_default_str();
+    sub->add_option("--seed", options->seed, "Flight and noise; equal seeds give equal bytes")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
     sub->add_option("--duration", options->duration_s, "Seconds from first to last image, standing included")
         ->capture_default_str();
     sub->add_option("--stand", options->stand_s, "Seconds without motion at the start")->capture_default_str();
@@ -99,7 +102,7 @@ void add_sim_command(CLI::App& app, int& exit_code) {
     sub->add_option(
            "--flight", options->flight,
            "tour: through the whole scene; hover: take off and hold a place with a few cm of slow wander, with "
-           "--vibration")
+           "--vibration flight")
         ->transform(CLI::CheckedTransformer(kKinds).description("{tour,hover}"))
         ->default_str("tour");
     static const std::map<std::string, sim::LensKind> kLenses{{"pinhole", sim::LensKind::kPinhole},
@@ -108,10 +111,19 @@ void add_sim_command(CLI::App& app, int& exit_code) {
                     "pinhole: EuRoC's lenses, 80 degrees across; fisheye: equidistant ones, 160 degrees across")
         ->transform(CLI::CheckedTransformer(kLenses).description("{pinhole,fisheye}"))
         ->default_str("pinhole");
-    sub->add_flag(
-        "--vibration", options->vibration,
-        "Rotor vibration on the inertial samples after take-off: 0.5 m/s^2 and 0.02 rad/s rms per axis, 80 to "
-        "120 Hz");
+    static const std::map<std::string, VibrationKind> kVibrations{
+        {"none", VibrationKind::kNone}, {"idle", VibrationKind::kIdle}, {"flight", VibrationKind::kFlight}};
+    sub->add_option(
+           "--vibration", options->vibration,
+           "What rotors add to the inertial samples, as on a real multicopter: idle: idling throughout (0.2 to 0.6 "
+           "m/s^2 "
+           "and 0.02 to 0.04 rad/s rms an axis); flight: idling until take-off, then as in flight (0.5 to 1 m/s^2 and "
+           "0.025 to 0.05 rad/s)")
+        ->transform(CLI::CheckedTransformer(kVibrations).description("{none,idle,flight}"))
+        ->default_str("none");
+    sub->add_flag("--closed", options->closed,
+                  "Come back the way it went, to end as it began, so that facet replay --loops can repeat it without a "
+                  "seam; inertial samples are exact: --inject imu_noise, imu_bias and vibration are new at each turn");
     sub->add_flag("--mover", options->mover, "A textured box glides across the view every few seconds");
     sub->add_option("--time-offset", options->time_offset_s,
                     "Added to the stamps of the images, which are taken at their true time (s)")

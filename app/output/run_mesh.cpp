@@ -3,11 +3,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstdio>
 #include <span>
 #include <tuple>
 
 #include "app/support/input_error.h"
 #include "app/support/ply_writer.h"
+#include "app/support/text_file.h"
 
 namespace facet {
 namespace {
@@ -43,7 +45,9 @@ public:
         mesh.planes = planes_;
         mesh.observations = observations_;
         mesh.sigmas = sigmas_;
-        if (!ok(write_ply(path, "facet: world frame of the estimate, metres", mesh))) {
+        const std::string growing = path + TextFile::kPartEnding;
+        if (!ok(write_ply(growing, "facet: world frame of the estimate, metres", mesh)) ||
+            std::rename(growing.c_str(), path.c_str()) != 0) {
             throw InputError(path + ": cannot be written");
         }
     }

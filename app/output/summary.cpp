@@ -190,6 +190,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"start_s", summary.start_s},
                  {"faults", summary.faults},
                  {"frames_listed", summary.frames_listed},
+                 {"rows_skipped", summary.rows_skipped},
                  {"frames", summary.frames},
                  {"frames_not_ready", summary.frames_not_ready},
                  {"frames_refused", summary.frames_refused},
@@ -216,7 +217,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
         json["live"] = live(*summary.live);
     }
     TextFile file(folder + "/summary.json");
-    file.write(json.dump(2) + "\n");
+    file.write(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     file.close();
 }
 

@@ -29,12 +29,14 @@ struct RunSummary {
     std::string calibration;
     double start_s = 0.0;
     std::vector<std::string> faults;                     ///< put between log and estimator, as the user wrote them
-    std::size_t frames_listed = 0;                       ///< in the log, within the window
+    std::size_t frames_listed = 0;                       ///< in the log, within the window, rows skipped included
+    std::size_t rows_skipped = 0;                        ///< of these: rows that cannot be read or go back in time
     std::size_t frames = 0;                              ///< given to the estimator
     std::size_t frames_not_ready = 0;                    ///< of these, without enough inertial data
     std::size_t frames_refused = 0;                      ///< of these, refused by the estimator
     std::map<std::string, std::size_t> frames_by_state;  ///< TrackingState after each frame
     std::size_t estimates = 0;                           ///< lines of the trajectory
+    std::size_t frames_before_estimate = 0;              ///< given before the first one
     std::size_t keyframes = 0;
     std::size_t imu_samples = 0;
     std::size_t imu_refused = 0;

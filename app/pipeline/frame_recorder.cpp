@@ -4,8 +4,11 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <utility>
 
 #include "app/output/residual_log.h"
+#include "app/support/console.h"
 
 namespace facet {
 namespace {
@@ -18,21 +21,45 @@ bool is_finite(const NavState& s) {
 }  // namespace
 
 FrameRecorder::Files::Files(const std::string& folder)
-    : warnings(folder), trajectory(folder), timing(folder), health(folder), mesh(folder), planes(folder) {}
+    : lock(folder),
+      warnings(folder),
+      trajectory(folder),
+      timing(folder),
+      health(folder),
+      mesh(folder),
+      planes(folder) {}
 
-FrameRecorder::FrameRecorder(const std::string& folder, const RecorderLimits& limits)
-    : folder_(folder), limits_(limits), run_mesh_(limits.mesh_faces) {
-    if (!folder.empty()) {
-        files_.emplace(folder);
+FrameRecorder::FrameRecorder(std::string folder, const RecorderLimits& limits)
+    : folder_(std::move(folder)), limits_(limits), run_mesh_(limits.mesh_faces) {}
+
+/// Of a run that never began the warnings may say why.
+FrameRecorder::~FrameRecorder() {
+    constexpr std::size_t kShown = 10;
+    for (std::size_t i = 0; i < std::min(early_.size(), kShown); ++i) {
+        print_err("warning: {}\n", early_[i].text);
     }
+}
+
+void FrameRecorder::open() {
+    if (folder_.empty()) {
+        return;
+    }
+    make_folder(folder_);
+    files_.emplace(folder_);
+    for (const EarlyWarning& warning : early_) {
+        files_->warnings.add(warning.kind, warning.text);
+    }
+    early_.clear();
 }
 
 void FrameRecorder::warn(const std::string& kind, const std::string& text) {
     if (files_) {
         files_->warnings.add(kind, text);
+    } else if (!folder_.empty()) {
+        early_.push_back({kind, text});
     } else {
         ++summary_.warnings[kind];
-        fmt::print(stderr, "warning: {}\n", text);
+        print_err("warning: {}\n", text);
     }
 }
 
@@ -49,6 +76,7 @@ void FrameRecorder::write(const FrameResult& frame, std::span<const DepartedFace
         warn("refused_frame",
              fmt::format("frame {}: refused by the estimator: {}", frame.output_stamp.ns, to_string(frame.status)));
     }
+    summary_.frames_before_estimate += summary_.estimates == 0 && !frame.is_usable ? 1 : 0;
     summary_.keyframes += frame.is_keyframe ? 1 : 0;
     ++summary_.frames_by_state[to_string(frame.estimate.health.state)];
     keep_timing(frame);
@@ -123,6 +151,7 @@ void FrameRecorder::finish(const FramePipeline& pipeline) {
         return;
     }
     summary_.warnings = files_->warnings.counts();
+    std::remove((folder_ + "/summary.json").c_str());  // that of an earlier run, whose files are replaced now
     files_->trajectory.close();
     files_->timing.close();
     files_->health.close();

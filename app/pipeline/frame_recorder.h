@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "app/output/frame_log.h"
 #include "app/output/mesh_log.h"
@@ -15,6 +16,7 @@
 #include "app/output/trajectory_writer.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/warning_log.h"
+#include "app/support/folder_lock.h"
 
 namespace facet {
 
@@ -25,12 +27,21 @@ struct RecorderLimits {
 };
 
 /// Writes trajectory.tum, trajectory.csv, covariance.csv, timing.csv, health.csv, mesh.csv and planes.csv row by row,
-/// and mesh.ply, mesh_live.ply, planes.json, residuals.csv and summary.json at the end. Thread-bound; heap. Throws
-/// InputError if a file cannot be written.
+/// and mesh.ply, mesh_live.ply, planes.json, residuals.csv and summary.json at the end. Until then all of them have
+/// TextFile::kPartEnding behind their names, and the files of an earlier run in the folder stay as they are; in
+/// finish() an old summary.json goes first and the new one comes last. Thread-bound; heap. Throws InputError if a file
+/// cannot be written.
 class FrameRecorder {
 public:
-    /// @param folder  that exists; empty: keep the account only
-    explicit FrameRecorder(const std::string& folder, const RecorderLimits& limits = {});
+    /// @param folder  to write; empty: keep the account only
+    explicit FrameRecorder(std::string folder, const RecorderLimits& limits = {});
+    ~FrameRecorder();
+    FrameRecorder(const FrameRecorder&) = delete;
+    FrameRecorder& operator=(const FrameRecorder&) = delete;
+
+    /// Makes the folder, if it is not there, locks it against other runs and begins its files: once it is clear that
+    /// there will be a run. Warnings from before are not lost.
+    void open();
 
     /// @param departed  faces that left the horizon at this frame
     void write(const FrameResult& frame, std::span<const DepartedFace> departed);
@@ -42,12 +53,14 @@ public:
     /// Completes the account from the pipeline and closes all files. Nothing may follow.
     void finish(const FramePipeline& pipeline);
 
+    /// After open().
     WarningLog* warnings() { return files_ ? &files_->warnings : nullptr; }
     RunSummary& summary() { return summary_; }
 
 private:
     struct Files {
         explicit Files(const std::string& folder);
+        FolderLock lock;
         WarningLog warnings;
         TrajectoryWriter trajectory;
         TimingWriter timing;
@@ -55,11 +68,16 @@ private:
         MeshLog mesh;
         PlaneLog planes;
     };
+    struct EarlyWarning {
+        std::string kind;
+        std::string text;
+    };
     void keep(const Estimate& estimate);
     void keep_timing(const FrameResult& frame);
 
     std::string folder_;
     RecorderLimits limits_;
+    std::vector<EarlyWarning> early_;  ///< before open()
     std::optional<Files> files_;
     RunMesh run_mesh_;
     RunSummary summary_;

@@ -3,6 +3,8 @@
 
 #include <cstdio>
 
+#include "app/support/console.h"
+
 namespace facet {
 namespace {
 
@@ -21,7 +23,7 @@ void WarningLog::add(const std::string& kind, const std::string& text) {
     if (progress_ != nullptr) {
         progress_->note(line);
     } else {
-        fmt::print(stderr, "{}\n", line);
+        print_err("{}\n", line);
     }
 }
 

@@ -12,13 +12,6 @@ namespace {
 
 constexpr Duration kEstimatorWait = Duration::from_seconds(0.02);
 
-std::string make_log_folder(const std::string& folder) {
-    if (!folder.empty()) {
-        make_folder(folder);
-    }
-    return folder;
-}
-
 }  // namespace
 
 SynchroniserOptions synchroniser_options(const Vehicle& vehicle) {
@@ -39,9 +32,8 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
       vehicle_(vehicle),
       sources_(sources),
       queues_(std::make_unique<RunQueues>()),
-      recorder_(make_log_folder(vehicle.log.folder),
-                {.timed_frames = static_cast<std::size_t>(vehicle.log.timed_frames),
-                 .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}) {
+      recorder_(vehicle.log.folder, {.timed_frames = static_cast<std::size_t>(vehicle.log.timed_frames),
+                                     .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}) {
     pipeline_.configure(vehicle.config, vehicle.calibration);
     left_.name = sources.right == nullptr ? "cameras" : "left";
     RunSummary& summary = recorder_.summary();
@@ -69,12 +61,6 @@ void LiveRun::join_all() {
         worker->request_stop();
         wakeup_.notify();
         worker->join();
-    }
-}
-
-void LiveRun::set_quiet() {
-    if (WarningLog* log = recorder_.warnings()) {
-        log->set_quiet();
     }
 }
 
@@ -126,6 +112,10 @@ void LiveRun::start() {
     start_source(*sources_.left, sources_.right == nullptr ? "cameras" : "left camera");
     if (sources_.right != nullptr) {
         start_source(*sources_.right, "right camera");
+    }
+    recorder_.open();  // not before: an earlier flight's files stay if this one cannot be
+    if (WarningLog* log = recorder_.warnings(); log != nullptr && is_quiet_) {
+        log->set_quiet();
     }
     begin_ = last_status_ = clock_.now();
     // Consumers before producers.

@@ -58,8 +58,8 @@ public:
     std::uint64_t frames() const { return output_->frames(); }
     RunStatus status();
     const std::vector<std::string>& refusals() const { return refusals_; }
-    /// From now on warnings are shown in the status only, not on stderr.
-    void set_quiet();
+    /// To be called before start(): warnings are shown in the status only, not on stderr.
+    void set_quiet() { is_quiet_ = true; }
 
     /// Stops everything in the order of the data, so that all that was estimated is sent and written.
     RunSummary stop();
@@ -80,6 +80,7 @@ private:
     RunSources sources_;
     std::vector<std::string> refusals_;
     std::string failure_;
+    bool is_quiet_ = false;
     std::unique_ptr<RunQueues> queues_;
     FramePipeline pipeline_;
     FrameRecorder recorder_;

@@ -7,6 +7,8 @@
 #include <map>
 #include <sstream>
 
+#include "platform/base/regular_file.h"
+
 namespace facet {
 namespace {
 
@@ -46,7 +48,9 @@ public:
             return problem;
         }
         for (const Element& element : elements_) {
-            for (std::size_t i = 0; i < element.count; ++i) {
+            // Items without properties are nothing to read.
+            const std::size_t count = element.properties.empty() ? 0 : element.count;
+            for (std::size_t i = 0; i < count; ++i) {
                 if (std::string problem = read_item(element); !problem.empty()) {
                     return problem;
                 }
@@ -82,9 +86,11 @@ private:
                 }
             } else if (word == "element") {
                 Element element;
-                if (!(words >> element.name >> element.count)) {
+                std::int64_t count = -1;  // into an unsigned number a stream would read -1 as 2^64 - 1
+                if (!(words >> element.name >> count) || count < 0) {
                     return "bad header line: " + line;
                 }
+                element.count = static_cast<std::size_t>(count);
                 elements_.push_back(element);
             } else if (word == "property" && (elements_.empty() || !add_property(words))) {
                 return "bad header line: " + line;
@@ -146,11 +152,15 @@ private:
         for (const Property& property : element.properties) {
             if (property.is_list) {
                 const double count = number(property.count_type);
+                if (!(count >= 0.0)) {
+                    return "a list has a negative length";
+                }
                 const bool is_face =
                     element.name == "face" && (property.name == "vertex_indices" || property.name == "vertex_index");
                 Eigen::Vector3i fan = Eigen::Vector3i::Constant(-1);
                 for (int i = 0; i < count && in_; ++i) {
-                    const auto index = static_cast<int>(number(property.type));
+                    const double value = number(property.type);
+                    const int index = std::abs(value) < 2147483648.0 ? static_cast<int>(value) : -1;
                     fan[i == 0 ? 0 : 2] = index;
                     if (i >= 2 && is_face) {
                         mesh_.triangles.push_back(fan);
@@ -185,6 +195,10 @@ private:
 }  // namespace
 
 Status read_ply(const std::string& path, PlyTriangles& mesh, std::string& error) {
+    if (const std::string refusal = refuse_file(path); !refusal.empty()) {
+        error = path + ": " + refusal;
+        return Status::kIo;
+    }
     std::ifstream file(path, std::ios::binary);
     if (!file) {
         error = path + ": cannot be read";

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "app/support/console.h"
+
 namespace facet {
 namespace {
 
@@ -43,8 +45,8 @@ void Progress::update(std::size_t done) {
     if (percent >= next_line_percent_) {
         next_line_percent_ = percent / 10 * 10 + 10;
         const double rate = static_cast<double>(done_) / std::max(elapsed_s(), 1e-6);
-        fmt::print(stderr, "{} {:3}% {}/{} {} {:.1f}/s, {} left\n", label_, percent, done_, total_, unit_, rate,
-                   minutes(static_cast<double>(total_ - done_) / std::max(rate, 1e-6)));
+        print_err("{} {:3}% {}/{} {} {:.1f}/s, {} left\n", label_, percent, done_, total_, unit_, rate,
+                  minutes(static_cast<double>(total_ - done_) / std::max(rate, 1e-6)));
     }
 }
 
@@ -53,29 +55,29 @@ void Progress::draw_bar() {
     drawn_ = true;
     const std::size_t filled = kBarWidth * done_ / total_;
     const double rate = static_cast<double>(done_) / std::max(elapsed_s(), 1e-6);
-    fmt::print(stderr, "\r\x1b[K{} [{}{}] {}/{} {} {:.1f}/s, {} left", label_, std::string(filled, '#'),
-               std::string(kBarWidth - filled, '.'), done_, total_, unit_, rate,
-               minutes(static_cast<double>(total_ - done_) / std::max(rate, 1e-6)));
+    print_err("\r\x1b[K{} [{}{}] {}/{} {} {:.1f}/s, {} left", label_, std::string(filled, '#'),
+              std::string(kBarWidth - filled, '.'), done_, total_, unit_, rate,
+              minutes(static_cast<double>(total_ - done_) / std::max(rate, 1e-6)));
     std::fflush(stderr);
 }
 
 void Progress::clear_bar() {
     if (drawn_) {
-        fmt::print(stderr, "\r\x1b[K");
+        print_err("\r\x1b[K");
         drawn_ = false;
     }
 }
 
 void Progress::note(const std::string& line) {
     clear_bar();
-    fmt::print(stderr, "{}\n", line);
+    print_err("{}\n", line);
 }
 
 void Progress::finish() {
     clear_bar();
     const double seconds = elapsed_s();
-    fmt::print(stderr, "{}: {} {} in {:.1f} s ({:.1f}/s)\n", label_, done_, unit_, seconds,
-               static_cast<double>(done_) / std::max(seconds, 1e-6));
+    print_err("{}: {} {} in {:.1f} s ({:.1f}/s)\n", label_, done_, unit_, seconds,
+              static_cast<double>(done_) / std::max(seconds, 1e-6));
 }
 
 }  // namespace facet

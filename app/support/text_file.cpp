@@ -8,8 +8,32 @@
 #include "app/support/input_error.h"
 
 namespace facet {
+namespace {
 
-TextFile::TextFile(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "wb")) {
+namespace fs = std::filesystem;
+
+/// Where a file of this name grows: beside it, unless something is there that must not be replaced.
+std::string growing_path(const std::string& path) {
+    std::error_code ignored;
+    const fs::file_status status = fs::status(path, ignored);
+    const bool is_device = fs::exists(status) && !fs::is_regular_file(status);
+    return is_device ? path : path + TextFile::kPartEnding;
+}
+
+/// Where a name that may be a link leads to.
+std::string target_of(const std::string& path) {
+    std::error_code error;
+    const fs::path target = fs::canonical(path, error);
+    return error ? path : target.string();
+}
+
+}  // namespace
+
+TextFile::TextFile(const std::string& path)
+    : path_(path),
+      target_(target_of(path)),
+      growing_(growing_path(target_)),
+      file_(std::fopen(growing_.c_str(), "wb")) {
     if (file_ == nullptr) {
         fail();
     }
@@ -30,15 +54,19 @@ void TextFile::flush() {
 }
 
 void TextFile::close() {
-    if (file_ != nullptr && std::fclose(file_.release()) != 0) {
+    if (file_ == nullptr) {
+        return;
+    }
+    if (std::fclose(file_.release()) != 0 ||
+        (growing_ != target_ && std::rename(growing_.c_str(), target_.c_str()) != 0)) {
         fail();
     }
 }
 
 void make_folder(const std::string& path) {
     std::error_code error;
-    std::filesystem::create_directories(path, error);
-    if (error || !std::filesystem::is_directory(path)) {
+    fs::create_directories(path, error);
+    if (error || !fs::is_directory(path)) {
         throw InputError(fmt::format("{}: cannot be created: {}", path, error ? error.message() : "not a folder"));
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A text file being written, whose failures are not silent.
+// A text file being written, whose failures are not silent, and which is there as a whole or not at all.
 #pragma once
 
 #include <fmt/core.h>
@@ -12,10 +12,14 @@
 
 namespace facet {
 
-/// Buffered output file. Constructor, write and close throw InputError naming the path (disk full, no permission).
-/// The destructor closes without complaint; call close() to know. Locale-free.
+/// Buffered output file. It grows beside its name, with kPartEnding behind it, and takes its name in close(): until
+/// then an older file of that name stays as it was, and a writer that is killed leaves what it had beside it. What is
+/// no regular file (a pipe, /dev/stdout) is written directly. Constructor, write and close throw InputError naming the
+/// path (disk full, no permission). The destructor closes without complaint and leaves the name alone. Locale-free.
 class TextFile {
 public:
+    static constexpr const char* kPartEnding = ".part";
+
     explicit TextFile(const std::string& path);
 
     template <class... Args>
@@ -35,6 +39,8 @@ private:
     [[noreturn]] void fail() const;
 
     std::string path_;
+    std::string target_;   ///< the same without links
+    std::string growing_;  ///< what is written
     std::string line_;
     std::unique_ptr<std::FILE, Closer> file_;
 };

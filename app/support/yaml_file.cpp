@@ -3,19 +3,61 @@
 
 #include <fmt/core.h>
 
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
+
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <set>
 #include <sstream>
 
 #include "app/support/input_error.h"
 #include "platform/base/range_check.h"
+#include "platform/base/regular_file.h"
 
 namespace facet {
 namespace {
 
+constexpr std::uintmax_t kMaxBytes = 4U << 20U;  // a thousand times what such a file has
+
 int line_of(const YAML::Node& node, int fallback) {
     return node.IsDefined() && node.Mark().line >= 0 ? node.Mark().line + 1 : fallback;
+}
+
+/// Throws at the first alias: none of the files needs one, and a few of them are a graph without end, or a tree that no
+/// memory holds.
+class AliasRefusal : public YAML::EventHandler {
+public:
+    explicit AliasRefusal(const std::string& file) : file_(file) {}
+
+    void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override {
+        throw InputError(
+            fmt::format("{}:{}: aliases (*name) are not accepted: write the value out", file_, mark.line + 1));
+    }
+    void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
+    void OnDocumentEnd() override {}
+    void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+    void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  const std::string& /*value*/) override {}
+    void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                         YAML::EmitterStyle::value /*style*/) override {}
+    void OnSequenceEnd() override {}
+    void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                    YAML::EmitterStyle::value /*style*/) override {}
+    void OnMapEnd() override {}
+
+private:
+    const std::string& file_;
+};
+
+void reject_aliases(const std::string& text, const std::string& file) {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    AliasRefusal handler(file);
+    while (parser.HandleNextDocument(handler)) {
+    }
 }
 
 /// Throws if a map anywhere below holds a key twice: yaml-cpp would silently keep one of the two.
@@ -139,17 +181,20 @@ Eigen::Matrix4d YamlNode::matrix4() const {
 }
 
 YamlNode load_yaml(const std::string& path) {
+    if (const std::string refusal = refuse_file(path, kMaxBytes); !refusal.empty()) {
+        throw InputError(path + ": " + refusal);
+    }
     std::ifstream stream(path, std::ios::binary);
-    std::ostringstream bytes;
-    if (!stream || !(bytes << stream.rdbuf())) {
+    std::string text{std::istreambuf_iterator<char>(stream), {}};
+    if (!stream.is_open() || stream.bad() || std::filesystem::is_directory(path)) {
         throw InputError(path + ": cannot be read");
     }
-    std::string text = bytes.str();
     constexpr std::string_view kDirective = "%YAML";
     if (text.starts_with(kDirective)) {
         text.replace(0, kDirective.size(), "#YAML");  // a comment keeps the line numbers
     }
     try {
+        reject_aliases(text, path);
         const YAML::Node root = YAML::Load(text);
         if (!root.IsMap() && !root.IsNull()) {
             throw InputError(path + ":1: is not a map of keys to values");

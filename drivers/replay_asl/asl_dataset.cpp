@@ -66,6 +66,10 @@ Status AslDataset::open(const std::string& path, const AslOptions& options, AslW
     std::vector<ImageRow> right;
     FACET_TRY(load_images(camera_csv_[0], left, error));
     FACET_TRY(load_images(camera_csv_[1], right, error));
+    if (left.size() > 1) {
+        const auto count = static_cast<std::int64_t>(left.size());
+        period_.ns = (left.back().stamp - left.front().stamp).ns / (count - 1) * count;
+    }
     const std::string imu_path = (fs::path(root) / "imu0" / "data.csv").string();
     if (!imu_csv_.open(imu_path)) {
         error = imu_path + ": cannot be read";
@@ -111,7 +115,7 @@ bool AslDataset::read_image_row(CsvFile& csv, ImageRow& row) {
             warn(AslWarningKind::kMalformedRow, csv.path(), row.line, "row is not 'stamp,file name'; row skipped");
             continue;
         }
-        if (!parse_int64(fields_[0], row.stamp.ns)) {
+        if (!parse_stamp(fields_[0], row.stamp.ns)) {
             warn(AslWarningKind::kMalformedRow, csv.path(), row.line, "stamp is not an integer (ns); row skipped");
             continue;
         }
@@ -132,7 +136,7 @@ bool AslDataset::read_imu_row(ImuRow& row) {
             skip(AslWarningKind::kMalformedRow, "row has " + std::to_string(fields_.size()) + " columns, not 7");
             continue;
         }
-        if (!parse_int64(fields_[0], row.stamp.ns)) {
+        if (!parse_stamp(fields_[0], row.stamp.ns)) {
             skip(AslWarningKind::kMalformedRow, "stamp is not an integer (ns)");
             continue;
         }
@@ -159,15 +163,33 @@ bool AslDataset::next_imu(ImuRow& row) {
     const auto skip = [this](AslWarningKind kind, std::int64_t line, const char* message) {
         warn(kind, imu_csv_.path(), line, message);
     };
-    if (!imu_filter_.next(read, skip, row)) {
-        return false;
+    for (;;) {
+        const bool is_last_turn = imu_turn_ + 1 >= options_.loops;
+        const bool found = imu_filter_.next(read, skip, row);
+        if (found && (is_last_turn || !imu_begin_.has_value() || row.stamp - *imu_begin_ < period_)) {
+            break;
+        }
+        if (is_last_turn || !next_imu_turn()) {
+            return false;
+        }
     }
+    imu_begin_ = imu_begin_.value_or(row.stamp);
+    row.stamp = row.stamp + Duration{imu_turn_ * period_.ns};
+    row.sample.stamp = row.stamp;
     if (imu_before_.has_value() && row.stamp - *imu_before_ > options_.imu_gap) {
         warn(AslWarningKind::kImuGap, imu_csv_.path(), row.line,
              "no inertial data for " + std::to_string((row.stamp - *imu_before_).seconds()) + " s before this row");
     }
     imu_before_ = row.stamp;
     return true;
+}
+
+/// The inertial rows from the beginning again.
+bool AslDataset::next_imu_turn() {
+    ++imu_turn_;
+    imu_filter_ = {};
+    const std::string path = imu_csv_.path();
+    return imu_csv_.open(path);
 }
 
 void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right) {
@@ -223,25 +245,28 @@ bool AslDataset::load_image(const ImageRow& row, int camera, GreyImage& image) {
     }
 }
 
-bool AslDataset::load_frame(const Pair& pair, StereoFrame& frame) {
+Timestamp AslDataset::pair_stamp(std::size_t number) const {
+    return pair(number).left.stamp + Duration{static_cast<std::int64_t>(number / pairs_.size()) * period_.ns};
+}
+
+bool AslDataset::load_frame(std::size_t number, StereoFrame& frame) {
+    const Pair& chosen = pair(number);
+    frame = {pair_stamp(number), {}, {}};
     if (!options_.decode_images) {
-        frame = {pair.left.stamp, {}, {}};
         return true;
     }
-    if (!load_image(pair.left, 0, images_[0])) {
+    if (!load_image(chosen.left, 0, images_[0])) {
         return false;
     }
-    const bool has_right = pair.right.has_value() && load_image(*pair.right, 1, images_[1]);
-    frame.stamp = pair.left.stamp;
+    const bool has_right = chosen.right.has_value() && load_image(*chosen.right, 1, images_[1]);
     frame.left = images_[0].view();
     frame.right = has_right ? images_[1].view() : ImageView{};
     return true;
 }
 
 bool AslDataset::give_frame(Duration delay, StereoFrame& frame) {
-    while (next_pair_ < pairs_.size() && imu_given_.has_value() &&
-           pairs_[next_pair_].left.stamp + delay <= *imu_given_) {
-        if (load_frame(pairs_[next_pair_++], frame)) {
+    while (next_pair_ < frame_count() && imu_given_.has_value() && pair_stamp(next_pair_) + delay <= *imu_given_) {
+        if (load_frame(next_pair_++, frame)) {
             return true;
         }
     }
@@ -254,14 +279,14 @@ bool AslDataset::give_imu(ImuSample& sample) {
         ImuRow next;
         imu_ahead_ = next_imu(next) ? std::optional<ImuRow>(next) : std::nullopt;
         // Before the first sample is delivered: drop frames that precede it, and data long before the first frame.
-        while (!imu_given_.has_value() && next_pair_ < pairs_.size() && pairs_[next_pair_].left.stamp < row.stamp) {
-            warn(AslWarningKind::kUncovered, camera_csv_[0], pairs_[next_pair_++].left.line,
+        while (!imu_given_.has_value() && next_pair_ < frame_count() && pair_stamp(next_pair_) < row.stamp) {
+            warn(AslWarningKind::kUncovered, camera_csv_[0], pair(next_pair_++).left.line,
                  "frame is before the first inertial sample; frame skipped");
         }
-        if (next_pair_ >= pairs_.size()) {
+        if (next_pair_ >= frame_count()) {
             return false;
         }
-        if (!imu_given_.has_value() && row.stamp < pairs_[next_pair_].left.stamp - options_.imu_lead) {
+        if (!imu_given_.has_value() && row.stamp < pair_stamp(next_pair_) - options_.imu_lead) {
             continue;
         }
         imu_given_ = row.stamp;
@@ -275,14 +300,14 @@ AslDataset::Event AslDataset::next(ImuSample& imu, StereoFrame& frame) {
     if (give_frame(options_.frame_delay, frame)) {
         return Event::kFrame;
     }
-    if (next_pair_ < pairs_.size() && give_imu(imu)) {
+    if (next_pair_ < frame_count() && give_imu(imu)) {
         return Event::kImu;
     }
     if (give_frame({}, frame)) {
         return Event::kFrame;
     }
-    for (; next_pair_ < pairs_.size(); ++next_pair_) {
-        warn(AslWarningKind::kUncovered, camera_csv_[0], pairs_[next_pair_].left.line,
+    for (; next_pair_ < frame_count(); ++next_pair_) {
+        warn(AslWarningKind::kUncovered, camera_csv_[0], pair(next_pair_).left.line,
              "frame is after the last inertial sample; frame skipped");
     }
     return Event::kEnd;

@@ -34,6 +34,10 @@ struct AslOptions {
     std::optional<Duration> length;  ///< of the window of frames after start; all if empty
     ImageSize left_size;
     ImageSize right_size;
+    /// How often the log is given, each time with its stamps a period later: all frames and one frame interval. The log
+    /// must end as it began; inertial rows later than a period after the first serve the last turn only. Not to be
+    /// combined with start and length.
+    int loops = 1;
     bool decode_images = true;  ///< else frames come with empty views, and no image file is opened
 };
 
@@ -61,7 +65,7 @@ public:
     Event next(ImuSample& imu, StereoFrame& frame);
 
     /// Number of frames that will be delivered if none is bad.
-    std::size_t frame_count() const { return pairs_.size(); }
+    std::size_t frame_count() const { return pairs_.size() * static_cast<std::size_t>(options_.loops); }
     /// Stamp of the first frame of the log, including the camera shift, whatever part of the log the options select.
     Timestamp log_begin() const { return log_begin_; }
 
@@ -87,7 +91,10 @@ private:
     bool read_imu_row(ImuRow& row);
     bool next_imu(ImuRow& row);
     void pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right);
-    bool load_frame(const Pair& pair, StereoFrame& frame);
+    const Pair& pair(std::size_t number) const { return pairs_[number % pairs_.size()]; }
+    Timestamp pair_stamp(std::size_t number) const;
+    bool load_frame(std::size_t number, StereoFrame& frame);
+    bool next_imu_turn();
     bool load_image(const ImageRow& row, int camera, GreyImage& image);
     bool give_frame(Duration delay, StereoFrame& frame);
     bool give_imu(ImuSample& sample);
@@ -98,11 +105,14 @@ private:
     Timestamp log_begin_;
 
     std::vector<Pair> pairs_;
-    std::size_t next_pair_ = 0;
+    std::size_t next_pair_ = 0;  ///< of all turns
+    Duration period_;            ///< of one turn
 
     CsvFile imu_csv_;
     std::vector<std::string_view> fields_;
     IncreasingRows<ImuRow> imu_filter_;
+    int imu_turn_ = 0;
+    std::optional<Timestamp> imu_begin_;  // stamp of the first row
     std::optional<ImuRow> imu_ahead_;
     std::optional<Timestamp> imu_before_;  // stamp of the last row read, to find gaps
     std::optional<Timestamp> imu_given_;   // stamp of the last sample delivered

@@ -2,6 +2,9 @@
 #include "drivers/replay_asl/csv_file.h"
 
 #include <charconv>
+#include <limits>
+
+#include "platform/base/regular_file.h"
 
 namespace facet {
 namespace {
@@ -23,6 +26,9 @@ bool CsvFile::open(const std::string& path) {
     line_ = 0;
     stream_.close();
     stream_.clear();
+    if (!refuse_file(path).empty()) {
+        return false;
+    }
     stream_.open(path, std::ios::binary);
     // A folder can be opened, but reading from it fails; an empty file merely ends.
     if (!stream_) {
@@ -36,10 +42,28 @@ bool CsvFile::open(const std::string& path) {
     return true;
 }
 
+/// Reads a line. @return false at the end of the file
+bool CsvFile::next_line(std::string_view& row, bool& is_too_long) {
+    buffer_.resize(kMaxLine + 1);
+    stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+    const auto got = static_cast<std::size_t>(stream_.gcount());  // the line's end included, if it was reached
+    is_too_long = stream_.fail() && !stream_.eof() && got == kMaxLine;
+    row = {buffer_.data(), is_too_long || stream_.eof() || got == 0 ? got : got - 1};
+    if (is_too_long) {
+        stream_.clear();
+        stream_.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+    }
+    return is_too_long || static_cast<bool>(stream_);
+}
+
 bool CsvFile::next(std::vector<std::string_view>& fields) {
-    while (std::getline(stream_, buffer_)) {
+    bool is_too_long = false;
+    for (std::string_view row; next_line(row, is_too_long);) {
         ++line_;
-        std::string_view row = buffer_;
+        if (is_too_long) {
+            fields.assign(1, row);
+            return true;
+        }
         if (line_ == 1 && row.starts_with("\xEF\xBB\xBF")) {
             row.remove_prefix(3);
         }
@@ -70,6 +94,16 @@ bool parse_int64(std::string_view field, std::int64_t& value) {
         return false;
     }
     value = parsed;
+    return true;
+}
+
+bool parse_stamp(std::string_view field, std::int64_t& ns) {
+    constexpr std::int64_t kLimit = std::int64_t{1} << 62U;
+    std::int64_t parsed = 0;
+    if (!parse_int64(field, parsed) || parsed <= -kLimit || parsed >= kLimit) {
+        return false;
+    }
+    ns = parsed;
     return true;
 }
 

@@ -15,8 +15,10 @@ namespace facet {
 /// buffer.
 class CsvFile {
 public:
-    /// @return false if the file cannot be opened for reading.
+    /// @return false if the file cannot be opened for reading, or is no regular file.
     bool open(const std::string& path);
+
+    static constexpr std::size_t kMaxLine = 4096;  ///< bytes; what is longer counts as one field of that length
 
     /// Next row with content. Its fields (trimmed) stay valid until the next call.
     /// @return false at the end of the file or on a read error (see failed)
@@ -28,14 +30,18 @@ public:
     const std::string& path() const { return path_; }
 
 private:
+    bool next_line(std::string_view& row, bool& is_too_long);
+
     std::ifstream stream_;
     std::string path_;
-    std::string buffer_;
+    std::vector<char> buffer_;
     std::int64_t line_ = 0;
 };
 
 /// Conversions of whole fields, independent of the locale; false if the field is anything but such a number.
 bool parse_int64(std::string_view field, std::int64_t& value);
+/// A stamp in integer nanoseconds, within 146 years of the epoch: twice that far apart, differences still fit.
+bool parse_stamp(std::string_view field, std::int64_t& ns);
 /// Accepts what strtod does in the C locale except hexadecimal; "nan" and "inf" count as numbers.
 bool parse_double(std::string_view field, double& value);
 

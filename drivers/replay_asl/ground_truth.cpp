@@ -24,7 +24,7 @@ bool parse_row(const std::vector<std::string_view>& fields, const Warn& warn, Gr
              "ground truth row has " + std::to_string(fields.size()) + " columns, not 8 or 17; row skipped");
         return false;
     }
-    if (!parse_int64(fields[0], state.stamp.ns)) {
+    if (!parse_stamp(fields[0], state.stamp.ns)) {
         warn(AslWarningKind::kMalformedRow, "stamp is not an integer (ns); row skipped");
         return false;
     }

@@ -8,11 +8,14 @@
 #include <cstdio>
 #include <cstring>
 
+#include "platform/base/regular_file.h"
+
 namespace facet {
 namespace {
 
 constexpr png_uint_32 kMaxSize = 16384;
-constexpr png_fixed_point kRedWeight = 29900;  // of 100000, ITU-R BT.601
+constexpr std::uintmax_t kMaxBytes = 64U << 20U;  // ten times what cameras of today give
+constexpr png_fixed_point kRedWeight = 29900;     // of 100000, ITU-R BT.601
 constexpr png_fixed_point kGreenWeight = 58700;
 constexpr std::size_t kMessageLength = 128;
 
@@ -74,6 +77,9 @@ bool read_pixels(png_structp png, png_bytepp rows) {
 }
 
 bool read_whole_file(const std::string& path, std::vector<std::uint8_t>& bytes, std::string& error) {
+    if (error = refuse_file(path, kMaxBytes); !error.empty()) {
+        return false;
+    }
     std::FILE* file = std::fopen(path.c_str(), "rb");
     if (file == nullptr) {
         error = std::strerror(errno);

@@ -27,8 +27,9 @@ class PngDecoder {
 public:
     /// Decodes a file; image's storage is reused.
     /// @param expected_width, expected_height  required size (px); 0 for any up to 16384
-    /// @return kNotFound if the file cannot be read, kCorrupt if it is not a complete, intact PNG, kInvalidArgument if
-    ///         its size differs (image then has the size found and no pixels). error() has the details.
+    /// @return kNotFound if the file cannot be read, is no regular file or has more than 64 MiB, kCorrupt if it is not
+    ///         a complete, intact PNG, kInvalidArgument if its size differs (image then has the size found and no
+    ///         pixels). error() has the details.
     Status decode(const std::string& path, int expected_width, int expected_height, GreyImage& image);
 
     const std::string& error() const { return error_; }

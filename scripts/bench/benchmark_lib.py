@@ -2,6 +2,7 @@
 """What the benchmark scripts share: running the program, reading its files, tables, the chi-square band."""
 import argparse
 import csv
+import dataclasses
 import json
 import math
 import pathlib
@@ -28,11 +29,52 @@ def base_parser(description, out):
     return parser
 
 
-def add_calibration_options(parser, seeds=(1, 2, 3)):
+@dataclasses.dataclass(frozen=True)
+class Condition:
+    """What a row of a table was measured under: errors of the calibration, and what rotors add to the IMU."""
+    factor: float
+    vibration: str = "none"
+
+    def __str__(self):
+        return f"{self.factor:g}" + ("" if self.vibration == "none" else f", {self.vibration}")
+
+    @property
+    def is_drawn(self):
+        """Whether it depends on a seed."""
+        return self.factor > 0 or self.vibration != "none"
+
+    def name(self, seed=None):
+        """Names folders and files."""
+        shaken = "" if self.vibration == "none" else f"_{self.vibration}"
+        return f"k{self.factor:g}{shaken}" + ("" if seed is None else f"_seed{seed}")
+
+    def options(self, seed):
+        """Options of `facet replay` for one draw."""
+        shaken = [] if self.vibration == "none" else ["--inject", f"vibration={self.vibration},{seed}"]
+        return (["--inject", f"calibration={self.factor:g},{seed}"] if self.factor > 0 else []) + shaken
+
+    def fields(self):
+        """What results.json says of it."""
+        return dataclasses.asdict(self)
+
+    @staticmethod
+    def of(row):
+        """The condition that a row with fields() is of."""
+        return Condition(row["factor"], row["vibration"])
+
+
+CONDITION_LEGEND = ("K: errors of the calibration in units of what a good one leaves unknown; idle, flight: with what "
+                    "a real drone's rotors add to the inertial samples")
+
+
+def add_condition_options(parser, seeds=(1, 2, 3)):
     """Options of the benchmarks whose rows have calibrations that are wrong by K times what a good one leaves unknown.
 
-    The rows of real calibrations come first, those of a perfect one last. Without `seeds` there is no such option.
+    The rows of real calibrations come first, those of a perfect one last; before all of them one as on a real vehicle:
+    the first K with the vibration of rotors. Without `seeds` there is no such option.
     """
+    parser.add_argument("--vibration", choices=["idle", "flight", "none"], default="flight",
+                        help="what rotors add to the IMU in the first row (default flight); none: no such row")
     parser.add_argument("--factors", type=float, nargs="+", default=[1.0, 2.0, 0.0], metavar="K",
                         help="errors of the calibration, in the order of the rows (default: 1 2 0)")
     if seeds:
@@ -44,32 +86,28 @@ def add_calibration_options(parser, seeds=(1, 2, 3)):
     parser.add_argument("--markdown", action="store_true", help="print table.md, to be pasted into a document")
 
 
+def conditions(arguments):
+    """What the rows are measured under, in their order."""
+    quiet = [Condition(factor) for factor in arguments.factors]
+    return quiet if arguments.vibration == "none" else [Condition(arguments.factors[0], arguments.vibration), *quiet]
+
+
 def shorten_if_quick(arguments):
-    """Cuts the arguments of add_calibration_options down to what --quick asks for."""
+    """Cuts the arguments of add_condition_options down to what --quick asks for."""
     if arguments.quick:
         arguments.factors = QUICK_FACTORS
         arguments.seeds = getattr(arguments, "seeds", [])[:1]
         arguments.duration = arguments.duration or QUICK_DURATION_S
 
 
-def seeds_of(arguments, factor):
+def seeds_of(arguments, condition):
     """The seeds that a row is made of: without errors all draws are the same."""
-    return arguments.seeds if factor > 0 else arguments.seeds[:1]
-
-
-def calibration_error(factor, seed):
-    """Options of `facet replay` for one draw of errors."""
-    return ["--inject", f"calibration={factor:g},{seed}"] if factor > 0 else []
+    return arguments.seeds if condition.is_drawn else arguments.seeds[:1]
 
 
 def log_options(arguments):
     """Options of `facet replay` for as much of a log as is wanted."""
     return ["--duration", f"{arguments.duration:g}"] if arguments.duration else []
-
-
-def draw_name(factor, seed):
-    """Names the folder of a replay."""
-    return f"k{factor:g}_seed{seed}"
 
 
 def medians(runs):

@@ -163,6 +163,12 @@ TEST_CASE("a simulated flight is estimated to millimetres, the same each time, a
     replay(log, dir.file("faulted_again"), faults);
     CHECK(bytes(dir.file("faulted/trajectory.tum")) == bytes(dir.file("faulted_again/trajectory.tum")));
 
+    // GIVEN images stamped 30 ms early, more than a frame is held back for
+    // WHEN the estimator has found that THEN frames wait for the inertial samples they need, and none is lost
+    const RunSummary early = replay(log, dir.file("early"), {"time_offset=-0.03"});
+    CHECK(early.last.health.time_offset_s > 0.02);
+    CHECK(early.estimates > 95);
+
     // GIVEN a truncated left image, a missing left and a missing right one, and 60 ms without inertial samples
     fs::resize_file(image(log, "cam0", 60), 5000);
     fs::remove(image(log, "cam0", 70));

@@ -196,7 +196,7 @@ void write_calibration_json(const CalibrationAccount& account, const BatchResult
                     {"residuals", {{"before", both(result.before)}, {"after", both(result.after)}}},
                     {"parameters", parameters}};
     TextFile file(folder + "/calibration.json");
-    file.write(root.dump(2) + "\n");
+    file.write(root.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     file.close();
 }
 

@@ -171,7 +171,8 @@ void write_verdicts(const std::vector<CheckVerdict>& verdicts, const std::string
                         {"figures", figures}});
     }
     TextFile file(path);
-    file.write(nlohmann::ordered_json{{"checks", rows}}.dump(2) + "\n");
+    file.write(nlohmann::ordered_json{{"checks", rows}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+               "\n");
     file.close();
 }
 

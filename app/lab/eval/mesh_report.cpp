@@ -90,7 +90,7 @@ std::string json_report(const MeshEvaluation& e, const std::string& mesh, const 
                    {"covered_m2", e.holes.covered_m2},
                    {"hole_m2", e.holes.hole_m2},
                    {"share", e.holes.share()}}}};
-    return json.dump(2);
+    return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 std::string text_report(const PlaneEvaluation& e) {
@@ -158,7 +158,7 @@ std::string json_report(const PlaneEvaluation& e, const std::string& planes) {
         {"offset_m", {{"median", e.median_offset_m}, {"p90", e.p90_offset_m}, {"good", e.good_offset}}},
         {"true_planes", truths},
         {"found_planes", found}};
-    return json.dump(2);
+    return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace facet

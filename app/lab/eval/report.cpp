@@ -144,7 +144,7 @@ std::string json_report(const Evaluation& e, const std::string& groundtruth, con
     if (consistency != nullptr) {
         json["consistency"] = to_json(*consistency);
     }
-    return json.dump(2) + "\n";
+    return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace facet

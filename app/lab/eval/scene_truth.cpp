@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/lab/eval/scene_truth.h"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <utility>
 
@@ -8,6 +10,11 @@
 #include "app/support/ply_reader.h"
 
 namespace facet {
+namespace {
+
+constexpr double kMaxArea_m2 = 20'000.0;  // 1000 samples a square metre are a gigabyte
+
+}  // namespace
 
 TriangleSoup load_mesh(const std::string& path) {
     PlyTriangles read;
@@ -18,7 +25,16 @@ TriangleSoup load_mesh(const std::string& path) {
     if (read.triangles.empty()) {
         throw InputError(path + ": no triangle in it");
     }
-    return {std::move(read.vertices), std::move(read.triangles)};
+    TriangleSoup soup{std::move(read.vertices), std::move(read.triangles)};
+    double area_m2 = 0.0;
+    for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+        area_m2 += soup.area(i);
+    }
+    if (!(area_m2 <= kMaxArea_m2)) {
+        throw InputError(fmt::format("{}: has {:.3g} m^2, more than the {:.0f} that can be compared; is it in metres?",
+                                     path, area_m2, kMaxArea_m2));
+    }
+    return soup;
 }
 
 SceneTruth load_scene(const std::string& scene_ply, const CameraModel& left, const Se3& T_B_C0,

@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <string_view>
 
 #include "app/support/input_error.h"
@@ -19,29 +20,42 @@ constexpr double kNormTolerance = 0.01;
 constexpr int kNanoDigits = 9;
 constexpr std::size_t kTumColumns = 8;
 
-/// Decimal seconds to nanoseconds without going through a double, which has only about 200 ns at today's epoch.
+/// Decimal seconds, also with an exponent, to nanoseconds without going through a double, which has only about 200 ns
+/// at today's epoch. What is beyond the nanoseconds is cut off.
+/// @param text  a number
+/// @return false if it is out of the range of a stamp
 bool parse_seconds(std::string_view text, Timestamp& stamp) {
+    constexpr std::int64_t kMax_ns = 9'000'000'000'000'000'000;
     const bool negative = text.starts_with('-');
     text.remove_prefix(negative ? 1 : 0);
-    const std::size_t dot = text.find('.');
-    const std::string_view whole = text.substr(0, dot);
-    const std::string_view fraction = dot == std::string_view::npos ? std::string_view{} : text.substr(dot + 1);
-    std::int64_t seconds = 0;
-    const auto [end, error] = std::from_chars(whole.data(), whole.data() + whole.size(), seconds);
-    if (error != std::errc() || end != whole.data() + whole.size() || seconds > 9'000'000'000 || seconds < 0) {
+    const std::size_t e = text.find_first_of("eE");
+    std::string_view exponent = e == std::string_view::npos ? std::string_view{} : text.substr(e + 1);
+    exponent.remove_prefix(exponent.starts_with('+') ? 1 : 0);
+    int shift = 0;
+    if (std::from_chars(exponent.data(), exponent.data() + exponent.size(), shift).ec != std::errc() &&
+        !exponent.empty()) {
         return false;
     }
-    std::int64_t nanoseconds = 0;
-    for (int i = 0; i < kNanoDigits; ++i) {
-        const char digit = i < static_cast<int>(fraction.size()) ? fraction[static_cast<std::size_t>(i)] : '0';
-        if (digit < '0' || digit > '9') {
-            return false;
+    const std::string_view mantissa = text.substr(0, e);
+    std::string digits;
+    std::copy_if(mantissa.begin(), mantissa.end(), std::back_inserter(digits), [](char c) { return c != '.'; });
+    // So many digits make up the nanoseconds; those that are not written are zero.
+    const std::int64_t count =
+        static_cast<std::int64_t>(std::min(mantissa.find('.'), mantissa.size())) + shift + kNanoDigits;
+    std::int64_t ns = 0;
+    for (std::int64_t i = 0; i < count; ++i) {
+        const bool is_written = i < static_cast<std::int64_t>(digits.size());
+        if ((!is_written && ns == 0) || ns > kMax_ns / 10) {
+            break;
         }
-        nanoseconds = 10 * nanoseconds + (digit - '0');
+        ns = 10 * ns + (is_written ? digits[static_cast<std::size_t>(i)] - '0' : 0);
+        if (i + 1 == count) {
+            stamp.ns = negative ? -ns : ns;
+            return ns <= kMax_ns;
+        }
     }
-    const std::int64_t ns = seconds * 1'000'000'000 + nanoseconds;
-    stamp.ns = negative ? -ns : ns;
-    return true;
+    stamp.ns = 0;
+    return ns == 0;
 }
 
 std::vector<std::string_view> split(std::string_view row) {
@@ -70,7 +84,7 @@ std::string parse_row(const std::vector<std::string_view>& fields, StampedPose& 
         }
     }
     if (!parse_seconds(fields[0], pose.stamp)) {
-        pose.stamp.ns = std::llround(seconds * 1e9);  // exponent notation
+        return "stamp is out of range";
     }
     const Eigen::Quaterniond q(x[7], x[4], x[5], x[6]);
     if (std::abs(q.norm() - 1.0) > kNormTolerance) {
@@ -106,6 +120,9 @@ Trajectory read_tum(const std::string& path) {
         std::string problem = parse_row(fields, pose);
         if (problem.empty() && !trajectory.empty() && pose.stamp <= trajectory.back().stamp) {
             problem = "stamp does not increase";
+        }
+        if (!problem.empty() && stream.eof()) {
+            break;  // a last line without an end: its writer was stopped
         }
         if (!problem.empty()) {
             throw InputError(fmt::format("{}:{}: {}", path, line, problem));

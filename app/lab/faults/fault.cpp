@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/lab/faults/fault.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -35,6 +35,14 @@ public:
             fail(fmt::format("{} '{}' must be within [{}, {}]", what, token, min, max));
         }
         return value;
+    }
+
+    double word(const FaultValue& value, std::string_view token) const {
+        const auto found = std::find(value.words.begin(), value.words.end(), token);
+        if (found == value.words.end()) {
+            fail(fmt::format("{} '{}' must be one of {}", value.name, token, fmt::join(value.words, ", ")));
+        }
+        return static_cast<double>(found - value.words.begin());
     }
 
 private:
@@ -73,7 +81,8 @@ void read_values(const FaultInfo& info, std::string_view text, bool is_given, co
         if (is_given) {
             std::string_view head = token;
             const bool more = split(head, ',', rest);
-            fault.values.at(i) = reader.number(value.name, head, value.min, value.max);
+            fault.values.at(i) =
+                value.words.empty() ? reader.number(value.name, head, value.min, value.max) : reader.word(value, head);
             is_given = more;
             text = rest;
         } else if (std::isnan(value.fallback)) {
@@ -125,6 +134,14 @@ const std::vector<FaultInfo>& fault_table() {
          "imu_duplicate",
          {{"SHARE", 0.0, 1.0, 1.0}},
          "inertial samples delivered twice with probability SHARE"},
+        {FaultKind::kImuBias,
+         "imu_bias",
+         {{"FACTOR", 0.0, 1e4, 1.0}, {"SEED", 0.0, 4294967295.0, 1.0}},
+         "FACTOR times a bias of about 0.03 rad/s and 0.06 m/s^2 that walks as calibrated"},
+        {FaultKind::kVibration,
+         "vibration",
+         {{"KIND", 0.0, 1.0, kNeeded, {"idle", "flight"}}, {"SEED", 0.0, 4294967295.0, 1.0}},
+         "inertial samples shaken as by a real drone's rotors, KIND idle or flight"},
         {FaultKind::kCalibration,
          "calibration",
          {{"K", 0.0, 100.0, 1.0}, {"SEED", 0.0, 4294967295.0, 1.0}},

@@ -25,6 +25,8 @@ enum class FaultKind : std::uint8_t {
     kImuClip,
     kImuNoise,
     kImuDuplicate,
+    kImuBias,
+    kVibration,
     kCalibration,
     kCount
 };
@@ -40,6 +42,8 @@ struct Fault {
     std::string spec;  ///< as the user wrote it
 
     bool is_active(Duration t) const { return t >= begin && t - begin < length; }
+    /// The same, but a fault without a start was there before the first instant too.
+    bool is_active_or_before(Duration t) const { return is_active(t) || (begin.ns == 0 && t < begin); }
 };
 
 /// A number a fault takes.
@@ -47,7 +51,8 @@ struct FaultValue {
     const char* name;  ///< in capitals, as in help
     double min;
     double max;
-    double fallback;  ///< if not given; NaN if it must be given
+    double fallback;                        ///< if not given; NaN if it must be given
+    std::vector<std::string_view> words{};  ///< if any: given as one of these, the value is its index
 };
 
 /// One row of the table of all faults.

@@ -11,6 +11,11 @@
 namespace facet {
 namespace {
 
+// As EuRoC's sensor has them.
+constexpr double kInitialGyroBias_rad_per_s = 0.03;
+constexpr double kInitialAccelBias_m_per_s2 = 0.06;
+constexpr Duration kLongestLead = Duration::from_seconds(100.0);  // of inertial samples before the first frame
+
 /// Random numbers for one fault at one sample.
 RandomStream draws(FaultKind kind, std::size_t fault, std::uint64_t seed, std::uint64_t sample) {
     return {hash64(seed, static_cast<std::uint64_t>(kind), fault), sample};
@@ -25,7 +30,15 @@ Eigen::Vector3d normal_vector(double sigma, RandomStream& random) {
 }  // namespace
 
 FaultInjector::FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, Timestamp begin, Duration frame_delay)
-    : faults_(std::move(faults)), hits_(faults_.size(), 0), noise_(noise), begin_(begin), frame_delay_(frame_delay) {}
+    : faults_(std::move(faults)), hits_(faults_.size(), 0), noise_(noise), begin_(begin), frame_delay_(frame_delay) {
+    for (std::size_t i = 0; i < faults_.size(); ++i) {
+        if (faults_[i].kind == FaultKind::kVibration) {
+            const VibrationKind kind = faults_[i].values[0] == 0.0 ? VibrationKind::kIdle : VibrationKind::kFlight;
+            const std::uint64_t seed = hash64(static_cast<std::uint64_t>(faults_[i].values[1]), i);
+            vibrations_.try_emplace(i, vibration_spectrum(kind), seed);
+        }
+    }
+}
 
 template <class Apply>
 void FaultInjector::for_active(FaultKind kind, Timestamp log_stamp, Apply apply) {
@@ -51,6 +64,38 @@ Duration FaultInjector::shift(FaultKind kind, Timestamp log_stamp) {
     return sum;
 }
 
+/// One step of a bias's random walk; the first draws where it begins.
+void FaultInjector::walk(const Fault& fault, std::size_t index) {
+    RandomStream random = draws(fault.kind, index, static_cast<std::uint64_t>(fault.values[1]), imu_count_);
+    const auto [place, is_new] = biases_.try_emplace(index);
+    const double step = 1.0 / std::sqrt(noise_.rate_hz);
+    const double gyro = is_new ? kInitialGyroBias_rad_per_s : step * noise_.gyro_walk_rad_per_s2_per_sqrt_hz;
+    const double accel = is_new ? kInitialAccelBias_m_per_s2 : step * noise_.accel_walk_m_per_s3_per_sqrt_hz;
+    place->second.gyro += normal_vector(fault.values[0] * gyro, random);
+    place->second.accel += normal_vector(fault.values[0] * accel, random);
+}
+
+/// What an IMU has all the time.
+void FaultInjector::shake_and_bias(ImuSample& sample, Duration t) {
+    for (std::size_t i = 0; i < faults_.size(); ++i) {
+        const Fault& fault = faults_[i];
+        if (!fault.is_active_or_before(t)) {
+            continue;
+        }
+        if (fault.kind == FaultKind::kVibration) {
+            const RotorVibration::Vector6 shake = vibrations_.at(i).at(std::max(0.0, (t + kLongestLead).seconds()));
+            sample.w_B += shake.head<3>();
+            sample.a_B += shake.tail<3>();
+            ++hits_[i];
+        } else if (fault.kind == FaultKind::kImuBias) {
+            walk(fault, i);
+            sample.w_B += biases_.at(i).gyro;
+            sample.a_B += biases_.at(i).accel;
+            ++hits_[i];
+        }
+    }
+}
+
 void FaultInjector::change_values(ImuSample& sample, Timestamp log_stamp) {
     for_active(FaultKind::kImuNoise, log_stamp, [&](const Fault& fault, std::size_t i) {
         RandomStream random = draws(fault.kind, i, 1, imu_count_);
@@ -59,6 +104,7 @@ void FaultInjector::change_values(ImuSample& sample, Timestamp log_stamp) {
         sample.a_B += normal_vector(factor * noise_.accel_noise_m_per_s2_per_sqrt_hz, random);
         return true;
     });
+    shake_and_bias(sample, log_stamp - begin_);
     for_active(FaultKind::kImuClip, log_stamp, [&](const Fault& fault, std::size_t) {
         const Eigen::Vector3d signs(1.0, -1.0, 1.0);
         sample.a_B = fault.values[0] * signs;

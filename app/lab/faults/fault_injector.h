@@ -4,13 +4,16 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <variant>
 #include <vector>
 
 #include "app/lab/faults/fault.h"
+#include "app/lab/faults/rotor_vibration.h"
 #include "drivers/replay_asl/png_decoder.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/values/imu_noise.h"
+#include "estimator/values/nav_state.h"
 #include "platform/base/samples.h"
 
 namespace facet {
@@ -68,10 +71,14 @@ private:
     void change_images(OwnedFrame& frame);
     void freeze(OwnedFrame& frame);
     void change_values(ImuSample& sample, Timestamp log_stamp);
+    void shake_and_bias(ImuSample& sample, Duration t);
+    void walk(const Fault& fault, std::size_t index);
     void release(Timestamp log_now);
 
     std::vector<Fault> faults_;
     std::vector<std::size_t> hits_;
+    std::map<std::size_t, RotorVibration> vibrations_;  ///< by fault
+    std::map<std::size_t, ImuBias> biases_;             ///< by fault
     ImuNoise noise_;
     Timestamp begin_;
     Duration frame_delay_;

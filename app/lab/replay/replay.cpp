@@ -4,12 +4,15 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <deque>
 #include <iterator>
 #include <optional>
 #include <variant>
 
+#include "app/lab/check/start_check.h"
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault_injector.h"
+#include "app/lab/faults/image_faults.h"
 #include "app/lab/replay/log_options.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
@@ -63,7 +66,11 @@ private:
     void give(StereoFrame frame);
     void deliver_faulted();
     void tell_idle_faults();
+    void feed(const ImuSample& sample);
     void feed(const StereoFrame& frame, Timestamp output_stamp);
+    bool offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance);
+    void give_up_waiting();
+    void warn(const AslWarning& warning);
 
     const ReplayOptions& options_;
     FrameRecorder recorder_;
@@ -73,18 +80,22 @@ private:
     Timestamp newest_;       ///< latest stamp given
     FramePipeline pipeline_;
     FrameResult result_;
+    std::deque<OwnedFrame> waiting_;         ///< for inertial samples
+    Timestamp newest_fed_;                   ///< of these, the latest that the estimator has
     std::optional<FaultInjector> injector_;  ///< none without faults
+    std::optional<StartCheck> start_check_;  ///< of the log, without faults
     std::optional<TruthInjector> truth_;     ///< none if all is to be as measured
 };
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
     constexpr RecorderLimits kEndless{.timed_frames = 2'000, .mesh_faces = 20'000};
-    return options.passes > 1 ? kEndless : RecorderLimits{};
+    return options.passes > 1 || options.loops > 1 ? kEndless : RecorderLimits{};
 }
 
 void Replay::open_log() {
     AslOptions log_options = log_options_of(options_.calibration);
     log_options.frame_delay = kFrameDelay;
+    log_options.loops = options_.loops;
     log_options.start = Duration::from_seconds(options_.start_s);
     if (options_.duration_s.has_value()) {
         log_options.length = Duration::from_seconds(*options_.duration_s);
@@ -92,8 +103,7 @@ void Replay::open_log() {
     std::string error;
     log_.emplace();
     if (!ok(log_->open(
-            options_.dataset, log_options, [this](const AslWarning& w) { recorder_.warn(to_string(w.kind), w.text()); },
-            error))) {
+            options_.dataset, log_options, [this](const AslWarning& w) { warn(w); }, error))) {
         throw InputError(error);
     }
     if (log_->frame_count() == 0) {
@@ -107,9 +117,54 @@ void Replay::open_log() {
     }
 }
 
-void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
+/// Rows of images that are skipped are frames all the same.
+void Replay::warn(const AslWarning& warning) {
+    const bool is_row_skipped = warning.kind == AslWarningKind::kMalformedRow ||
+                                warning.kind == AslWarningKind::kOutOfOrder ||
+                                warning.kind == AslWarningKind::kDuplicate;
+    if (is_row_skipped && warning.file.ends_with("cam0/data.csv")) {
+        ++summary_.rows_skipped;
+        ++summary_.frames_listed;
+    }
+    recorder_.warn(to_string(warning.kind), warning.text());
+}
+
+/// @return false if the frame has to wait for inertial samples, and still may
+bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance) {
     pipeline_.add_frame(frame, output_stamp, result_);
+    if (result_.status == Status::kNotReady && !is_last_chance && newest_fed_ < frame.stamp + kRetry) {
+        return false;
+    }
     recorder_.write(result_, pipeline_.departed());
+    return true;
+}
+
+void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
+    if (waiting_.empty() && offer(frame, output_stamp, false)) {
+        return;
+    }
+    OwnedFrame& kept = waiting_.emplace_back();
+    kept.stamp = frame.stamp;
+    kept.output_stamp = output_stamp;
+    kept.has_right = !frame.right.empty();
+    copy_image(frame.left, kept.left);
+    copy_image(frame.right, kept.right);
+}
+
+void Replay::feed(const ImuSample& sample) {
+    pipeline_.add_imu(sample);
+    newest_fed_ = sample.stamp;
+    while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {
+        waiting_.pop_front();
+    }
+}
+
+/// No inertial samples will come.
+void Replay::give_up_waiting() {
+    for (const OwnedFrame& frame : waiting_) {
+        (void)offer(frame.view(), frame.output_stamp, true);
+    }
+    waiting_.clear();
 }
 
 void Replay::give(ImuSample sample) {
@@ -121,11 +176,15 @@ void Replay::give(ImuSample sample) {
     if (injector_) {
         injector_->add(sample);
     } else {
-        pipeline_.add_imu(sample);
+        feed(sample);
     }
 }
 
 void Replay::give(StereoFrame frame) {
+    for (const CheckVerdict& verdict : start_check_->add(frame)) {
+        recorder_.warn("calibration_check",
+                       fmt::format("{}: {} (facet check-calibration says more)", verdict.name, verdict.sentence));
+    }
     frame.stamp = frame.stamp + pass_shift_;
     if (injector_) {
         injector_->add(frame);
@@ -138,7 +197,7 @@ void Replay::give(StereoFrame frame) {
 void Replay::deliver_faulted() {
     for (const FaultInjector::Delivery* out = nullptr; injector_ && (out = injector_->front()) != nullptr;) {
         if (const auto* sample = std::get_if<ImuSample>(out)) {
-            pipeline_.add_imu(*sample);
+            feed(*sample);
         } else {
             const auto& frame = std::get<OwnedFrame>(*out);
             feed(frame.view(), frame.output_stamp);
@@ -178,6 +237,8 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     const auto begin = StageTimer::Clock::now();
     open_log();
     pipeline_.configure(options_.config, disturbed(options_));
+    recorder_.open();
+    start_check_.emplace(options_.calibration.rig);
     if (options_.truth.any()) {
         truth_.emplace(options_.dataset, options_.calibration.rig, options_.truth);
         pipeline_.set_observation_hook(&*truth_);
@@ -200,6 +261,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         if (summary_.interrupted) {
             break;
         }
+        give_up_waiting();
         tell_idle_faults();
         if (pass >= options_.passes) {
             break;
@@ -218,9 +280,6 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
 
 }  // namespace
 
-RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop) {
-    make_folder(options.out);
-    return Replay(options).run(stop);
-}
+RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop) { return Replay(options).run(stop); }
 
 }  // namespace facet

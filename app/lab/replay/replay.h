@@ -17,6 +17,9 @@ namespace facet {
 
 /// Time without any sample between two passes of a log.
 inline constexpr Duration kSeam{5'000'000'000};
+/// A frame that is not ready when inertial samples are this far past its stamp never will be: longer than any time
+/// offset that the estimator can find.
+inline constexpr Duration kRetry{1'000'000'000};
 
 struct ReplayOptions {
     std::string dataset;  ///< EuRoC/ASL folder
@@ -25,6 +28,7 @@ struct ReplayOptions {
     Calibration calibration;
     double start_s = 0.0;              ///< from the log's first frame
     std::optional<double> duration_s;  ///< all if empty
+    int loops = 1;                     ///< how often it is repeated without a seam; it must end as it began
     int passes = 1;                    ///< how often the log is played, one pass after the other
     std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
     TruthSelection truth;              ///< what is replaced by the dataset's ground truth
@@ -32,7 +36,8 @@ struct ReplayOptions {
 };
 
 /// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,
-/// then the frame; at keyframes also the mesher and the plane finder. Writes trajectory.tum, trajectory.csv,
+/// then the frame; a frame for which the estimator wants later samples is offered again after each of them, for kRetry
+/// at most; at keyframes also the mesher and the plane finder. Writes trajectory.tum, trajectory.csv,
 /// timing.csv, health.csv, mesh.csv, planes.csv, mesh.ply, mesh_live.ply, planes.json, residuals.csv, summary.json and
 /// warnings.txt into `out`. Equal inputs give equal bytes, except for times, which do not include reading and decoding.
 /// @param stop  set from elsewhere (a signal) to end after the current frame; the files are complete up to there
@@ -42,6 +47,7 @@ struct ReplayOptions {
 /// Between two passes the stamps go on, but samples are missing for kSeam: the estimator is lost and starts anew, as
 /// after any long gap. With several passes timing.csv has all frames, but the summary and mesh.ply keep only the
 /// newest, so that memory does not grow.
+/// Images or calibrations that are exchanged, and one camera recorded twice, are warned of at the start (StartCheck).
 /// Throws InputError if the dataset or the rig cannot be used, or a file cannot be written.
 RunSummary run_replay(const ReplayOptions& options, const std::atomic<bool>& stop);
 

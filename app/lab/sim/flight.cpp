@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <vector>
 
@@ -37,14 +38,16 @@ public:
         yaw_ = volume.start_yaw_rad;
         yaw_target_ = yaw_;
         const int still = static_cast<int>(std::ceil(plan_.stand_s / kStep_s)) + 5;
-        const int count = static_cast<int>(std::ceil(plan_.duration_s / kStep_s)) + 6;
+        // A closed flight's points are mirrored at the last one: 2 n - 1 points are 2 n - 6 steps.
+        const int count = plan_.closed ? static_cast<int>(std::floor(0.5 * plan_.duration_s / kStep_s)) + 3
+                                       : static_cast<int>(std::ceil(plan_.duration_s / kStep_s)) + 6;
         for (int i = 0; i < still; ++i) {
             points_.push_back(position_);
             yaws_.push_back(yaw_);
         }
         if (plan_.kind == FlightKind::kHover) {
             hold_place(count);
-            return Flight(Flight::Spline(kStep_s, add_attitude(still, count, kHoverNod)));
+            return Flight(Flight::Spline(kStep_s, mirrored(add_attitude(still, count, kHoverNod))));
         }
         int failures = 0;
         while (static_cast<int>(points_.size()) < count) {
@@ -63,7 +66,7 @@ public:
                 hover();
             }
         }
-        return Flight(Flight::Spline(kStep_s, add_attitude(still, count, 1.0)));
+        return Flight(Flight::Spline(kStep_s, mirrored(add_attitude(still, count, 1.0))));
     }
 
 private:
@@ -239,6 +242,15 @@ private:
             }
             c << points_[i], roll, pitch, yaws_[i];
             control.push_back(c);
+        }
+        return control;
+    }
+
+    /// The way back behind the way out, if the flight is to be closed. A spline of mirrored points is mirrored.
+    std::vector<Flight::Spline::Vector> mirrored(std::vector<Flight::Spline::Vector> control) const {
+        if (plan_.closed) {
+            const std::vector<Flight::Spline::Vector> out = control;
+            control.insert(control.end(), std::next(out.rbegin()), out.rend());
         }
         return control;
     }

@@ -64,6 +64,7 @@ struct FlightPlan {
     double max_speed_m_per_s = 1.5;
     double max_rate_rad_per_s = 1.05;
     std::uint64_t seed = 1;
+    bool closed = false;  ///< back the way it came after half the time, to stand at the end where it began
 };
 
 /// Draws flights from the seed until one keeps the scene's clearance and the plan's limits.

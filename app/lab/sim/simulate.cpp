@@ -50,6 +50,12 @@ double thread_cpu_s() {
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+/// A hover has rotors, unless its samples are to be exact.
+VibrationKind vibration_of(const SimOptions& o) {
+    const bool is_flown = o.flight == FlightKind::kHover && !o.closed;
+    return o.vibration == VibrationKind::kNone && is_flown ? VibrationKind::kFlight : o.vibration;
+}
+
 Status check_options(const SimOptions& o, std::string& error) {
     const auto names = scene_names();
     if (std::find(names.begin(), names.end(), o.scene) == names.end()) {
@@ -77,6 +83,12 @@ Status check_options(const SimOptions& o, std::string& error) {
         error = fmt::format("--gravity: {} m/s^2 is outside 1 to 30 m/s^2", o.gravity_m_per_s2);
     } else if (!(o.calibration_error >= 0.0 && o.calibration_error <= 100.0)) {
         error = fmt::format("--calibration-error: {} is outside 0 to 100", o.calibration_error);
+    } else if (o.closed && vibration_of(o) != VibrationKind::kNone) {
+        error = "--closed: a flight to be repeated has exact inertial samples; give vibration to the replay (--inject)";
+    } else if (o.closed && o.mover) {
+        error = "--closed: the mover does not come back to where it began";
+    } else if (o.closed && o.duration_s < 2.0 * o.stand_s + 10.0) {
+        error = fmt::format("--closed: {} s are too short to fly out and back", o.duration_s);
     }
     return error.empty() ? Status::kOk : Status::kInvalidArgument;
 }
@@ -125,15 +137,14 @@ SceneDetail scene_detail(const SimOptions& o) {
 
 std::vector<Timestamp> image_stamps(const SimOptions& o) {
     std::vector<Timestamp> stamps;
-    const auto frames = static_cast<int>(o.duration_s * o.rate_hz + 1e-9) + 1;
+    // The last image of a closed flight comes one period before the first of its repetition.
+    const auto frames = std::max(1, static_cast<int>(o.duration_s * o.rate_hz + 1e-9) + (o.closed ? 0 : 1));
     stamps.reserve(static_cast<std::size_t>(frames));
     for (int i = 0; i < frames; ++i) {
         stamps.push_back(kEpoch + kFirstImage + Duration::from_seconds(i / o.rate_hz));
     }
     return stamps;
 }
-
-bool has_vibration(const SimOptions& o) { return o.vibration || o.flight == FlightKind::kHover; }
 
 std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     nlohmann::ordered_json meta;
@@ -146,7 +157,8 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     meta["flight"] = o.flight == FlightKind::kHover ? "hover" : "tour";
     meta["camera"] = o.camera == LensKind::kFisheye ? "fisheye" : "pinhole";
     meta["stand_s"] = o.stand_s;
-    meta["vibration"] = has_vibration(o);
+    meta["closed"] = o.closed;
+    meta["vibration"] = kVibrationNames.at(static_cast<std::size_t>(vibration_of(o)));
     meta["mover"] = o.mover;
     meta["time_offset_s"] = o.time_offset_s;
     meta["extrinsic_error_deg"] = o.extrinsic_error_deg;
@@ -163,7 +175,11 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
 double take_off_s(const SimOptions& o) { return kFirstImage.seconds() + o.stand_s; }
 
 Status plan(const SimOptions& o, const Scene& scene, double end_s, Flight& flight, std::string& error) {
-    const FlightPlan plan{.kind = o.flight, .duration_s = end_s + kTail_s, .stand_s = take_off_s(o), .seed = o.seed};
+    const FlightPlan plan{.kind = o.flight,
+                          .duration_s = o.closed ? o.duration_s : end_s + kTail_s,
+                          .stand_s = take_off_s(o),
+                          .seed = o.seed,
+                          .closed = o.closed};
     const Status status = plan_flight(scene, plan, flight);
     if (!ok(status)) {
         error = fmt::format("--seed: found no flight through '{}' that keeps its distance; try another seed", o.scene);
@@ -173,11 +189,10 @@ Status plan(const SimOptions& o, const Scene& scene, double end_s, Flight& fligh
 
 std::vector<ImuRecord> make_imu(const SimOptions& o, const Flight& flight, double end_s) {
     const ImuNoise noise = euroc_imu_noise();
+    const bool is_exact = !o.noise || o.closed;  // noise that is the same at each turn would be none
     std::vector<ImuRecord> imu =
-        synthesise_imu(flight, end_s, kEpoch, {o.noise ? &noise : nullptr, kImuRate_hz, o.gravity_m_per_s2}, o.seed);
-    if (has_vibration(o)) {
-        add_vibration({}, take_off_s(o), o.seed, imu);
-    }
+        synthesise_imu(flight, end_s, kEpoch, {is_exact ? nullptr : &noise, kImuRate_hz, o.gravity_m_per_s2}, o.seed);
+    add_vibration(vibration_of(o), take_off_s(o), o.seed, imu);
     return imu;
 }
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "app/lab/faults/rotor_vibration.h"
 #include "app/lab/sim/default_rig.h"
 #include "app/lab/sim/flight.h"
 #include "platform/base/status.h"
@@ -27,8 +28,9 @@ struct SimOptions {
     double stand_s = 2.5;        ///< motionless at the start [0, 600]
     FlightKind flight = FlightKind::kTour;
     LensKind camera = LensKind::kPinhole;
-    bool vibration = false;            ///< of rotors, on the inertial samples of the flight; kHover has it anyway
-    bool mover = false;                ///< a box crosses the view now and then
+    VibrationKind vibration = VibrationKind::kNone;  ///< of rotors, on the inertial samples; kHover: of flight at least
+    bool closed = false;                             ///< the flight ends as it began; exact inertial samples
+    bool mover = false;                              ///< a box crosses the view now and then
     double time_offset_s = 0.0;        ///< added to the stamps of the images, not to their time [-0.05, 0.05]
     double extrinsic_error_deg = 0.0;  ///< by which the written T_B_C are turned, both as one [0, 30]
     double gravity_m_per_s2 = 9.81;    ///< [1, 30]; the flight is the same, the IMU feels it

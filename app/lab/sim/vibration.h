@@ -1,25 +1,18 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What rotors do to the inertial samples.
+// Rotors on the inertial samples of a simulated flight.
 #pragma once
 
 #include <cstdint>
 #include <span>
 
+#include "app/lab/faults/rotor_vibration.h"
 #include "app/lab/sim/imu_synthesis.h"
 
 namespace facet::sim {
 
-/// Four rotors, each a sinusoid whose frequency wanders slowly within the band, in a random direction of its own.
-struct Vibration {
-    double accel_rms_m_per_s2 = 0.5;   ///< per axis
-    double gyro_rms_rad_per_s = 0.02;  ///< per axis
-    double low_hz = 80.0;
-    double high_hz = 120.0;
-};
-
-/// Adds the vibration to the samples, rising over half a second from `from_s` on. The true states stay as they are:
-/// such a motion is 2 um and 0.05 mrad wide, which no image shows. Above half the sampling rate it aliases, as in an
-/// IMU without a filter.
-void add_vibration(const Vibration& vibration, double from_s, std::uint64_t seed, std::span<ImuRecord> records);
+/// Adds the vibration of rotors to the samples. kIdle: they idle from the first sample to the last; kFlight: they idle
+/// until take-off and turn as in flight from half a second later, the powers passing over linearly. The true states
+/// stay as they are: in the air the body shakes by 0.5 mrad and 0.06 mm rms, of which the images show nothing.
+void add_vibration(VibrationKind kind, double take_off_s, std::uint64_t seed, std::span<ImuRecord> records);
 
 }  // namespace facet::sim

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -133,6 +134,24 @@ TEST_CASE("bad configuration is one line with file, line and key, and changes no
     config.window.keyframes = 7;
     CHECK(input_error_text([&] { load_config(path, config); }) == path + bad.complaint);
     CHECK(config.window.keyframes == 7);
+}
+
+TEST_CASE("a file that refers to itself, or is none, is refused with one line") {
+    const test::TempDir dir;
+    ProgramConfig config;
+    const std::string itself = dir.write("itself.yaml", "window:\n  keyframes: &a [*a]\n");
+    CHECK(input_error_text([&] { load_config(itself, config); }) ==
+          itself + ":2: aliases (*name) are not accepted: write the value out");
+    std::string bomb = "a0: &a0 [1, 1]\n";
+    for (int i = 1; i < 40; ++i) {
+        bomb += fmt::format("a{0}: &a{0} [*a{1}, *a{1}]\n", i, i - 1);
+    }
+    const std::string path = dir.write("bomb.yaml", bomb);
+    CHECK(input_error_text([&] { load_config(path, config); }).starts_with(path + ":2: aliases (*name)"));
+    REQUIRE(mkfifo(dir.file("pipe.yaml").c_str(), 0600) == 0);
+    CHECK(input_error_text([&] { load_config(dir.file("pipe.yaml"), config); }) ==
+          dir.file("pipe.yaml") + ": is not a regular file");
+    CHECK(input_error_text([&] { load_config("/dev/zero", config); }) == "/dev/zero: is not a regular file");
 }
 
 TEST_CASE("a missing file is named") {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "app/output/coverage.h"
 #include "app/output/frame_log.h"
 #include "app/output/residual_log.h"
 #include "app/output/summary.h"
@@ -196,6 +197,38 @@ TEST_CASE("summary.json differs between runs under timing only") {
     first.erase("timing");
     second.erase("timing");
     CHECK(first == second);
+}
+
+TEST_CASE("a run that has lost too much of its log says how much, and where it went") {
+    RunSummary run;
+    run.frames_listed = 160;
+    run.frames = 160;
+    run.estimates = 150;
+    run.frames_before_estimate = 10;
+    CHECK(describe_lost_coverage(run, 0.8).empty());  // before the start there is none
+    run.estimates = 10;
+    run.frames_refused = 140;
+    CHECK(describe_lost_coverage(run, 0.8) ==
+          "only 10 of 160 frames have an estimate, 6.7 % of those since the first: 140 refused by the estimator for "
+          "their stamps or size, 10 while the estimator was starting or lost");
+    CHECK(describe_lost_coverage(run, 0.05).empty());
+    // A late start that then holds: a third of all frames is not enough either.
+    run.frames_refused = 0;
+    run.estimates = 48;
+    run.frames_before_estimate = 112;
+    CHECK(describe_lost_coverage(run, 0.8).starts_with("only 48 of 160 frames have an estimate, 100.0 % of those"));
+    // Of a table that runs backwards one row is left.
+    RunSummary reversed;
+    reversed.frames_listed = 160;
+    reversed.rows_skipped = 159;
+    reversed.frames = reversed.estimates = 1;
+    CHECK(describe_lost_coverage(reversed, 0.8) ==
+          "only 1 of 160 frames have an estimate, 0.6 % of those since the first: 159 rows of cam0/data.csv skipped");
+    RunSummary holes;
+    holes.frames_listed = 100;
+    holes.frames = holes.estimates = 70;
+    CHECK(describe_lost_coverage(holes, 0.8).ends_with(": 30 did not come (image missing or damaged, or a fault)"));
+    CHECK(describe_lost_coverage({}, 0.0).starts_with("no estimate at all of 0 frames"));
 }
 
 }  // namespace

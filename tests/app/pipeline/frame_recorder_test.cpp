@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
 namespace facet {
@@ -78,14 +79,49 @@ TEST_CASE("a run of hours keeps the newest frames' times and a bounded mesh") {
     CHECK(mesh.dropped() == 1);  // the third; the last one renews the second
 }
 
+TEST_CASE("a run that ends before its end leaves an earlier run's files alone, and its own beside them") {
+    const test::TempDir dir;
+    dir.write("trajectory.tum", "old\n");
+    dir.write("summary.json", "{}\n");
+    {
+        FrameRecorder recorder(dir.path());
+        recorder.warn("early", "before anything is written");
+        CHECK_FALSE(std::filesystem::exists(dir.file("trajectory.tum.part")));
+        recorder.open();
+        recorder.write(tracked_frame(0), {});
+    }
+    CHECK(test::read_file(dir.file("trajectory.tum")) == "old\n");
+    CHECK(test::read_file(dir.file("summary.json")) == "{}\n");
+    CHECK(test::read_file(dir.file("trajectory.tum.part")).starts_with("1.000000000 "));
+    CHECK(test::read_file(dir.file("warnings.txt.part")) == "early: before anything is written\n");
+    FrameRecorder recorder(dir.path());
+    recorder.open();
+    recorder.write(tracked_frame(0), {});
+    recorder.finish(FramePipeline());
+    CHECK(test::read_file(dir.file("trajectory.tum")).starts_with("1.000000000 "));
+    for (const auto& entry : std::filesystem::directory_iterator(dir.path())) {
+        CHECK(entry.path().extension() != TextFile::kPartEnding);
+    }
+}
+
+TEST_CASE("two runs do not write into one folder") {
+    const test::TempDir dir;
+    FrameRecorder first(dir.path());
+    first.open();
+    FrameRecorder second(dir.path());
+    CHECK(test::input_error_text([&] { second.open(); }) == dir.path() + ": another run is writing into this folder");
+    first.finish(FramePipeline());
+}
+
 TEST_CASE("files are complete after a flush as far as frames were written") {
     const test::TempDir dir;
     FrameRecorder recorder(dir.path());
+    recorder.open();
     recorder.write(tracked_frame(0), {});
     recorder.write(tracked_frame(1), {});
     recorder.flush();
     const auto rows = [&](const char* name) {
-        const std::string text = test::read_file(dir.file(name));
+        const std::string text = test::read_file(dir.file(std::string(name) + TextFile::kPartEnding));
         return std::count(text.begin(), text.end(), '\n');
     };
     CHECK(rows("health.csv") == 3);

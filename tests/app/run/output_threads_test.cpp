@@ -63,6 +63,7 @@ TEST_CASE("poses reach the sinks and frames the files, however early the stop co
     const test::TempDir dir;
     const ManualClock clock({3'000'000'000});
     FrameRecorder recorder(dir.path());
+    recorder.open();
     RecordingSink sink;
     EventQueue events;
     auto output = std::make_unique<OutputThreads>(clock, ImuNoise{}, std::vector<OdometrySink*>{&sink}, recorder,
@@ -117,6 +118,7 @@ TEST_CASE("a full disc ends the writing, not the run") {
     std::filesystem::create_symlink("/dev/full", dir.file("health.csv"));
     const ManualClock clock({3'000'000'000});
     FrameRecorder recorder(dir.path());
+    recorder.open();
     RecordingSink sink;
     sink.answer = Status::kIo;
     auto output = std::make_unique<OutputThreads>(clock, ImuNoise{}, std::vector<OdometrySink*>{&sink}, recorder,

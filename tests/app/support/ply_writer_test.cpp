@@ -108,6 +108,13 @@ TEST_CASE("ASCII polygons are read as fans, and what is no mesh is refused") {
     CHECK(read_text(head + points + "4 0 1 2 4\n", mesh) == Status::kCorrupt);
     CHECK(read_text(head + points, mesh) == Status::kCorrupt);
     CHECK(read_text("solid\n", mesh) == Status::kCorrupt);
+    // Lengths below zero, or of nothing, would be read for ever.
+    const std::string format = "ply\nformat ascii 1.0\n";
+    CHECK(read_text(format + "element vertex -1\nproperty float x\nend_header\n", mesh) == Status::kCorrupt);
+    CHECK(ok(read_text(format + "element thing 99999999999999\nend_header\n", mesh)));
+    CHECK(read_text(format + "element face 1\nproperty list int int vertex_index\nend_header\n-5 1 2 3\n", mesh) ==
+          Status::kCorrupt);
+    CHECK(read_text(head + points + "3 0 1 1e300\n", mesh) == Status::kCorrupt);
     std::filesystem::remove(path);
 }
 

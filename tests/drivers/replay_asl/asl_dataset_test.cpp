@@ -111,6 +111,27 @@ TEST_CASE("images and samples carry the recorded values") {
     CHECK(log.next(imu, frame) == AslDataset::Event::kEnd);
 }
 
+TEST_CASE("a log is repeated without a seam: stamps go on, rows beyond a period serve the last turn only") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    constexpr std::int64_t kPeriod = kFrames * kAslFrameStep;
+    AslOptions options;
+    options.loops = 3;
+    options.frame_delay = Duration::from_seconds(0.02);
+    const Reading once = read(dir.path());
+    const Reading reading = read(dir.path(), options);
+    REQUIRE(reading.error == "");
+    CHECK(reading.warnings.empty());
+    REQUIRE(reading.frames.size() == 3 * kFrames);
+    for (int k = 0; k < 3 * kFrames; ++k) {
+        CHECK(reading.frames[static_cast<std::size_t>(k)] == frame_stamp(0) + k * kAslFrameStep);
+    }
+    REQUIRE(reading.imu.size() > 2U * kPeriod / kAslImuStep + once.imu.size());
+    for (std::size_t i = 0; i < reading.imu.size(); ++i) {
+        CHECK(reading.imu[i] == once.imu.front() + static_cast<std::int64_t>(i) * kAslImuStep);
+    }
+}
+
 /// One way to spoil a log, and what must come of it. Frame k is on line k + 2 of its table, sample i on line i + 2.
 struct BadInput {
     const char* name;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/replay_asl/csv_file.h"
 
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -40,6 +42,36 @@ TEST_CASE("CsvFile reads an empty file as no rows, and refuses a missing one") {
     CsvFile csv;
     CHECK_FALSE(csv.open(dir.file("missing.csv")));
     CHECK_FALSE(csv.open(dir.path()));
+}
+
+TEST_CASE("CsvFile takes no pipe or device, and of a line without end the beginning") {
+    const test::TempDir dir;
+    CsvFile csv;
+    REQUIRE(mkfifo(dir.file("pipe").c_str(), 0600) == 0);
+    CHECK_FALSE(csv.open(dir.file("pipe")));
+    CHECK_FALSE(csv.open("/dev/zero"));
+    std::vector<std::int64_t> lines;
+    const std::string length(CsvFile::kMaxLine, '7');
+    const std::string path = dir.write(
+        "long.csv", "1,2\n" + length + "8,9\n" + std::string(9000, '\0') + "\n3,4\n" + length.substr(1) + "\n5,6");
+    const Rows rows = read_all(path, lines);
+    REQUIRE(rows.size() == 6);
+    CHECK(rows[1] == std::vector<std::string>{length});
+    CHECK(rows[2].size() == 1);
+    CHECK(rows[3] == std::vector<std::string>{"3", "4"});
+    CHECK(rows[4] == std::vector<std::string>{length.substr(1)});
+    CHECK(rows[5] == std::vector<std::string>{"5", "6"});
+    CHECK(lines == std::vector<std::int64_t>{1, 2, 3, 4, 5, 6});
+}
+
+TEST_CASE("stamps at the ends of their type, whose differences overflow, are none") {
+    std::int64_t ns = 5;
+    CHECK_FALSE(parse_stamp("9223372036854775807", ns));
+    CHECK_FALSE(parse_stamp("-9223372036854775808", ns));
+    CHECK_FALSE(parse_stamp("1.5", ns));
+    CHECK(ns == 5);
+    CHECK(parse_stamp("1403636580838555648", ns));
+    CHECK(ns == 1403636580838555648);
 }
 
 TEST_CASE("numbers are parsed whole or not at all") {

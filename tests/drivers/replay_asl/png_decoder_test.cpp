@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/replay_asl/png_decoder.h"
 
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
+#include <filesystem>
 
 #include "tests/support/asl_folder.h"
 #include "tests/support/temp_dir.h"
@@ -91,6 +94,19 @@ TEST_CASE("a flipped byte in the pixels is found by the checksum") {
     GreyImage image;
     CHECK(decoder.decode(dir.write("a.png", bytes), 0, 0, image) == Status::kCorrupt);
     CHECK(decoder.decode(dir.write("b.png", "this is not a PNG"), 0, 0, image) == Status::kCorrupt);
+}
+
+TEST_CASE("a pipe, a device and a file of gigabytes are refused at once") {
+    const test::TempDir dir;
+    PngDecoder decoder;
+    GreyImage image;
+    REQUIRE(mkfifo(dir.file("pipe.png").c_str(), 0600) == 0);
+    CHECK(decoder.decode(dir.file("pipe.png"), 0, 0, image) == Status::kNotFound);
+    CHECK(decoder.error() == "is not a regular file");
+    CHECK(decoder.decode("/dev/zero", 0, 0, image) == Status::kNotFound);
+    std::filesystem::resize_file(dir.write("large.png", ""), 3'000'000'000);  // takes no room on the disc
+    CHECK(decoder.decode(dir.file("large.png"), 0, 0, image) == Status::kNotFound);
+    CHECK(decoder.error() == "has 2861 MiB, more than the 64 that are read");
 }
 
 TEST_CASE("missing files, folders and wrong sizes are told apart") {

@@ -65,7 +65,7 @@ class Tables(unittest.TestCase):
 class Draws(unittest.TestCase):
     def arguments(self, *given):
         parser = lib.base_parser("", "test")
-        lib.add_calibration_options(parser)
+        lib.add_condition_options(parser)
         arguments = parser.parse_args(given)
         lib.shorten_if_quick(arguments)
         return arguments
@@ -73,7 +73,13 @@ class Draws(unittest.TestCase):
     def test_real_calibrations_come_first(self):
         arguments = self.arguments()
         self.assertEqual(arguments.factors, [1.0, 2.0, 0.0])
-        self.assertEqual([lib.seeds_of(arguments, factor) for factor in arguments.factors], [[1, 2, 3], [1, 2, 3], [1]])
+        rows = lib.conditions(arguments)
+        self.assertEqual([str(row) for row in rows], ["1, flight", "1", "2", "0"])
+        self.assertEqual([lib.seeds_of(arguments, row) for row in rows], [[1, 2, 3], [1, 2, 3], [1, 2, 3], [1]])
+        self.assertEqual(len({row.name(1) for row in rows}), 4)
+        self.assertEqual(rows[0].options(3), ["--inject", "calibration=1,3", "--inject", "vibration=flight,3"])
+        self.assertEqual(lib.Condition.of({"ate": 1, **rows[0].fields()}), rows[0])
+        self.assertEqual([str(row) for row in lib.conditions(self.arguments("--vibration", "none"))], ["1", "2", "0"])
         self.assertEqual(lib.log_options(arguments), [])
 
     def test_quick_is_one_draw_of_a_short_log(self):
@@ -83,9 +89,9 @@ class Draws(unittest.TestCase):
         self.assertEqual(lib.log_options(self.arguments("--quick", "--duration", "4")), ["--duration", "4"])
 
     def test_a_perfect_calibration_is_replayed_as_it_is(self):
-        self.assertEqual(lib.calibration_error(0.0, 3), [])
-        self.assertEqual(lib.calibration_error(0.5, 3), ["--inject", "calibration=0.5,3"])
-        self.assertEqual(lib.draw_name(2.0, 3), "k2_seed3")
+        self.assertEqual(lib.Condition(0.0).options(3), [])
+        self.assertEqual(lib.Condition(0.5).options(3), ["--inject", "calibration=0.5,3"])
+        self.assertEqual(lib.Condition(2.0).name(3), "k2_seed3")
 
     def test_medians_leave_out_what_is_not_there(self):
         self.assertEqual(lib.medians([[1.0, None, None], [3.0, 5.0, None], [2.0, 7.0, None]]), [2.0, 6.0, None])

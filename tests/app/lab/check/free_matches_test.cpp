@@ -4,39 +4,15 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/support/rng.h"
+#include "tests/app/lab/check/shifted_pattern.h"
 
 namespace facet {
 namespace {
 
-constexpr int kWidth = 376;
-constexpr int kHeight = 240;
-
-/// A smooth random pattern, seen from a place moved by (du, dv) pixels.
-std::vector<std::uint8_t> pattern(int du, int dv, std::uint64_t seed = 1) {
-    constexpr int kGrid = 7;
-    const auto knot = [&](int i, int j) {
-        return static_cast<double>(
-            hash64(seed, static_cast<std::uint64_t>(i + 1000), static_cast<std::uint64_t>(j + 1000)) & 0xffU);
-    };
-    std::vector<std::uint8_t> pixels;
-    for (int v = 0; v < kHeight; ++v) {
-        for (int u = 0; u < kWidth; ++u) {
-            const double x = static_cast<double>(u + du + 700) / kGrid;
-            const double y = static_cast<double>(v + dv + 700) / kGrid;
-            const int i = static_cast<int>(x);
-            const int j = static_cast<int>(y);
-            const double a = x - i;
-            const double b = y - j;
-            const double grey = (1 - b) * ((1 - a) * knot(i, j) + a * knot(i + 1, j)) +
-                                b * ((1 - a) * knot(i, j + 1) + a * knot(i + 1, j + 1));
-            pixels.push_back(static_cast<std::uint8_t>(std::lround(grey)));
-        }
-    }
-    return pixels;
-}
-
-ImageView view(const std::vector<std::uint8_t>& pixels) { return {pixels.data(), kWidth, kHeight, kWidth}; }
+using test::kPatternHeight;
+using test::kPatternWidth;
+using test::pattern;
+using test::view;
 
 void check_shift(const std::vector<PointPair>& pairs, std::size_t at_least, const Eigen::Vector2d& shift) {
     CHECK(pairs.size() >= at_least);
@@ -47,7 +23,7 @@ void check_shift(const std::vector<PointPair>& pairs, std::size_t at_least, cons
 
 TEST_CASE("stereo matches are found far away and off the row, without a calibration") {
     FreeMatcher matcher;
-    REQUIRE(ok(matcher.configure(kWidth, kHeight)));
+    REQUIRE(ok(matcher.configure(kPatternWidth, kPatternHeight)));
     const std::vector<std::uint8_t> left = pattern(0, 0);
     check_shift(matcher.match_stereo(view(left), view(pattern(41, -9))), 30, {-41.0, 9.0});
     CHECK(matcher.match_stereo(view(left), view(pattern(0, 0, 2))).size() < 5);
@@ -55,7 +31,7 @@ TEST_CASE("stereo matches are found far away and off the row, without a calibrat
 
 TEST_CASE("corners are followed from an anchor over several frames") {
     FreeMatcher matcher;
-    REQUIRE(ok(matcher.configure(kWidth, kHeight)));
+    REQUIRE(ok(matcher.configure(kPatternWidth, kPatternHeight)));
     CHECK(matcher.follow(view(pattern(0, 0)), true).empty());
     check_shift(matcher.follow(view(pattern(5, 3)), false), 50, {-5.0, -3.0});
     check_shift(matcher.follow(view(pattern(12, 5)), true), 50, {-12.0, -5.0});

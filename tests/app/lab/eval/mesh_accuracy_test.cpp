@@ -2,12 +2,14 @@
 // Mesh evaluation on surfaces whose distances are known.
 #include "app/lab/eval/mesh_accuracy.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <random>
 
 #include "app/lab/eval/scene_truth.h"
 #include "app/support/ply_writer.h"
 #include "tests/support/ideal_camera.h"
+#include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
 namespace facet {
@@ -47,6 +49,16 @@ SceneTruth scene() {
     truth.camera = test::ideal_camera(800, 800, 450.0);
     truth.T_W_C0 = {test::looking_along_x()};
     return truth;
+}
+
+TEST_CASE("a mesh in millimetres is refused before its surface is sampled") {
+    const test::TempDir dir;
+    const std::array<Eigen::Vector3f, 3> vertices{Eigen::Vector3f::Zero(), Eigen::Vector3f(5000.0F, 0.0F, 0.0F),
+                                                  Eigen::Vector3f(0.0F, 5000.0F, 0.0F)};
+    const std::array<Eigen::Vector3i, 1> triangle{Eigen::Vector3i(0, 1, 2)};
+    REQUIRE(ok(write_ply(dir.file("mm.ply"), "", vertices, triangle)));
+    CHECK(test::input_error_text([&] { load_mesh(dir.file("mm.ply")); }) ==
+          dir.file("mm.ply") + ": has 1.25e+07 m^2, more than the 20000 that can be compared; is it in metres?");
 }
 
 TEST_CASE("a mesh 3 cm off is 3 cm off, complete, and ICP takes the offset away") {

@@ -29,16 +29,47 @@ TEST_CASE("TUM stamps are read to the nanosecond") {
     CHECK(read_tum(dir.write("empty.tum", "")).empty());
 }
 
+TEST_CASE("TUM stamps with an exponent are as exact") {
+    const struct {
+        const char* text;
+        std::int64_t ns;
+    } stamps[] = {{"1.403636580838555648e+09", 1403636580838555648},
+                  {"1.403636580838555648E9", 1403636580838555648},
+                  {"1403636580838.555648e-3", 1403636580838555648},
+                  {"14.5e-1", 1450000000},
+                  {"2e0", 2000000000},
+                  {"2e-12", 0},
+                  {"1e5", 100000000000000},
+                  {"-1.5e1", -15000000000},
+                  {"0e5", 0},
+                  {"000.25", 250000000}};
+    for (const auto& stamp : stamps) {
+        INFO(stamp.text);
+        const test::TempDir dir;
+        const Trajectory t = read_tum(dir.write("a.tum", std::string(stamp.text) + " 1 2 3 0 0 0 1\n"));
+        REQUIRE(t.size() == 1);
+        CHECK(t[0].stamp.ns == stamp.ns);
+    }
+}
+
+TEST_CASE("a last row that was cut off is left out") {
+    const test::TempDir dir;
+    CHECK(read_tum(dir.write("a.tum", "1 1 2 3 0 0 0 1\n2 1 2 3 0 0")).size() == 1);
+    CHECK(read_tum(dir.write("a.tum", "1 1 2 3 0 0 0 1\n2 1 2 3 0 0 0 1")).size() == 2);
+    CHECK_FALSE(test::input_error_text([&] { read_tum(dir.write("a.tum", "1 1 2\n2 1 2 3 0 0 0 1\n")); }).empty());
+}
+
 TEST_CASE("bad TUM rows are errors with file and line") {
     struct Bad {
         const char* row;
         const char* complaint;
     };
-    const Bad bad = GENERATE(Bad{"2 1 2 3 0 0 0", "row has 7 columns, not 8 (seconds x y z qx qy qz qw)"},
-                             Bad{"2 1 2 x 0 0 0 1", "column 4 is not a finite number"},
-                             Bad{"2 1 2 nan 0 0 0 1", "column 4 is not a finite number"},
-                             Bad{"2 1 2 3 0 0 0 0.5", "quaternion is not of unit length"},
-                             Bad{"1 1 2 3 0 0 0 1", "stamp does not increase"});
+    const Bad bad =
+        GENERATE(Bad{"2 1 2 3 0 0 0", "row has 7 columns, not 8 (seconds x y z qx qy qz qw)"},
+                 Bad{"2 1 2 x 0 0 0 1", "column 4 is not a finite number"},
+                 Bad{"2 1 2 nan 0 0 0 1", "column 4 is not a finite number"},
+                 Bad{"2 1 2 3 0 0 0 0.5", "quaternion is not of unit length"},
+                 Bad{"1e11 1 2 3 0 0 0 1", "stamp is out of range"}, Bad{"1 1 2 3 0 0 0 1", "stamp does not increase"});
     const test::TempDir dir;
     const std::string path = dir.write("a.tum", std::string("# t\n1 0 0 0 0 0 0 1\n") + bad.row + "\n");
     CHECK(test::input_error_text([&] { read_tum(path); }) == path + ":3: " + bad.complaint);

@@ -269,5 +269,41 @@ TEST_CASE("faults work together and idle ones are known") {
     CHECK(output.hits[3] == 100);
 }
 
+TEST_CASE("a bias begins anywhere, walks as calibrated, and was there before the first frame") {
+    double first = 0.0;
+    double walked = 0.0;
+    constexpr int kSeeds = 40;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+        const Output output = inject({"imu_bias=1," + std::to_string(seed)}, 20);
+        first += (output.imu.front().w_B - Eigen::Vector3d(0.0, 0.0, 0.1)).squaredNorm() / 3.0;
+        walked += (output.imu.back().a_B - output.imu.front().a_B).squaredNorm() / 3.0;
+        CHECK((output.imu[100].a_B - output.imu[99].a_B).norm() < 0.01);
+        CHECK(output.hits.front() == output.imu.size());
+    }
+    CHECK(std::sqrt(first / kSeeds) == Approx(0.03).epsilon(0.25));
+    const double seconds = 20 * 0.05 + 0.05;
+    CHECK(std::sqrt(walked / kSeeds) ==
+          Approx(ImuNoise{}.accel_walk_m_per_s3_per_sqrt_hz * std::sqrt(seconds)).epsilon(0.25));
+}
+
+TEST_CASE("rotors shake the inertial samples while they are asked to, and nothing else") {
+    const Output output = inject({"vibration=flight,3@1+2"});
+    CHECK(untouched_outside(output, 0.0, 0.0) == 100);
+    double inside = 0.0;
+    for (const ImuSample& sample : output.imu) {
+        const Duration t = sample.stamp - Timestamp{kBegin};
+        const double change = std::abs(sample.a_B.x());
+        if (t < Duration::from_seconds(1.0) || t >= Duration::from_seconds(3.0)) {
+            CHECK(change == 0.0);
+        } else {
+            inside += change * change / 400.0;
+        }
+    }
+    CHECK(std::sqrt(inside) == Approx(0.99).epsilon(0.2));
+    CHECK(output.hits == std::vector<std::size_t>{400});
+    CHECK(inject({"vibration=flight,4@1+2"}).imu[300].a_B != output.imu[300].a_B);
+    CHECK(inject({"vibration=flight,3@1+2"}).imu[300].a_B == output.imu[300].a_B);
+}
+
 }  // namespace
 }  // namespace facet

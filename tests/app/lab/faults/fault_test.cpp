@@ -33,6 +33,8 @@ TEST_CASE("what is left out has its default, and no end") {
     CHECK(parse_fault("drop_frames=0.1").values == std::array<double, 2>{0.1, 1.0});
     CHECK(parse_fault("calibration").values == std::array<double, 2>{1.0, 1.0});
     CHECK(parse_fault("calibration=1.5,4").values == std::array<double, 2>{1.5, 4.0});
+    CHECK(parse_fault("vibration=flight").values == std::array<double, 2>{1.0, 1.0});
+    CHECK(parse_fault("vibration=idle,7@2").values == std::array<double, 2>{0.0, 7.0});
     CHECK_FALSE(is_of_samples(parse_fault("calibration")));
     const Fault from_the_start = parse_fault("no_right");
     CHECK(from_the_start.is_active(Duration::from_seconds(0.0)));
@@ -75,6 +77,8 @@ TEST_CASE("every error names the specification and the token") {
         {"time_offset@8", "'time_offset' needs a value"},
         {"drop_frames=1.5", "SHARE '1.5' must be within [0, 1]"},
         {"drop_frames=0.1,z", "SEED 'z' is not a number"},
+        {"vibration", "'vibration' needs a value: vibration=KIND"},
+        {"vibration=3", "KIND '3' must be one of idle, flight"},
         {"calibration@3", "'calibration' holds for the whole run: no start"},
         {"calibration=-1", "K '-1' must be within [0, 100]"},
     };

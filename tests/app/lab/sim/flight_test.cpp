@@ -141,6 +141,37 @@ TEST_CASE("A hover takes off, then wanders by centimetres, slowly and nearly lev
     }
 }
 
+TEST_CASE("A closed flight ends at rest where it began, by the way it came") {
+    for (const double duration_s : {30.0, 40.3}) {
+        FlightPlan plan;
+        plan.duration_s = duration_s;
+        plan.stand_s = 1.0;
+        plan.closed = true;
+        Flight flight;
+        REQUIRE(ok(plan_flight(draft_scene("room"), plan, flight)));
+        const double end_s = flight.duration_s();
+        CHECK(end_s <= duration_s);
+        CHECK(end_s > duration_s - 1.0);
+        const FlightState begin = flight.evaluate(0.0);
+        for (const double t : {end_s - 1.0, end_s, duration_s}) {
+            const FlightState s = flight.evaluate(t);
+            CHECK((s.T_W_B.p - begin.T_W_B.p).norm() < 1e-12);
+            CHECK(s.T_W_B.q.angularDistance(begin.T_W_B.q) < 1e-7);
+            CHECK(s.v_W.norm() + s.a_W.norm() + s.w_B.norm() < 1e-12);
+        }
+        double widest = 0.0;
+        for (double t = 0.0; t < 0.5 * end_s; t += 0.1) {
+            const FlightState out = flight.evaluate(t);
+            const FlightState back = flight.evaluate(end_s - t);
+            CHECK((out.T_W_B.p - back.T_W_B.p).norm() < 1e-9);
+            CHECK((out.v_W + back.v_W).norm() < 1e-9);
+            CHECK((out.a_W - back.a_W).norm() < 1e-9);
+            widest = std::max(widest, (out.T_W_B.p - begin.T_W_B.p).norm());
+        }
+        CHECK(widest > 1.0);
+    }
+}
+
 TEST_CASE("A plan that no flight can keep is refused") {
     FlightPlan plan;
     plan.duration_s = 6.0;

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Standard output and standard error of a program that must not die of either.
+#pragma once
+
+#include <fmt/core.h>
+
+#include <string>
+#include <utility>
+
+namespace facet {
+
+/// To be called first: a descriptor among 0, 1 and 2 that is closed becomes /dev/null, so that no file opened later
+/// takes its place and gets what is printed; a pipe whose reader has gone becomes an error instead of a signal.
+void prepare_console();
+
+/// Whether all that was printed to standard output has arrived; true if its reader went away, who wants no more.
+bool finish_console();
+
+void put_out(const std::string& text);  ///< see print_out
+void put_err(const std::string& text);  ///< see print_err
+
+/// Text to standard output, as fmt::print but never throwing for it: a full disc or a reader who has gone does not end
+/// the run. finish_console() tells.
+template <class... Args>
+void print_out(fmt::format_string<Args...> format, Args&&... args) {
+    put_out(fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// Text to standard error, likewise; if it cannot be written, nobody can be told.
+template <class... Args>
+void print_err(fmt::format_string<Args...> format, Args&&... args) {
+    put_err(fmt::format(format, std::forward<Args>(args)...));
+}
+
+}  // namespace facet
