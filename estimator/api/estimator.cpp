@@ -307,9 +307,12 @@ std::span<const MemoryPart> Estimator::memory() {
                                             {"inertial history", sizeof(ImuBuffer)},
                                             {"front-end", sizeof(Frontend) + sizeof(FrontendOutput)},
                                             {"start in motion", sizeof(MotionStart)},
+                                            {"frames between keyframes", sizeof(LocalMap) + sizeof(FrameUpdate)},
                                             {"landmark view", sizeof(KeyframeView)}};
     return kParts;
 }
+
+const Belief& Estimator::belief() const { return impl_->now; }
 
 const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 
