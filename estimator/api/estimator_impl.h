@@ -45,7 +45,7 @@ struct Estimator::Impl {
     WindowSummary summary;
     int map_landmarks = 0;    ///< that the newest frame was compared with
     double frame_chi2 = 0.0;  ///< of that comparison
-    KeyframeView view;  ///< landmarks at the newest keyframe
+    KeyframeView view;        ///< landmarks at the newest keyframe
 
     void reset();
     /// Stamp of an image in the IMU's clock.
