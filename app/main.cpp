@@ -2,7 +2,6 @@
 // The program: its commands and its exit codes.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <iostream>
 #include <string>
 
 #include "app/commands/build_version.h"
@@ -65,7 +64,6 @@ int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
     facet::prepare_console();
     const int exit_code = facet::run_guarded([&] { return run_program(argc, argv); });
-    std::cout.flush();
     if (!facet::finish_console()) {
         facet::print_error("standard output: cannot be written");
         return exit_code == facet::kExitDone ? facet::kExitFailed : exit_code;

@@ -39,6 +39,7 @@ struct ReplayArguments {
     int passes = 1;
     double min_coverage = kMinCoverage;
     std::string truth;
+    std::string rate = "frames";
     bool quiet = false;
 };
 
@@ -135,6 +136,10 @@ int replay(const ReplayArguments& args, bool has_duration) {
     for (const std::string& spec : args.faults) {
         options.faults.push_back(parse_fault(spec));
     }
+    if (args.rate != "frames" && args.rate != "imu") {
+        throw InputError(fmt::format("--rate {}: unknown; must be one of: frames, imu", args.rate));
+    }
+    options.at_imu_rate = args.rate == "imu";
     options.start_s = args.start_s;
     options.duration_s = has_duration ? std::optional<double>(args.duration_s) : std::nullopt;
     options.loops = args.loops;
@@ -215,6 +220,11 @@ void add_replay_command(CLI::App& app, int& exit_code) {
             "Exit with code 1 if less than this share of the frames since the first estimate, or less than half "
             "of it of all frames, has an estimate")
         ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    command
+        ->add_option("--rate", args->rate,
+                     "frames: the trajectory's files have a line for every frame; imu: for every inertial sample, the "
+                     "newest estimate carried on to it as on the vehicle")
         ->capture_default_str();
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(fault_help() +

@@ -48,6 +48,8 @@ constexpr std::array kHealthColumns{
     HealthColumn{"keyframes", [](const Health& h) { return fmt::format("{}", h.keyframes); }},
     HealthColumn{"landmarks", [](const Health& h) { return fmt::format("{}", h.landmarks); }},
     HealthColumn{"iterations", [](const Health& h) { return fmt::format("{}", h.iterations); }},
+    HealthColumn{"map_landmarks", [](const Health& h) { return fmt::format("{}", h.map_landmarks); }},
+    HealthColumn{"frame_chi2", [](const Health& h) { return fmt::format("{:.4g}", h.frame_chi2); }},
     HealthColumn{"mean_vision_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.mean_vision_chi2); }},
     HealthColumn{"pixel_sigma_px", [](const Health& h) { return fmt::format("{:.4g}", h.pixel_sigma_px); }},
     HealthColumn{"residual_bias_px", [](const Health& h) { return fmt::format("{:.3g}", h.residual_bias_px); }},

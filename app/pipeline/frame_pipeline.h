@@ -68,6 +68,8 @@ public:
     const StereoRig& rig() const { return rig_; }
     CalibrationEstimate calibration() const { return estimator_.calibration(); }
     const VisionResiduals& residuals() const { return estimator_.residuals(); }
+    /// See Estimator.
+    const Belief& belief() const { return estimator_.belief(); }
     std::size_t imu_samples() const { return imu_samples_; }
     std::size_t imu_refused() const { return imu_refused_; }
 

@@ -114,7 +114,7 @@ void FrameRecorder::keep(const Estimate& estimate) {
         summary_.last.health = estimate.health;
         return;
     }
-    if (files_) {
+    if (files_ && !trajectory_at_samples_) {
         files_->trajectory.write(estimate);
     }
     if (summary_.estimates++ == 0) {
@@ -123,6 +123,12 @@ void FrameRecorder::keep(const Estimate& estimate) {
         summary_.path_m += (estimate.state.p_W_B - summary_.last.state.p_W_B).norm();
     }
     summary_.last = estimate;
+}
+
+void FrameRecorder::write_carried(const Estimate& estimate) {
+    if (files_ && trajectory_at_samples_ && is_finite(estimate.state)) {
+        files_->trajectory.write(estimate);
+    }
 }
 
 void FrameRecorder::flush() {

@@ -45,6 +45,10 @@ public:
 
     /// @param departed  faces that left the horizon at this frame
     void write(const FrameResult& frame, std::span<const DepartedFace> departed);
+    /// The trajectory's files have the estimates at inertial samples, instead of those at frames: one line a sample.
+    void write_trajectory_at_samples() { trajectory_at_samples_ = true; }
+    /// An estimate carried on to an inertial sample.
+    void write_carried(const Estimate& estimate);
     void collect(std::span<const DepartedFace> departed) { run_mesh_.collect(departed); }
     void warn(const std::string& kind, const std::string& text);
     /// Brings all files up to here to the system.
@@ -79,6 +83,7 @@ private:
     RecorderLimits limits_;
     std::vector<EarlyWarning> early_;  ///< before open()
     std::optional<Files> files_;
+    bool trajectory_at_samples_ = false;
     RunMesh run_mesh_;
     RunSummary summary_;
     std::size_t oldest_timed_ = 0;

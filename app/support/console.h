@@ -13,7 +13,8 @@ namespace facet {
 /// takes its place and gets what is printed; a pipe whose reader has gone becomes an error instead of a signal.
 void prepare_console();
 
-/// Whether all that was printed to standard output has arrived; true if its reader went away, who wants no more.
+/// Whether all that was printed to standard output has arrived; true if its reader went away, who wants no more. To be
+/// asked before anything else flushes it.
 bool finish_console();
 
 void put_out(const std::string& text);  ///< see print_out

@@ -16,6 +16,7 @@ struct Belief {
     Timestamp stamp;
     NavState state;
     StateCovariance covariance = StateCovariance::Zero();
+    ImuScale imu_scale;  ///< to carry the state on with
 };
 
 inline bool is_finite(const Belief& b) {

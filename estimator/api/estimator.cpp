@@ -34,6 +34,9 @@ void Estimator::Impl::reset() {
     window.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity);
     monitor.configure(config.health);
     gravity_m_per_s2 = config.gravity.norm_m_per_s2();
+    map.clear();
+    map_landmarks = 0;
+    frame_chi2 = 0.0;
     motion_start.configure(rig, config.imu_noise, gravity_m_per_s2, config.window.pixel_sigma_px);
     monitor.reset();
     tracks = {};
@@ -148,6 +151,22 @@ void Estimator::Impl::hold_still() {
     now.covariance.diagonal().segment<3>(kVel).setConstant(sigmas.v_m_per_s * sigmas.v_m_per_s);
 }
 
+void Estimator::Impl::update_by_image(const Preintegration& preintegration) {
+    if (!config.window.update_frames || phase == Phase::kCoasting || map.empty()) {
+        return;
+    }
+    const StageScope scope(observer, Stage::kFrameUpdate);
+    const FramePrediction prediction{newest.state, preintegration, now.state, now.covariance, config.imu_noise};
+    FrameEstimate updated;
+    if (ok(frame_update.solve(map, window.cameras(), static_cast<int>(window.state().keyframes.size()), prediction,
+                              {tracks.observations.data(), tracks.observations.size()}, updated))) {
+        now.state = updated.state;
+        now.covariance = updated.covariance;
+        map_landmarks = updated.landmarks;
+        frame_chi2 = updated.chi2;
+    }
+}
+
 void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     if (!ok(window.add_keyframe(keyframe_input(), preintegration))) {
         return;
@@ -159,7 +178,9 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     reintegrate();
     update_covariance();
     update_corrections();
+    now.imu_scale = window.calibration().imu;
     newest = now;
+    static_cast<void>(window.fill_map(map));  // on failure it is empty: frames are predicted then
     rests = true;
     {
         const StageScope scope(observer, Stage::kLandmarks);
@@ -247,8 +268,10 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
 }
 
 void Estimator::Impl::act(FrameAction action, const Preintegration& preintegration) {
+    map_landmarks = 0;
+    frame_chi2 = 0.0;
     switch (action) {
-        case FrameAction::kCarryOn: break;
+        case FrameAction::kCarryOn: update_by_image(preintegration); break;
         case FrameAction::kTakeKeyframe:
             phase = Phase::kFollowing;
             take_keyframe(preintegration);
@@ -294,9 +317,12 @@ std::span<const MemoryPart> Estimator::memory() {
                                             {"inertial history", sizeof(ImuBuffer)},
                                             {"front-end", sizeof(Frontend) + sizeof(FrontendOutput)},
                                             {"start in motion", sizeof(MotionStart)},
+                                            {"frames between keyframes", sizeof(LocalMap) + sizeof(FrameUpdate)},
                                             {"landmark view", sizeof(KeyframeView)}};
     return kParts;
 }
+
+const Belief& Estimator::belief() const { return impl_->now; }
 
 const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "estimator/api/belief.h"
 #include "estimator/api/config.h"
 #include "estimator/api/estimate.h"
 #include "estimator/api/memory_part.h"
@@ -70,6 +71,10 @@ public:
     /// Bytes of the estimator's own storage, by part, without the image buffers: those depend on the rig and are
     /// allocated in configure().
     static std::span<const MemoryPart> memory();
+
+    /// State at the newest frame with the covariance of all of it: what a StateCarrier carries on. Only while
+    /// Health::state is kTracking or kDegraded.
+    const Belief& belief() const;
 
     /// Landmarks and camera at the newest keyframe; empty before the second one. Valid until the next add_frame.
     const KeyframeView& keyframe_view() const;

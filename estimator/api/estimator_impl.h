@@ -11,6 +11,8 @@
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/propagation.h"
 #include "estimator/values/camera_corrections.h"
+#include "estimator/window/frame_update.h"
+#include "estimator/window/local_map.h"
 #include "estimator/window/window.h"
 
 namespace facet {
@@ -25,6 +27,8 @@ struct Estimator::Impl {
     Frontend frontend;
     FrontendOutput tracks;
     Window window;
+    LocalMap map;  ///< of the newest keyframe
+    FrameUpdate frame_update;
     HealthMonitor monitor;
     MotionStart motion_start;
     Belief newest;  ///< at the newest keyframe
@@ -39,7 +43,9 @@ struct Estimator::Impl {
     RigCalibration::Tangent calibration_sigma = RigCalibration::Tangent::Zero();
     std::uint32_t reset_counter = 0;
     WindowSummary summary;
-    KeyframeView view;  ///< landmarks at the newest keyframe
+    int map_landmarks = 0;    ///< that the newest frame was compared with
+    double frame_chi2 = 0.0;  ///< of that comparison
+    KeyframeView view;        ///< landmarks at the newest keyframe
 
     void reset();
     /// Stamp of an image in the IMU's clock.
@@ -55,6 +61,9 @@ struct Estimator::Impl {
     /// The vehicle stands where it stood at the newest keyframe: that is known better than the inertial prediction
     /// since, which has the errors of velocity and biases.
     void hold_still();
+    /// Corrects the predicted state by the frame's image, if that sees enough of the map.
+    /// @param preintegration  from the newest keyframe to now
+    void update_by_image(const Preintegration& preintegration);
     void take_keyframe(const Preintegration& preintegration);
     /// During a start in motion: if the window contradicts the closed-form solution, it begins anew from that solution.
     void second_opinion();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // What the estimator reports about a frame: each part fills its own share of the health.
+#include <algorithm>
 #include <cmath>
 
 #include "estimator/api/estimator_impl.h"
@@ -25,7 +26,7 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     e.tilt_sigma_rad = tilt_sigma(now);
     e.gyro_bias_rad_per_s = now.state.bias.gyro.norm();
     e.accel_bias_m_per_s2 = now.state.bias.accel.norm();
-    e.vision_chi2 = summary.fit.vision_chi2(config.window.pixel_sigma_px);
+    e.vision_chi2 = std::max(summary.fit.vision_chi2(config.window.pixel_sigma_px), frame_chi2);
     e.residual_bias_px = window.residual_bias_px();
     e.calibration_stretch = window.calibration_stretch();
     e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed;
@@ -51,7 +52,9 @@ void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimat
         health.is_still = tracks.is_still && rests;
     }
     window.report(summary, health);
-    health.mean_vision_chi2 = e.vision_chi2;
+    health.mean_vision_chi2 = summary.fit.vision_chi2(config.window.pixel_sigma_px);
+    health.map_landmarks = map_landmarks;
+    health.frame_chi2 = frame_chi2;
     health.iterations = e.is_keyframe ? summary.solver.iterations : 0;
     health.time_offset_sigma_s = calibration_sigma(kTimeOffset);
     health.reset_counter = reset_counter;

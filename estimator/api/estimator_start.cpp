@@ -22,7 +22,9 @@ void Estimator::Impl::begin_window(const StateCovariance& information, Calibrati
         forget_corrections();
     }
     phase = Phase::kFollowing;
+    now.imu_scale = window.calibration().imu;
     newest = now;
+    map.clear();
     summary = {};
     motion_start.reset();
     motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);

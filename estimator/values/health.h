@@ -60,6 +60,8 @@ struct Health {
     int keyframes = 0;              ///< in the window
     int landmarks = 0;              ///< landmarks in the window that took part in the last optimization
     int iterations = 0;             ///< solver steps at this frame
+    int map_landmarks = 0;          ///< of the newest keyframe, found in this frame and used; 0 at keyframes
+    double frame_chi2 = 0.0;        ///< variance of their residuals over the expected one, without outliers
     double mean_vision_chi2 = 0.0;  ///< squared vision residual per degree of freedom in units of the configured sigma
     double pixel_sigma_px = 0.0;    ///< standard deviation that observations are weighted with now
     double residual_bias_px = 0.0;  ///< largest mean of the residuals of an image coordinate; 0 until known

@@ -9,6 +9,7 @@ namespace facet {
 enum class Stage : std::uint8_t {
     kPropagation,      ///< inertial integration and prediction
     kTracking,         ///< front-end, every frame
+    kFrameUpdate,      ///< state of a frame between keyframes, from its image
     kTriangulation,    ///< landmarks from the current poses, and outlier tests
     kLinearization,    ///< factors, landmark elimination
     kSolve,            ///< reduced system
@@ -23,6 +24,7 @@ constexpr const char* to_string(Stage s) {
     switch (s) {
         case Stage::kPropagation: return "propagation";
         case Stage::kTracking: return "tracking";
+        case Stage::kFrameUpdate: return "frame_update";
         case Stage::kTriangulation: return "triangulation";
         case Stage::kLinearization: return "linearization";
         case Stage::kSolve: return "solve";

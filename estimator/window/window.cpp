@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/window/local_map.h"
 #include "estimator/window/outlier_removal.h"
 #include "estimator/window/residual_count.h"
 #include "estimator/window/stage_scope.h"
@@ -203,6 +204,14 @@ Status Window::newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& co
     }
     covariance = workspace_.solver.last_keyframe_covariance();
     return Status::kOk;
+}
+
+Status Window::fill_map(LocalMap& map) const {
+    if (!is_factorized_) {
+        map.clear();
+        return Status::kDegenerate;
+    }
+    return map.build(state_, cameras_, workspace_.systems[current_system_]);
 }
 
 double Window::calibration_sigma(int parameter) {

@@ -18,6 +18,8 @@
 
 namespace facet {
 
+class LocalMap;
+
 /// A frame that becomes a keyframe.
 struct KeyframeInput {
     Timestamp stamp;                                ///< in the IMU's clock: the image's plus Window's time offset
@@ -79,6 +81,11 @@ public:
     /// error in the tangent space of the estimate. @return kDegenerate if the window's information is singular (output
     /// untouched).
     Status newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance);
+
+    /// What the newest keyframe knows of its landmarks, for the frames after it; to be called after
+    /// newest_covariance().
+    /// @return kDegenerate if the window has not been optimized or does not determine the newest state (map empty)
+    Status fill_map(LocalMap& map) const;
 
     /// Where the landmarks should appear to the left camera of a body in this state; by increasing id. Valid until the
     /// next non-const call.

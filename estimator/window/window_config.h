@@ -17,6 +17,7 @@ struct WindowConfig {
     double loss_threshold = 1.2;
     double redundant_px = 5.0;
     double outlier_threshold_px = 3.0;
+    bool update_frames = true;
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
@@ -38,6 +39,8 @@ inline constexpr auto kWindowFields = std::to_array<ParameterField<WindowConfig>
      "When the window is full, a keyframe that moved less than this from the one before is dropped first; 0: never."},
     {FACET_FIELD(WindowConfig, outlier_threshold_px), "px", 0.5, 20,
      "Observations whose residual after optimization is larger than this are removed."},
+    {FACET_FIELD(WindowConfig, update_frames), "-", 0, 1,
+     "Correct the state at frames between keyframes by their images; otherwise it is predicted from inertial data."},
 });
 
 }  // namespace facet

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <deque>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <variant>
 
@@ -14,6 +15,7 @@
 #include "app/lab/faults/fault_injector.h"
 #include "app/lab/faults/image_faults.h"
 #include "app/lab/replay/log_options.h"
+#include "app/pipeline/carried_estimate.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
 #include "app/pipeline/stage_timer.h"
@@ -80,11 +82,12 @@ private:
     Timestamp newest_;       ///< latest stamp given
     FramePipeline pipeline_;
     FrameResult result_;
-    std::deque<OwnedFrame> waiting_;         ///< for inertial samples
-    Timestamp newest_fed_;                   ///< of these, the latest that the estimator has
-    std::optional<FaultInjector> injector_;  ///< none without faults
-    std::optional<StartCheck> start_check_;  ///< of the log, without faults
-    std::optional<TruthInjector> truth_;     ///< none if all is to be as measured
+    std::unique_ptr<CarriedEstimate> carried_;  ///< none unless the trajectory is at the IMU's rate
+    std::deque<OwnedFrame> waiting_;            ///< for inertial samples
+    Timestamp newest_fed_;                      ///< of these, the latest that the estimator has
+    std::optional<FaultInjector> injector_;     ///< none without faults
+    std::optional<StartCheck> start_check_;     ///< of the log, without faults
+    std::optional<TruthInjector> truth_;        ///< none if all is to be as measured
 };
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
@@ -135,6 +138,9 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
     if (result_.status == Status::kNotReady && !is_last_chance && newest_fed_ < frame.stamp + kRetry) {
         return false;
     }
+    if (carried_) {
+        carried_->correct(result_, pipeline_.belief());
+    }
     recorder_.write(result_, pipeline_.departed());
     return true;
 }
@@ -154,6 +160,9 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
 void Replay::feed(const ImuSample& sample) {
     pipeline_.add_imu(sample);
     newest_fed_ = sample.stamp;
+    if (Estimate estimate; carried_ && carried_->add_imu(sample, estimate)) {
+        recorder_.write_carried(estimate);
+    }
     while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {
         waiting_.pop_front();
     }
@@ -239,6 +248,10 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     pipeline_.configure(options_.config, disturbed(options_));
     recorder_.open();
     start_check_.emplace(options_.calibration.rig);
+    if (options_.at_imu_rate) {
+        carried_ = std::make_unique<CarriedEstimate>(options_.config);
+        recorder_.write_trajectory_at_samples();
+    }
     if (options_.truth.any()) {
         truth_.emplace(options_.dataset, options_.calibration.rig, options_.truth);
         pipeline_.set_observation_hook(&*truth_);

@@ -29,6 +29,7 @@ struct ReplayOptions {
     double start_s = 0.0;              ///< from the log's first frame
     std::optional<double> duration_s;  ///< all if empty
     int loops = 1;                     ///< how often it is repeated without a seam; it must end as it began
+    bool at_imu_rate = false;          ///< the trajectory has a line for every inertial sample, not every frame
     int passes = 1;                    ///< how often the log is played, one pass after the other
     std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
     TruthSelection truth;              ///< what is replaced by the dataset's ground truth

@@ -85,6 +85,8 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
     h.keyframes = 5;
     h.landmarks = 6;
     h.iterations = 7;
+    h.map_landmarks = 10;
+    h.frame_chi2 = 0.75;
     h.mean_vision_chi2 = 0.5;
     h.pixel_sigma_px = 0.35;
     h.residual_bias_px = 0.02;
@@ -99,10 +101,12 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
     CHECK(rows[0] ==
           "stamp_ns,state,reasons,reason_names,quality,reset_counter,is_keyframe,is_still,tracked,detected,stereo,"
           "recalled,outliers,keyframes,landmarks,"
-          "iterations,mean_vision_chi2,pixel_sigma_px,residual_bias_px,calibration_stretch,imu_chi2,time_offset_s,"
+          "iterations,map_landmarks,frame_chi2,"
+          "mean_vision_chi2,pixel_sigma_px,residual_bias_px,calibration_stretch,imu_chi2,time_offset_s,"
           "time_offset_sigma_s,imu_gaps,imu_clipped,imu_dropped");
     CHECK(rows[1] ==
-          "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,0,0,1,0,1,2,3,0,4,5,6,7,0.5,0.35,0.02,1.5,1.25,0,0,8,0,9");
+          "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,0,0,1,0,1,2,3,0,4,5,6,7,10,0.75,0.5,"
+          "0.35,0.02,1.5,1.25,0,0,8,0,9");
     CHECK(reason_names(0).empty());
 }
 
@@ -136,9 +140,9 @@ TEST_CASE("timing.csv has a column for every stage") {
     const std::vector<std::string> rows = lines(dir.file("timing.csv"));
     REQUIRE(rows.size() == 2);
     CHECK(rows[0] ==
-          "stamp_ns,is_keyframe,total_ms,propagation_ms,tracking_ms,triangulation_ms,linearization_ms,solve_ms,"
-          "marginalization_ms,landmarks_ms,mesh_ms,planes_ms");
-    CHECK(rows[1] == "42,1,10.0000,0.0000,0.0000,0.0000,0.0000,2.5000,0.0000,0.0000,0.0000,0.0000");
+          "stamp_ns,is_keyframe,total_ms,propagation_ms,tracking_ms,frame_update_ms,triangulation_ms,linearization_ms,"
+          "solve_ms,marginalization_ms,landmarks_ms,mesh_ms,planes_ms");
+    CHECK(rows[1] == "42,1,10.0000,0.0000,0.0000,0.0000,0.0000,0.0000,2.5000,0.0000,0.0000,0.0000,0.0000");
     CHECK(columns(rows[0]) == 3 + kStageCount);
 }
 

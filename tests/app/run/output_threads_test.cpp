@@ -94,7 +94,7 @@ TEST_CASE("poses reach the sinks and frames the files, however early the stop co
     REQUIRE(status.events.size() == 2);
     CHECK(status.events[0] == "imu: gone");
     CHECK(status.events[1] == "synchroniser: left camera: gap (value 2, at 5 ns)");
-    CHECK(test::read_file(dir.file("warnings.txt")) ==
+    CHECK(test::read_file(dir.file("warnings.txt.part")) ==
           "source_failed: imu: gone\nsynchroniser: synchroniser: left camera: gap (value 2, at 5 ns)\n");
 }
 

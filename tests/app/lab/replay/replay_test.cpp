@@ -125,6 +125,26 @@ TEST_CASE("passes follow each other with a seam and no stamp twice") {
     CHECK(seams == 2);
 }
 
+TEST_CASE("a log that ends as it began is repeated without a seam, faults included") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    ReplayOptions options = options_for(dir, "out");
+    options.loops = 3;
+    options.faults.push_back(parse_fault("imu_noise=1"));
+    const RunSummary run = run_replay(options, std::atomic<bool>{false});
+    CHECK(run.frames_listed == 3 * kFrames);
+    CHECK(run.frames == 3 * kFrames);
+    CHECK(run.frames_refused == 0);
+    CHECK(run.imu_refused == 0);
+    CHECK(run.last.health.imu_gaps == 0);
+    std::istringstream health(test::read_file(dir.file("out/health.csv")));
+    std::string row;
+    std::getline(health, row);
+    for (int k = 0; std::getline(health, row); ++k) {
+        CHECK(std::stoll(row) == test::kAslBegin + k * test::kAslFrameStep);
+    }
+}
+
 TEST_CASE("faults reach the estimator, are in the summary, and leave the files comparable") {
     const test::TempDir dir;
     test::write_asl_folder(dir, kFrames);
