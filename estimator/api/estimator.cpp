@@ -30,16 +30,24 @@ static_assert(CameraCorrections::kDim == kCameraTermsDim && kLeftLens == kRigDim
 void Estimator::Impl::reset() {
     imu.clear(config.imu_noise.rate_hz, config.imu_limits);
     frontend.reset();
+    other_frontend.reset();
     window.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity);
     monitor.configure(config.health);
     gravity_m_per_s2 = config.gravity.norm_m_per_s2();
-    motion_start.configure(rig, config.imu_noise, gravity_m_per_s2, config.window.pixel_sigma_px);
+    configure_starts();
     monitor.reset();
     tracks = {};
     newest = now = {};
     span = {};
     phase = Phase::kEmpty;
-    rests = reset_wanted = is_late = false;
+    rests = reset_wanted = is_late = is_blind = has_carried = false;
+    has_frame = has_primary = false;
+    is_confirmed = true;
+    awaits_answer = has_trusted = false;
+    trusted = {};
+    gauge.setZero();
+    q_Bf_B.setIdentity();
+    frame_latency = {};
     calibration_sigma.setZero();
     forget_corrections();
     reset_counter = 0;
@@ -69,11 +77,12 @@ Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool w
     hints.effort = is_late ? kLateFeatures : 1.0;
     if (phase != Phase::kEmpty) {
         const StageScope scope(observer, Stage::kPropagation);
-        FACET_TRY(imu.rotation_between(before, now.stamp, now.state.bias.gyro, hints.q_Bp_B));
+        hints.q_Bp_B = turn_since_frame(before);
     }
     const StageScope scope(observer, Stage::kTracking);
     hints.landmarks = window.predict_landmarks(now.state);
     FACET_TRY(frontend.process(frame, hints, tracks));
+    q_Bf_B.setIdentity();
     if (hook != nullptr) {
         hook->edit(frame.stamp, {tracks.observations.data(), tracks.observations.size()});
     }
@@ -93,6 +102,7 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
     const Status tracked = track(frame, before, true);
     phase = Phase::kWaiting;
     last_image = frame.stamp;
+    last_frame = now.stamp;
     if (ok(tracked) && tracks.is_keyframe) {
         now.covariance = initial.information().inverse();
         begin_window(initial.information());
@@ -157,9 +167,11 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     {
         const StageScope scope(observer, Stage::kLandmarks);
         fill_keyframe_view(window, tracks, view);
+        view.is_exchanged = is_exchanged;
     }
     if (is_starting) {
         motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
+        monocular_start.add_keyframe(now.stamp, keyframe_input().observations, imu, now.state.bias);
         second_opinion();
     }
 }
@@ -218,6 +230,10 @@ void Estimator::Impl::reintegrate() {
 Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
     const Timestamp before = now.stamp;
     Preintegration preintegration({}, gravity_m_per_s2);
+    if (frontend.ids_run_out()) {
+        frontend.restart_ids();
+        reset_wanted = true;
+    }
     FACET_TRY(predict(stamp, preintegration));
     PredictionEvidence predicted;
     predicted.phase = phase;
@@ -228,12 +244,18 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     predicted.keyframe_age_s = (stamp - newest.stamp).seconds();
     const Status tracked = track(frame, before, wants_keyframe(predicted));
     last_image = frame.stamp;
+    last_frame = stamp;
     if (ok(tracked)) {
         judge_rest(tracks.image == ImageState::kUsable);
-        act(decide({phase, must_restart(predicted), tracks.is_keyframe, tracks.stereo, rests, tracks.is_still}),
-            preintegration);
+        FrameEvidence seen{phase, must_restart(predicted), tracks.is_keyframe, tracks.stereo, rests, tracks.is_still};
+        seen.lone_features = is_alone(frame) ? static_cast<int>(tracks.observations.size()) : 0;
+        act(decide(seen), preintegration);
     }
     report(frame, ok(tracked), estimate);
+    if (monitor.state() == TrackingState::kTracking || monitor.state() == TrackingState::kDegraded) {
+        trusted = now;
+        has_trusted = true;
+    }
     return tracked;
 }
 
@@ -242,7 +264,11 @@ void Estimator::Impl::act(FrameAction action, const Preintegration& preintegrati
         case FrameAction::kCarryOn: break;
         case FrameAction::kTakeKeyframe:
             phase = Phase::kFollowing;
-            take_keyframe(preintegration);
+            if (awaits_answer) {
+                collect_alone();
+            } else {
+                take_keyframe(preintegration);
+            }
             break;
         case FrameAction::kHold:
             phase = Phase::kHolding;
@@ -260,8 +286,10 @@ Status Estimator::configure(const EstimatorConfig& config, const StereoRig& rig)
     FACET_TRY(CameraModel::validate(rig.left.intrinsics()));
     FACET_TRY(CameraModel::validate(rig.right.intrinsics()));
     FACET_TRY(impl_->frontend.configure(config.frontend, rig));
+    FACET_TRY(impl_->other_frontend.configure(config.frontend, rig.exchanged()));
     impl_->config = config;
     impl_->rig = rig;
+    impl_->is_exchanged = false;
     impl_->reset();
     return Status::kOk;
 }
@@ -283,8 +311,8 @@ std::span<const MemoryPart> Estimator::memory() {
     static_assert(sizeof(Impl) <= kMemoryBudget / 2, "the other half is for images, mesh and planes");
     static constexpr MemoryPart kParts[] = {{"window", sizeof(Window)},
                                             {"inertial history", sizeof(ImuBuffer)},
-                                            {"front-end", sizeof(Frontend) + sizeof(FrontendOutput)},
-                                            {"start in motion", sizeof(MotionStart)},
+                                            {"front-end", 2 * sizeof(Frontend) + sizeof(FrontendOutput)},
+                                            {"start in motion", sizeof(MotionStart) + sizeof(MonocularStart)},
                                             {"landmark view", sizeof(KeyframeView)}};
     return kParts;
 }
@@ -293,27 +321,51 @@ const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 
 CalibrationEstimate Estimator::calibration() const {
     CalibrationEstimate estimate;
-    estimate.correction = impl_->window.calibration();
+    estimate.correction = impl_->calibration_as_given();
     for (int i = 0; i < impl_->config.calibration.dim() && impl_->window.has_factor(); ++i) {
         estimate.sigma(i) = impl_->window.calibration_sigma(i);
+    }
+    if (impl_->is_exchanged) {
+        estimate.sigma.segment<kLensDim>(kLeftLens).swap(estimate.sigma.segment<kLensDim>(kRightLens));
     }
     return estimate;
 }
 
 const VisionResiduals& Estimator::residuals() const { return impl_->window.residuals(); }
 
-Status Estimator::add_imu(const ImuSample& sample) { return impl_->imu.push(sample); }
+Status Estimator::add_imu(const ImuSample& sample) {
+    FACET_TRY(impl_->imu.push(sample));
+    impl_->carry_without_frames();
+    return Status::kOk;
+}
+
+Status Estimator::take_carried(Estimate& estimate) {
+    if (!impl_->has_carried) {
+        return Status::kNotReady;
+    }
+    impl_->has_carried = false;
+    estimate = impl_->carried;
+    return Status::kOk;
+}
 
 Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     Impl& s = *impl_;
+    if (!ImuBuffer::is_sane(frame.stamp)) {
+        return Status::kInvalidArgument;
+    }
     const Timestamp stamp = s.imu_stamp(frame.stamp);
     if (s.phase != Phase::kEmpty && (frame.stamp <= s.last_image || stamp <= s.now.stamp)) {
+        s.expect_late_frames(frame.stamp, stamp);
         return Status::kOutOfOrder;
     }
     if (s.imu.empty() || s.imu.newest() < stamp) {
         return Status::kNotReady;
     }
-    return has_window(s.phase) ? s.carry_on(frame, stamp, estimate) : s.start(frame, estimate);
+    const StereoFrame seen = s.choose_camera(frame);
+    if (seen.left.empty() && !seen.right.empty()) {
+        return s.pass_over(frame, stamp, estimate);
+    }
+    return has_window(s.phase) ? s.carry_on(seen, stamp, estimate) : s.start(seen, estimate);
 }
 
 }  // namespace facet

@@ -34,6 +34,7 @@ struct WindowSummary {
     int rejected_observations = 0;   ///< removed as outliers afterwards
     int rejected_landmarks = 0;      ///< landmarks whose newest observation was one: their tracks should end
     bool marginalization_failed = false;
+    bool prior_repaired = false;  ///< the system had no solution with the prior as it was
 };
 
 /// Fixed-lag smoother over keyframe states [theta p v bg ba] with structureless stereo landmarks, inertial factors and
@@ -44,6 +45,10 @@ public:
     void configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,
                    const ImuNoise& noise, const RegularityConfig& regularity = {});
     void set_stage_observer(StageObserver* observer);
+    /// Goes on with the same cameras in other roles: forgets keyframes, landmarks, planes, prior and learned weights,
+    /// not the residuals counted so far. start() must follow. No heap.
+    /// @param calibration  the corrections so far, in the new roles
+    void change_rig(const StereoRig& rig, const RigCalibration& calibration);
 
     /// Forgets keyframes, landmarks and prior, and begins with one keyframe and its Gaussian prior. The calibration is
     /// kept.
@@ -113,6 +118,13 @@ public:
 
 private:
     void make_room();
+    /// Gives a window that has lost its prior one on its oldest keyframe, and on others that no inertial factor ties to
+    /// the one before.
+    void replace_prior();
+    /// Sets the calibration's share of a prior on one keyframe: what was given.
+    void fill_calibration_prior();
+    /// Repairs a prior with which the system has no solution, and optimizes once more.
+    void recover(const LevenbergOptions& options, WindowSummary& summary);
     void add_observations(int keyframe, std::span<const FeatureObservation> observations);
     void remove_outliers(WindowSummary& summary);
 

@@ -146,6 +146,7 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     OwnedFrame& kept = waiting_.emplace_back();
     kept.stamp = frame.stamp;
     kept.output_stamp = output_stamp;
+    kept.has_left = !frame.left.empty();
     kept.has_right = !frame.right.empty();
     copy_image(frame.left, kept.left);
     copy_image(frame.right, kept.right);
@@ -154,6 +155,9 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
 void Replay::feed(const ImuSample& sample) {
     pipeline_.add_imu(sample);
     newest_fed_ = sample.stamp;
+    if (pipeline_.take_carried(result_)) {
+        recorder_.write(result_, {});
+    }
     while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {
         waiting_.pop_front();
     }
