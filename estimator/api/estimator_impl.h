@@ -51,7 +51,7 @@ struct Estimator::Impl {
     Timestamp last_pair;        ///< the last frame with both images, or the first frame
     bool has_trusted = false;   ///< there has been an estimate to be used
     Belief trusted;             ///< the newest one
-    /// Covariance of [yaw p] that a window began with, about `gauge_origin`. Nothing that a window sees tells either, so
+    /// Covariance of [yaw p] that a window began with, about `gauge_origin`. Nothing in a window tells either, so
     /// that inside it they are known, and this is added to what is reported.
     Eigen::Matrix4d gauge = Eigen::Matrix4d::Zero();
     Eigen::Vector3d gauge_origin = Eigen::Vector3d::Zero();
