@@ -69,6 +69,9 @@ public:
     /// @param left  its left image, or empty: then no gradient test
     void update(const KeyframeView& view, const ImageView& left);
 
+    /// The camera that plays the left one from the next update on. No heap.
+    void set_camera(const CameraModel& left) { camera_ = left; }
+
     const HorizonMesh& mesh() const { return mesh_; }
     /// For the plane finder, which labels faces and corrects shown positions.
     HorizonMesh& mesh() { return mesh_; }

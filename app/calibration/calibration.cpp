@@ -26,7 +26,8 @@ Duration read_time_shift(const YamlNode& camera) {
 
 Calibration load_euroc_calibration(const std::string& root) {
     const YamlNode left = load_yaml(root + "/cam0/sensor.yaml");
-    const YamlNode right = load_yaml(root + "/cam1/sensor.yaml");
+    const bool has_right = std::filesystem::exists(root + "/cam1");
+    const YamlNode right = load_yaml(root + (has_right ? "/cam1/sensor.yaml" : "/cam0/sensor.yaml"));
     const YamlNode imu = load_yaml(root + "/imu0/sensor.yaml");
     const Se3 T_I_B = read_transform(imu.at("T_BS")).inverse();
 
@@ -35,7 +36,11 @@ Calibration load_euroc_calibration(const std::string& root) {
                        .right = read_camera(right, "distortion_coefficients"),
                        .T_B_C0 = T_I_B * read_transform(left.at("T_BS")),
                        .T_B_C1 = T_I_B * read_transform(right.at("T_BS"))};
-    check_baseline(calibration.rig, right.at("T_BS"));
+    if (has_right) {
+        check_baseline(calibration.rig, right.at("T_BS"));
+    } else {
+        calibration.rig = StereoRig::monocular(calibration.rig.left, calibration.rig.T_B_C0);
+    }
     calibration.noise = read_imu_noise(imu, "rate_hz");
     calibration.camera_time_shift = read_time_shift(left);
     calibration.sigmas = read_stated_sigmas(left, right);
@@ -46,7 +51,8 @@ Calibration load_euroc_calibration(const std::string& root) {
 void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibration) {
     const YamlNode chain = load_yaml(camchain_path);
     const YamlNode left = chain.at("cam0");
-    const YamlNode right = chain.at("cam1");
+    const bool has_right = chain.has("cam1");
+    const YamlNode right = chain.at(has_right ? "cam1" : "cam0");
     StereoRig rig;
     rig.left = read_camera(left, "distortion_coeffs");
     rig.right = read_camera(right, "distortion_coeffs");
@@ -56,8 +62,10 @@ void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibrat
     const YamlNode extrinsics = right.at(from_imu ? "T_cam_imu" : "T_cn_cnm1");
     const Se3 T_C1_other = read_transform(extrinsics);
     rig.T_B_C1 = from_imu ? T_C1_other.inverse() : (T_C1_other * T_C0_B).inverse();
-    check_baseline(rig, extrinsics);
-    calibration.rig = rig;
+    if (has_right) {
+        check_baseline(rig, extrinsics);
+    }
+    calibration.rig = has_right ? rig : StereoRig::monocular(rig.left, rig.T_B_C0);
     calibration.camera_time_shift = read_time_shift(left);
     calibration.sigmas = read_stated_sigmas(left, right);
     calibration.source = "camchain";

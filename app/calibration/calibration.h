@@ -31,7 +31,8 @@ struct Calibration {
 };
 
 /// From a EuRoC/ASL folder: cam0, cam1 and imu0/sensor.yaml. T_BS maps sensor to body; an IMU away from the body frame
-/// is composed in: T_I_C = T_B_I^-1 * T_B_C. cam0 may have Kalibr's timeshift_cam_imu.
+/// is composed in: T_I_C = T_B_I^-1 * T_B_C. cam0 may have Kalibr's timeshift_cam_imu. Without a folder cam1 the rig
+/// has one camera; likewise a camera chain without cam1.
 /// @param root  the folder that holds cam0
 /// Throws InputError naming file, line and field if a field is missing or implausible.
 Calibration load_euroc_calibration(const std::string& root);

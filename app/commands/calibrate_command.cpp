@@ -45,6 +45,9 @@ Calibration given_calibration(const CalibrateArguments& args) {
         throw InputError(args.dataset + ": no such folder");
     }
     Calibration calibration = load_calibration(root, args.cameras, args.imu);
+    if (!calibration.rig.has_right) {
+        throw InputError(args.dataset + ": has one camera; two are calibrated together");
+    }
     if (!args.inject.empty()) {
         const Fault fault = parse_fault(args.inject);
         if (fault.kind != FaultKind::kCalibration ||

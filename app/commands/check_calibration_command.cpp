@@ -31,6 +31,9 @@ int run_check(const CheckArguments& args) {
     CheckOptions options;
     options.dataset = args.dataset;
     options.calibration = load_calibration(root, args.cameras, args.imu);
+    if (!options.calibration.rig.has_right) {
+        throw InputError(args.dataset + ": has one camera; the checks compare two");
+    }
     const std::vector<CheckVerdict> verdicts = check_calibration(options);
     for (const CheckVerdict& verdict : verdicts) {
         print_out("{:<22} {:<12} {}\n", verdict.name, to_string(verdict.level), verdict.sentence);

@@ -141,6 +141,7 @@ void add_sim_command(CLI::App& app, int& exit_code) {
                     "Strength of gravity (m/s^2); estimate with --set gravity.magnitude_m_per_s2 at the same value")
         ->capture_default_str();
     sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
+    sub->add_option("--imu-rate", options->imu_rate_hz, "Rate of the inertial samples (Hz)")->capture_default_str();
     sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")
         ->capture_default_str();
     sub->add_option("--threads", options->threads, "Threads; the output does not depend on it")->capture_default_str();

@@ -21,7 +21,8 @@
 
 namespace facet {
 
-/// Two nodes, or one whose images are twice as wide: left and right side by side.
+/// Two nodes, or one whose images are twice as wide: left and right side by side. With a calibration of one camera
+/// `left` is all there is.
 struct VehicleCameras {
     bool side_by_side = false;  ///< then `left` is the node, its width twice the calibration's
     bool use_sequence = true;   ///< the drivers count frames

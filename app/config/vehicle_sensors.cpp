@@ -261,6 +261,9 @@ VehicleCameras read_cameras(const YamlNode& node, const Calibration& calibration
     const auto left = section.find("left");
     const auto right = section.find("right");
     section.finish();
+    if (!calibration.rig.has_right && (both || right)) {
+        (both ? *both : *right).fail("the calibration has one camera: say 'left' only");
+    }
     if (both && (left || right)) {
         node.fail("has 'side_by_side' and 'left' or 'right'; choose one node or two");
     }
@@ -285,7 +288,7 @@ VehicleCameras read_cameras(const YamlNode& node, const Calibration& calibration
     if (right) {
         read_node(*right, cameras.right);
     }
-    if (!both && cameras.left.capture.device == cameras.right.capture.device) {
+    if (!both && calibration.rig.has_right && cameras.left.capture.device == cameras.right.capture.device) {
         node.fail("left and right are the same device; an image of both is 'side_by_side'");
     }
     return cameras;

@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-constexpr std::array<std::pair<std::uint32_t, const char*>, 17> kReasons{{
+constexpr std::array<std::pair<std::uint32_t, const char*>, 19> kReasons{{
     {kReasonFewFeatures, "few_features"},
     {kReasonFewStereo, "few_stereo"},
     {kReasonNoRightImage, "no_right_image"},
@@ -24,6 +24,8 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 17> kReasons{{
     {kReasonVelocityUncertain, "velocity_uncertain"},
     {kReasonOverrun, "overrun"},
     {kReasonCalibration, "calibration"},
+    {kReasonNoImages, "no_images"},
+    {kReasonOneCamera, "one_camera"},
 }};
 
 /// One column of health.csv.
@@ -39,6 +41,7 @@ constexpr std::array kHealthColumns{
     HealthColumn{"quality", [](const Health& h) { return fmt::format("{}", h.quality); }},
     HealthColumn{"reset_counter", [](const Health& h) { return fmt::format("{}", h.reset_counter); }},
     HealthColumn{"is_keyframe", [](const Health& h) { return fmt::format("{:d}", h.is_keyframe); }},
+    HealthColumn{"is_exchanged", [](const Health& h) { return fmt::format("{:d}", h.is_exchanged); }},
     HealthColumn{"is_still", [](const Health& h) { return fmt::format("{:d}", h.is_still); }},
     HealthColumn{"tracked", [](const Health& h) { return fmt::format("{}", h.tracked); }},
     HealthColumn{"detected", [](const Health& h) { return fmt::format("{}", h.detected); }},

@@ -17,9 +17,9 @@ struct NamedResiduals {
 std::array<NamedResiduals, 4> named_residuals(const VisionResiduals& residuals);
 
 /// Writes folder/residuals.csv: a row for each bin with its middle (px) and the number of observations in it, in a
-/// column each for left_u, left_v, right_u, right_v; and folder/residuals_by_angle.csv: a row for each 5 degrees off the
-/// optical axis with number and root mean square of the residuals of either camera. Throws InputError if one cannot be
-/// written.
+/// column each for left_u, left_v, right_u, right_v; and folder/residuals_by_angle.csv: a row for each 5 degrees off
+/// the optical axis with number and root mean square of the residuals of either camera. Throws InputError if one cannot
+/// be written.
 void write_residuals(const VisionResiduals& residuals, const std::string& folder);
 
 }  // namespace facet

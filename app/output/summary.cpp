@@ -209,6 +209,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"frames", summary.frames},
                  {"frames_not_ready", summary.frames_not_ready},
                  {"frames_refused", summary.frames_refused},
+                 {"reports_without_frame", summary.reports_without_frame},
                  {"frames_by_state", Json(summary.frames_by_state)},
                  {"keyframes", summary.keyframes},
                  {"estimates", summary.estimates},

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -11,6 +12,9 @@
 
 namespace facet {
 namespace {
+
+/// No stamp of a frame.
+constexpr Timestamp kUnset{std::numeric_limits<std::int64_t>::min()};
 
 /// Why estimator, mesher and plane finder cannot be configured.
 std::string refusal(const ProgramConfig& config, const Calibration& calibration) {
@@ -36,6 +40,8 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
         throw InputError(refusal(config, calibration));
     }
     rig_ = calibration.rig;
+    last_health_ = {};
+    lost_after_s_ = config.health.lost_after_s;
     estimator_.set_stage_observer(&timer_);
 }
 
@@ -50,13 +56,20 @@ void FramePipeline::add_imu(const ImuSample& sample) {
 void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result) {
     Estimate& estimate = result.estimate;
     estimate = {};
-    estimate.stamp = frame.stamp;
-    estimate.health.state = last_state_;  // stands if the estimator says nothing
+    estimate.stamp = kUnset;
     const auto begin = StageTimer::Clock::now();
+    result.has_frame = true;
     result.status = estimator_.add_frame(frame, estimate);
     timer_.add_total(begin);
-    estimate.stamp = estimate.stamp - (frame.stamp - output_stamp);
-    last_state_ = estimate.health.state;
+    if (estimate.stamp == kUnset) {  // the estimator has said nothing
+        estimate.stamp = frame.stamp;
+        describe_refusal(frame.stamp, result.status, estimate.health);
+    } else {
+        last_health_ = estimate.health;
+    }
+    last_accepted_ = ok(result.status) ? frame.stamp : last_accepted_;
+    shift_ = frame.stamp - output_stamp;
+    estimate.stamp = estimate.stamp - shift_;
     result.frame_stamp = frame.stamp;
     result.output_stamp = output_stamp;
     result.is_keyframe = ok(result.status) && estimate.health.is_keyframe;
@@ -77,6 +90,35 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
     result.timing = timer_.take();
 }
 
+void FramePipeline::describe_refusal(Timestamp stamp, Status status, Health& health) const {
+    health = last_health_;
+    health.is_keyframe = false;
+    if (!is_usable(health.state)) {
+        return;
+    }
+    health.reasons |= status == Status::kNotReady ? kReasonImuGap : kReasonImageRejected;
+    const bool is_lost = (stamp - last_accepted_).seconds() > lost_after_s_;
+    health.state = is_lost ? TrackingState::kLost : TrackingState::kDegraded;
+    health.quality = is_lost ? 0 : health.quality;
+}
+
+bool FramePipeline::take_carried(FrameResult& result) {
+    Estimate carried;
+    if (!ok(estimator_.take_carried(carried))) {
+        return false;
+    }
+    last_health_ = carried.health;
+    result = {};
+    result.has_frame = false;
+    result.estimate = carried;
+    result.estimate.stamp = carried.stamp - shift_;
+    result.frame_stamp = carried.stamp;
+    result.output_stamp = result.estimate.stamp;
+    result.is_usable = is_usable(carried.health.state);
+    mesh_is_new_ = false;
+    return true;
+}
+
 std::span<const DepartedFace> FramePipeline::departed() const {
     return mesh_is_new_ ? mesher_->departed() : std::span<const DepartedFace>();
 }
@@ -90,7 +132,8 @@ bool FramePipeline::update_mesh(const StereoFrame& frame, const Health& health) 
     last_view_ = view.number;
     const auto begin = StageTimer::Clock::now();
     timer_.begin(Stage::kMesh);
-    mesher_->update(view, frame.left);
+    mesher_->set_camera(view.is_exchanged ? rig_.right : rig_.left);
+    mesher_->update(view, view.is_exchanged ? frame.right : frame.left);
     timer_.end(Stage::kMesh);
     update_planes(view, health);
     timer_.add_total(begin);

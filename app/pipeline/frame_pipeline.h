@@ -21,6 +21,7 @@ namespace facet {
 struct FrameResult {
     Timestamp frame_stamp;   ///< as given to the estimator
     Timestamp output_stamp;  ///< under which timing and health are filed
+    bool has_frame = true;   ///< false: the estimator's word on the time in which no frame has come
     Status status = Status::kOk;
     Estimate estimate;  ///< its state counts if `is_usable`
     bool is_keyframe = false;
@@ -51,7 +52,11 @@ public:
     void set_plane_source(PlaneSource source) { plane_source_ = std::move(source); }
 
     void add_imu(const ImuSample& sample);
-    /// The estimate's stamp is brought from the frame's stamp to the output's.
+    /// What the estimator says while frames do not come; ask after each inertial sample. @return whether it said
+    /// anything (result untouched otherwise)
+    bool take_carried(FrameResult& result);
+    /// A refused frame is never TRACKING: DEGRADED at first, LOST once no frame has been accepted for the time that the
+    /// configuration allows without vision. The estimate's stamp is brought from the frame's stamp to the output's.
     /// @param output_stamp  differs from the frame's if the frame's clock was tampered with
     /// @param result        status kNotReady: inertial samples do not reach the frame yet
     void add_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result);
@@ -74,6 +79,7 @@ public:
     std::size_t imu_refused() const { return imu_refused_; }
 
 private:
+    void describe_refusal(Timestamp stamp, Status status, Health& health) const;
     bool update_mesh(const StereoFrame& frame, const Health& health);
     void update_planes(const KeyframeView& view, const Health& health);
 
@@ -84,7 +90,10 @@ private:
     PlaneSource plane_source_;
     std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
     std::uint32_t last_view_ = 0;
-    TrackingState last_state_ = TrackingState::kInit;
+    Health last_health_;       ///< of the newest estimate
+    Timestamp last_accepted_;  ///< stamp of its frame, as given
+    Duration shift_;           ///< of output stamps against the frames'
+    double lost_after_s_ = 0.0;
     bool mesh_is_new_ = false;
     StageTimer timer_;
     std::size_t imu_samples_ = 0;

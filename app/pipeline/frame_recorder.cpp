@@ -64,6 +64,15 @@ void FrameRecorder::warn(const std::string& kind, const std::string& text) {
 }
 
 void FrameRecorder::write(const FrameResult& frame, std::span<const DepartedFace> departed) {
+    if (!frame.has_frame) {
+        ++summary_.reports_without_frame;
+        if (files_) {
+            files_->health.write(frame.output_stamp, frame.estimate.health);
+        }
+        summary_.last.stamp = frame.estimate.stamp;
+        summary_.last.health = frame.estimate.health;
+        return;
+    }
     ++summary_.frames;
     if (frame.has_mesh) {
         run_mesh_.collect(departed);

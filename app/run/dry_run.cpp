@@ -238,7 +238,7 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
     if (hardware.pulses() != nullptr) {
         probe.pulses(*hardware.pulses());
     }
-    probe.camera(*sources.left, sources.right == nullptr ? "cameras" : "left camera", cameras.left);
+    probe.camera(*sources.left, vehicle.cameras.side_by_side ? "cameras" : "left camera", cameras.left);
     if (sources.right != nullptr) {
         probe.camera(*sources.right, "right camera", cameras.right);
     }

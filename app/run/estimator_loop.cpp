@@ -98,6 +98,9 @@ bool EstimatorLoop::take_inertial() {
 void EstimatorLoop::feed(const ImuSample& sample) {
     pipeline_.add_imu(sample);
     fed_w_B_ = sample.w_B;
+    if (pipeline_.take_carried(result_)) {
+        output_.on_frame(result_, {}, fed_w_B_);
+    }
 }
 
 void EstimatorLoop::feed_until(Timestamp stamp) {
@@ -120,7 +123,7 @@ bool EstimatorLoop::try_frame() {
     if (result_.status == Status::kNotReady && newest_.stamp < stamp + kMaxRetry) {
         return false;
     }
-    counters_.used.fetch_add(1, kRelaxed);
+    (ok(result_.status) ? counters_.used : counters_.refused).fetch_add(1, kRelaxed);
     if (clock_.now() - begin > options_.sync.period) {
         counters_.overruns.fetch_add(1, kRelaxed);
         pipeline_.report_overrun();

@@ -39,7 +39,8 @@ struct EstimatorLoopOptions {
 struct LoopCounters {
     std::atomic<std::uint64_t> paired{0};    ///< frames that came out of the synchroniser
     std::atomic<std::uint64_t> late{0};      ///< of these, dropped because a newer one was ready
-    std::atomic<std::uint64_t> used{0};      ///< given to the estimator
+    std::atomic<std::uint64_t> used{0};      ///< accepted by the estimator
+    std::atomic<std::uint64_t> refused{0};   ///< refused by it
     std::atomic<std::uint64_t> overruns{0};  ///< frames that took longer than the cameras' period
     std::array<std::atomic<std::uint64_t>, static_cast<std::size_t>(SyncFault::kCount)> findings{};
 };

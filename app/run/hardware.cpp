@@ -8,7 +8,7 @@ namespace facet {
 Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
     left_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.left);
     sources_.left = left_.get();
-    if (!vehicle.cameras.side_by_side) {
+    if (!vehicle.cameras.side_by_side && vehicle.calibration.rig.has_right) {
         right_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.right);
         sources_.right = right_.get();
     }

@@ -35,7 +35,7 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
       recorder_(vehicle.log.folder, {.timed_frames = static_cast<std::size_t>(vehicle.log.timed_frames),
                                      .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}) {
     pipeline_.configure(vehicle.config, vehicle.calibration);
-    left_.name = sources.right == nullptr ? "cameras" : "left";
+    left_.name = vehicle.cameras.side_by_side ? "cameras" : "left";
     RunSummary& summary = recorder_.summary();
     summary.dataset = "live: " + vehicle.source;
     summary.mode = to_string(vehicle.config.regularity.mode);
@@ -48,7 +48,7 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
     options.sync = synchroniser_options(vehicle);
     options.frame_delay = vehicle.frame_delay;
     options.camera_time_shift = vehicle.calibration.camera_time_shift;
-    options.side_by_side = sources.right == nullptr;
+    options.side_by_side = vehicle.cameras.side_by_side;
     loop_ = std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *output_);
 }
 
@@ -109,7 +109,7 @@ void LiveRun::start() {
     if (sources_.trigger != nullptr) {
         start_source(*sources_.trigger, "trigger");
     }
-    start_source(*sources_.left, sources_.right == nullptr ? "cameras" : "left camera");
+    start_source(*sources_.left, vehicle_.cameras.side_by_side ? "cameras" : "left camera");
     if (sources_.right != nullptr) {
         start_source(*sources_.right, "right camera");
     }
@@ -187,6 +187,7 @@ LiveAccount LiveRun::account() const {
     account.overruns = loop.overruns;
     const OutputCounters& output = output_->counters();
     account.drops = {{"late_frames", loop.late},
+                     {"frames_refused_by_estimator", loop.refused},
                      {"poses", output.poses_dropped},
                      {"poses_refused_by_sinks", output.refused},
                      {"frames_not_written", output.frames_dropped},

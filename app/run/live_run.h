@@ -19,7 +19,7 @@ namespace facet {
 /// The sensors of a run, borrowed.
 struct RunSources {
     CameraSource* left = nullptr;      ///< or the camera whose images hold both views side by side
-    CameraSource* right = nullptr;     ///< nullptr if side by side
+    CameraSource* right = nullptr;     ///< nullptr if side by side, or if there is one camera
     TriggerSource* trigger = nullptr;  ///< nullptr if there is none
     ImuSource* imu = nullptr;
 };

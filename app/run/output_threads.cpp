@@ -61,7 +61,7 @@ void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedF
     }
     counters_.faces_dropped.fetch_add(lost, kLoose);
     counters_.frames_dropped.fetch_add(ok(frame_queue_.push(frame)) ? 0 : 1, kLoose);
-    frames_.fetch_add(1, kLoose);
+    frames_.fetch_add(frame.has_frame && ok(frame.status) ? 1 : 0, kLoose);
     frame_wakeup_.notify();
 }
 
@@ -139,13 +139,13 @@ bool OutputThreads::write_events() {
 
 void OutputThreads::publish(const FrameResult& frame) {
     const std::lock_guard lock(mutex_);
-    ++status_.frames;
+    status_.frames += frame.has_frame ? 1 : 0;
     status_.health = frame.estimate.health;
     if (frame.is_usable) {
         status_.p_W_B = frame.estimate.state.p_W_B;
         status_.speed_m_per_s = frame.estimate.state.v_W_B.norm();
     }
-    status_.total_ms = frame.timing.total_ms;
+    status_.total_ms = frame.has_frame ? frame.timing.total_ms : status_.total_ms;
     if (frame.has_mesh) {
         status_.planes = frame.planes.size();
         status_.mesh_faces = frame.mesh_faces;

@@ -64,6 +64,7 @@ public:
     // On any thread:
     FrameStatus status() const;
     const OutputCounters& counters() const { return counters_; }
+    /// Frames that the estimator has accepted.
     std::uint64_t frames() const { return frames_.load(std::memory_order_relaxed); }
 
     // After both bodies have returned:

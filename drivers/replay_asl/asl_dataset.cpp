@@ -11,6 +11,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kImuColumns = 7;
+/// A right image this near a left one that is not its partner is a badly synchronised one, not a frame of its own.
+constexpr Duration kLeastSpacing = Duration::from_seconds(0.01);
 
 std::string column_text(std::size_t index) { return "column " + std::to_string(index + 1); }
 
@@ -65,7 +67,10 @@ Status AslDataset::open(const std::string& path, const AslOptions& options, AslW
     std::vector<ImageRow> left;
     std::vector<ImageRow> right;
     FACET_TRY(load_images(camera_csv_[0], left, error));
-    FACET_TRY(load_images(camera_csv_[1], right, error));
+    has_right_ = fs::exists(fs::path(root) / "cam1");
+    if (has_right_) {
+        FACET_TRY(load_images(camera_csv_[1], right, error));
+    }
     if (left.size() > 1) {
         const auto count = static_cast<std::int64_t>(left.size());
         period_.ns = (left.back().stamp - left.front().stamp).ns / (count - 1) * count;
@@ -197,15 +202,26 @@ void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<Imag
     const auto in_window = [&](Timestamp t) {
         return t >= begin && (!options_.length.has_value() || t - begin <= *options_.length);
     };
-    const auto lonely_right = [&](const ImageRow& row) {
-        if (in_window(row.stamp)) {
-            warn(AslWarningKind::kMissingLeft, camera_csv_[1], row.line, "no left image for this right one; skipped");
+    std::size_t next_left = 0;
+    const auto add_right = [&](ImageRow& row) {
+        if (!in_window(row.stamp)) {
+            return;
+        }
+        const bool is_near = (next_left > 0 && row.stamp - left[next_left - 1].stamp < kLeastSpacing) ||
+                             (next_left < left.size() && left[next_left].stamp - row.stamp < kLeastSpacing);
+        warn(AslWarningKind::kMissingLeft, camera_csv_[1], row.line,
+             is_near ? "no left image for this right one within the tolerance, but one beside it; skipped"
+                     : "no left image for this right one; frame has a right view only");
+        if (!is_near) {
+            const Timestamp stamp = row.stamp;
+            pairs_.push_back({stamp, std::nullopt, std::move(row)});
         }
     };
     std::size_t j = 0;
-    for (const ImageRow& row : left) {
+    for (; next_left < left.size(); ++next_left) {
+        const ImageRow& row = left[next_left];
         while (j < right.size() && right[j].stamp < row.stamp - options_.pair_tolerance) {
-            lonely_right(right[j++]);
+            add_right(right[j++]);
         }
         std::optional<ImageRow> match;
         if (j < right.size() && right[j].stamp <= row.stamp + options_.pair_tolerance) {
@@ -214,39 +230,42 @@ void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<Imag
         if (!in_window(row.stamp)) {
             continue;
         }
-        if (!match.has_value()) {
+        if (!match.has_value() && has_right_) {
             warn(AslWarningKind::kMissingRight, camera_csv_[0], row.line,
                  "no right image for this left one; frame has a left view only");
         }
-        pairs_.push_back({row, std::move(match)});
+        pairs_.push_back({row.stamp, row, std::move(match)});
     }
     while (j < right.size()) {
-        lonely_right(right[j++]);
+        add_right(right[j++]);
     }
 }
 
-bool AslDataset::load_image(const ImageRow& row, int camera, GreyImage& image) {
+bool AslDataset::load_image(const std::optional<ImageRow>& row, int camera, GreyImage& image) {
+    if (!row.has_value()) {
+        return false;
+    }
     const std::string& csv = camera_csv_[static_cast<std::size_t>(camera)];
-    const std::string path = (fs::path(csv).parent_path() / "data" / row.file).string();
+    const std::string path = (fs::path(csv).parent_path() / "data" / row->file).string();
     ImageSize& size = camera == 0 ? options_.left_size : options_.right_size;
-    const char* consequence = camera == 0 ? "; frame skipped" : "; frame has a left view only";
+    const char* consequence = camera == 0 ? "; frame has a right view at most" : "; frame has a left view at most";
     switch (decoder_.decode(path, size.width, size.height, image)) {
         case Status::kOk: size = {image.width, image.height}; return true;
         case Status::kNotFound:
-            warn(AslWarningKind::kMissingFile, csv, row.line, path + ": " + decoder_.error() + consequence);
+            warn(AslWarningKind::kMissingFile, csv, row->line, path + ": " + decoder_.error() + consequence);
             return false;
         case Status::kInvalidArgument:
-            warn(AslWarningKind::kWrongSize, csv, row.line, path + ": " + decoder_.error() + consequence);
+            warn(AslWarningKind::kWrongSize, csv, row->line, path + ": " + decoder_.error() + consequence);
             return false;
         default:
-            warn(AslWarningKind::kCorruptImage, csv, row.line,
+            warn(AslWarningKind::kCorruptImage, csv, row->line,
                  path + ": damaged PNG: " + decoder_.error() + consequence);
             return false;
     }
 }
 
 Timestamp AslDataset::pair_stamp(std::size_t number) const {
-    return pair(number).left.stamp + Duration{static_cast<std::int64_t>(number / pairs_.size()) * period_.ns};
+    return pair(number).stamp + Duration{static_cast<std::int64_t>(number / pairs_.size()) * period_.ns};
 }
 
 bool AslDataset::load_frame(std::size_t number, StereoFrame& frame) {
@@ -255,11 +274,12 @@ bool AslDataset::load_frame(std::size_t number, StereoFrame& frame) {
     if (!options_.decode_images) {
         return true;
     }
-    if (!load_image(chosen.left, 0, images_[0])) {
+    const bool has_left = load_image(chosen.left, 0, images_[0]);
+    const bool has_right = load_image(chosen.right, 1, images_[1]);
+    if (!has_left && !has_right) {
         return false;
     }
-    const bool has_right = chosen.right.has_value() && load_image(*chosen.right, 1, images_[1]);
-    frame.left = images_[0].view();
+    frame.left = has_left ? images_[0].view() : ImageView{};
     frame.right = has_right ? images_[1].view() : ImageView{};
     return true;
 }
@@ -280,7 +300,7 @@ bool AslDataset::give_imu(ImuSample& sample) {
         imu_ahead_ = next_imu(next) ? std::optional<ImuRow>(next) : std::nullopt;
         // Before the first sample is delivered: drop frames that precede it, and data long before the first frame.
         while (!imu_given_.has_value() && next_pair_ < frame_count() && pair_stamp(next_pair_) < row.stamp) {
-            warn(AslWarningKind::kUncovered, camera_csv_[0], pair(next_pair_++).left.line,
+            warn(AslWarningKind::kUncovered, camera_csv_[0], pair(next_pair_++).line(),
                  "frame is before the first inertial sample; frame skipped");
         }
         if (next_pair_ >= frame_count()) {
@@ -307,7 +327,7 @@ AslDataset::Event AslDataset::next(ImuSample& imu, StereoFrame& frame) {
         return Event::kFrame;
     }
     for (; next_pair_ < frame_count(); ++next_pair_) {
-        warn(AslWarningKind::kUncovered, camera_csv_[0], pair(next_pair_).left.line,
+        warn(AslWarningKind::kUncovered, camera_csv_[0], pair(next_pair_).line(),
              "frame is after the last inertial sample; frame skipped");
     }
     return Event::kEnd;

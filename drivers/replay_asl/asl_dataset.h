@@ -41,7 +41,7 @@ struct AslOptions {
     bool decode_images = true;  ///< else frames come with empty views, and no image file is opened
 };
 
-/// A log folder with cam0, cam1 and imu0, each with data.csv (stamps in integer ns). Usage:
+/// A log folder with cam0, cam1 and imu0, each with data.csv (stamps in integer ns); cam1 may be missing. Usage:
 ///   AslDataset log;
 ///   if (!ok(log.open("MH_01_easy", {}, print_warning, error))) { ... }
 ///   for (;;) switch (log.next(imu, frame)) { case kImu: ...; case kFrame: ...; case kEnd: return; }
@@ -60,8 +60,8 @@ public:
 
     /// Next sample in order of time. A frame comes right after the first inertial sample at or after its stamp plus
     /// frame_delay, which is when an estimator can use it, or at the end of the inertial data; frames after the last
-    /// inertial sample are skipped with a warning. A frame's views stay valid until the next call; the right one is
-    /// empty if the right image is missing or bad.
+    /// inertial sample are skipped with a warning. A frame's views stay valid until the next call; one of
+    /// them is empty if its image is missing or bad.
     Event next(ImuSample& imu, StereoFrame& frame);
 
     /// Number of frames that will be delivered if none is bad.
@@ -81,8 +81,10 @@ private:
         ImuSample sample;
     };
     struct Pair {
-        ImageRow left;
+        Timestamp stamp;
+        std::optional<ImageRow> left;
         std::optional<ImageRow> right;
+        std::int64_t line() const { return left.has_value() ? left->line : right->line; }
     };
 
     void warn(AslWarningKind kind, const std::string& file, std::int64_t line, std::string message) const;
@@ -95,13 +97,14 @@ private:
     Timestamp pair_stamp(std::size_t number) const;
     bool load_frame(std::size_t number, StereoFrame& frame);
     bool next_imu_turn();
-    bool load_image(const ImageRow& row, int camera, GreyImage& image);
+    bool load_image(const std::optional<ImageRow>& row, int camera, GreyImage& image);
     bool give_frame(Duration delay, StereoFrame& frame);
     bool give_imu(ImuSample& sample);
 
     AslOptions options_;
     AslWarningSink sink_;
     std::array<std::string, 2> camera_csv_;
+    bool has_right_ = true;  ///< there is a folder cam1
     Timestamp log_begin_;
 
     std::vector<Pair> pairs_;

@@ -45,15 +45,25 @@ public:
     /// and biases, and the reset counter is raised. Has no effect before the first start.
     void request_reset();
 
-    /// Buffers one inertial sample.
+    /// Buffers one inertial sample. If no frame has come for half a second, carries the estimate on, ten times a second
+    /// and up to 0.2 s before the newest sample; a frame that comes later than that is refused once, then waited for
+    /// (up to 1 s).
     /// @return kOutOfOrder or kInvalidArgument (not finite): dropped and counted in Health.
     Status add_imu(const ImuSample& sample);
+
+    /// The newest estimate that add_imu() has carried on without frames: DEGRADED with kReasonNoImages at first, LOST
+    /// after a while, with growing covariance. A vehicle that stood when the images went, and whose IMU has shown no
+    /// motion since, stays where it is. Ask after each sample.
+    /// @return kNotReady if there is none that was not asked for yet (estimate untouched).
+    Status take_carried(Estimate& estimate);
 
     /// Estimates the state at the frame's stamp. Until there is enough data to start, and until a start in motion has
     /// found gravity and velocity, Health::state is kInit and the state must not be used. Without usable images the
     /// state is predicted from inertial data: DEGRADED at first, LOST after a while. When images return, landmarks
     /// still in the window are searched for where they are predicted; once LOST, a new window begins from the predicted
     /// state, and Health::reset_counter rises.
+    /// One image is enough, the left or the right one, at any time and from the first frame on; the other one's view is
+    /// then empty. When the left camera has been silent for 0.3 s, the right one takes its role in a new window.
     /// @return kNotReady if inertial samples do not reach the stamp yet: offer the same frame again later;
     ///         kOutOfOrder if the stamp does not increase; kInvalidArgument if the left image has a wrong size (the
     ///         estimate, if there is one yet, is then still valid: predicted from inertial data, health degraded).

@@ -5,6 +5,7 @@
 #include "estimator/api/belief.h"
 #include "estimator/api/estimator.h"
 #include "estimator/api/health_monitor.h"
+#include "estimator/api/monocular_start.h"
 #include "estimator/api/motion_start.h"
 #include "estimator/api/phase.h"
 #include "estimator/frontend/frontend.h"
@@ -19,18 +20,26 @@ namespace facet {
 
 struct Estimator::Impl {
     EstimatorConfig config;
-    StereoRig rig;
+    StereoRig rig;              ///< as given, in the cameras' present roles
+    bool is_exchanged = false;  ///< the right camera plays the left one
     double gravity_m_per_s2 = 0.0;
     StageObserver* observer = nullptr;
     ObservationHook* hook = nullptr;
     ImuBuffer imu;
     Frontend frontend;
+    Frontend other_frontend;  ///< for the cameras in exchanged roles
     FrontendOutput tracks;
     Window window;
     LocalMap map;  ///< of the newest keyframe
     FrameUpdate frame_update;
     HealthMonitor monitor;
     MotionStart motion_start;
+    MonocularStart monocular_start;
+    Timestamp window_began;
+    /// Velocity is known from before the window began, or by a closed-form solution that agrees with the window.
+    bool is_confirmed = true;
+    /// A start with one camera whose velocity nothing tells yet: keyframes are collected, the window is not optimized.
+    bool awaits_answer = false;
     Belief newest;  ///< at the newest keyframe
     Belief now;     ///< at the newest frame
     ImuSpan span;   ///< samples between them
@@ -39,6 +48,23 @@ struct Estimator::Impl {
     bool reset_wanted = false;  ///< requested by the user
     bool is_late = false;       ///< a frame took too long: less work up to the next keyframe
     Timestamp last_image;       ///< stamp of the last frame as given
+    Timestamp last_frame;       ///< the same in the IMU's clock
+    bool has_frame = false;     ///< there has been a frame
+    bool has_primary = false;   ///< there has been an image of the camera in the left one's role
+    Timestamp last_primary;     ///< when the last one was
+    Timestamp last_pair;        ///< the last frame with both images, or the first frame
+    bool has_trusted = false;   ///< there has been an estimate to be used
+    Belief trusted;             ///< the newest one
+    /// Covariance of [yaw p] that a window began with, about `gauge_origin`. Nothing in a window tells either, so
+    /// that inside it they are known, and this is added to what is reported.
+    Eigen::Matrix4d gauge = Eigen::Matrix4d::Zero();
+    Eigen::Vector3d gauge_origin = Eigen::Vector3d::Zero();
+    /// Of the body since the last frame that the front-end has taken, where `now` was carried on without frames.
+    Eigen::Quaterniond q_Bf_B = Eigen::Quaterniond::Identity();
+    Duration frame_latency;         ///< inertial samples this young may belong before a frame that is still to come
+    bool is_blind = false;          ///< `now` is being carried on without a frame
+    Estimate carried;               ///< the newest without a frame
+    bool has_carried = false;       ///< and nobody has asked for it yet
     CameraCorrections corrections;  ///< that the front-end works with
     RigCalibration::Tangent calibration_sigma = RigCalibration::Tangent::Zero();
     std::uint32_t reset_counter = 0;
@@ -48,6 +74,19 @@ struct Estimator::Impl {
     KeyframeView view;        ///< landmarks at the newest keyframe
 
     void reset();
+    void configure_starts();
+    /// The frame as the cameras' present roles have it, and back.
+    StereoFrame in_roles(const StereoFrame& frame) const;
+    /// Exchanges the roles if the camera in the left one's is silent, and notes who has given an image.
+    StereoFrame choose_camera(const StereoFrame& frame);
+    void exchange_cameras();
+    /// There is one image, and not just because the other was dropped.
+    bool is_alone(const StereoFrame& seen) const;
+    /// One of two cameras has been silent for a while.
+    bool misses_camera(Timestamp image) const;
+    /// A frame without an image to track in.
+    Status pass_over(const StereoFrame& frame, Timestamp stamp, Estimate& estimate);
+    RigCalibration calibration_as_given() const;
     /// Stamp of an image in the IMU's clock.
     Timestamp imu_stamp(Timestamp image) const {
         return image + Duration::from_seconds(window.calibration().time_offset_s);
@@ -67,9 +106,23 @@ struct Estimator::Impl {
     void take_keyframe(const Preintegration& preintegration);
     /// During a start in motion: if the window contradicts the closed-form solution, it begins anew from that solution.
     void second_opinion();
+    /// Gives a belief found without regard to the past its place and yaw: those of `before` with their uncertainty, or,
+    /// if no estimate has been used yet, the origin.
+    void keep_place(const Belief& before);
+    /// Moves the uncertainty of place and yaw from `now` to the gauge: before a window begins at `now`.
+    void fix_gauge();
+    /// Of `now`, order [theta p v], place and yaw with the gauge's uncertainty.
+    Eigen::Matrix<double, 9, 9> reported_covariance() const;
+    /// A keyframe while a start with one camera awaits its answer.
+    void collect_alone();
     /// Begins a window with one keyframe, the present frame, at the present belief.
     /// @param information  of that belief
     void begin_window(const StateCovariance& information, CalibrationStart calibration);
+    /// What a window that begins after a start gone astray holds of the calibration: what an estimate that was to be
+    /// used has found.
+    CalibrationStart calibration_start() const {
+        return has_trusted ? CalibrationStart::kAsKnown : CalibrationStart::kAsGiven;
+    }
     /// To integrate from this bias, with gravity and the scale of the IMU's axes as known now.
     Preintegration preintegration_from(const ImuBias& bias) const;
     /// Replaces a worthless belief: the attitude is levelled by the measured specific force, velocity and biases are
@@ -87,6 +140,18 @@ struct Estimator::Impl {
     /// Integrates anew the inertial factors whose bias has moved too far for their first-order correction.
     void reintegrate();
     Status carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate);
+    /// Rotation since the last frame of the front-end, up to `now`; the front-end begins anew where it is unknown.
+    Eigen::Quaterniond turn_since_frame(Timestamp before);
+    /// After each inertial sample: if no frame has come for a while, or the inertial history is about to lose what
+    /// follows `now`, carries `now` on.
+    void carry_without_frames();
+    void carry_to(Timestamp stamp);
+    /// A frame came too late for the state carried on without it: from now on that waits longer.
+    void expect_late_frames(Timestamp image, Timestamp stamp);
+    /// `now` stays where `before` is: the vehicle stood when the images went, and the IMU has shown no motion since.
+    void stand_blind(const Belief& before);
+    /// A place and a yaw to begin anew from when the state itself is worthless.
+    Belief salvage() const;
     void act(FrameAction action, const Preintegration& preintegration);
     HealthEvidence evidence(const StereoFrame& frame, bool frame_taken) const;
     void report(const StereoFrame& frame, bool frame_taken, Estimate& estimate);

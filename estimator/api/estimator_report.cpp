@@ -11,8 +11,12 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     HealthEvidence e;
     e.stamp = now.stamp;
     e.is_started = has_window(phase);
+    e.has_frame = !is_blind;
     e.frame_taken = frame_taken;
     e.has_right = !frame.right.empty();
+    e.lacks_right = rig.has_right && (is_exchanged ? frame.left : frame.right).empty();
+    e.misses_camera = misses_camera(last_image);
+    e.is_confirmed = is_confirmed;
     if (frame_taken && phase != Phase::kEmpty) {
         e.image = tracks.image;
         e.is_keyframe = tracks.is_keyframe;
@@ -29,10 +33,20 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     e.vision_chi2 = std::max(summary.fit.vision_chi2(config.window.pixel_sigma_px), frame_chi2);
     e.residual_bias_px = window.residual_bias_px();
     e.calibration_stretch = window.calibration_stretch();
-    e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed;
+    e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed || summary.prior_repaired;
     e.is_finite = is_finite(now);
     e.is_late = is_late;
     return e;
+}
+
+Eigen::Matrix<double, 9, 9> Estimator::Impl::reported_covariance() const {
+    const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+    Eigen::Matrix<double, 9, 4> d = Eigen::Matrix<double, 9, 4>::Zero();
+    d.block<3, 1>(kTheta, 0) = now.state.q_W_B.conjugate() * up;
+    d.block<3, 1>(kPos, 0) = up.cross(now.state.p_W_B - gauge_origin);
+    d.block<3, 3>(kPos, 1).setIdentity();
+    d.block<3, 1>(kVel, 0) = up.cross(now.state.v_W_B);
+    return now.covariance.topLeftCorner<9, 9>() + d * gauge * d.transpose();
 }
 
 void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimate& estimate) {
@@ -42,8 +56,8 @@ void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimat
     estimate = {};
     estimate.stamp = e.is_started ? now.stamp : frame.stamp;
     estimate.state = now.state;
-    estimate.covariance = now.covariance.topLeftCorner<9, 9>();
-    estimate.T_B_Bc = window.calibration().T_B_Bc;
+    estimate.covariance = reported_covariance();
+    estimate.T_B_Bc = calibration_as_given().T_B_Bc;
     estimate.T_B_Bc_sigma = calibration_sigma.segment<6>(kRigTheta);
     Health& health = estimate.health;
     monitor.update(e, health);
@@ -58,6 +72,7 @@ void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimat
     health.iterations = e.is_keyframe ? summary.solver.iterations : 0;
     health.time_offset_sigma_s = calibration_sigma(kTimeOffset);
     health.reset_counter = reset_counter;
+    health.is_exchanged = is_exchanged;
     imu.counters().report(health);
 }
 

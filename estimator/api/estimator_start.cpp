@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // How the estimator begins a window: at the start, after a second opinion on the start, and anew in flight.
+#include <algorithm>
 #include <cmath>
 
 #include "estimator/api/estimator_impl.h"
@@ -8,11 +9,18 @@
 namespace facet {
 namespace {
 
-// After divergence only the direction of gravity, position and yaw are kept, as uncertain as this:
+// After divergence only the direction of gravity, position and yaw are kept, at least as uncertain as this:
 constexpr double kDivergedTiltSigma = 0.2;      // rad
 constexpr double kDivergedVelocitySigma = 2.0;  // m/s
 constexpr double kDivergedPositionSigma = 1.0;  // m
 constexpr double kDivergedYawSigma = 0.2;       // rad
+// With one camera: a velocity known like this makes a window metric; if its closed form has not been confirmed for this
+// long, the window has gone astray.
+constexpr double kKnownVelocity = 0.25;  // m/s
+constexpr double kFruitless_s = 2.0;
+constexpr int kStereoStart = 8;
+constexpr double kOriginSigma = 1e-4;     // m, rad: a choice, not an estimate
+constexpr double kUnknownYawSigma = 1.8;  // rad: that of any direction
 
 }  // namespace
 
@@ -26,39 +34,156 @@ void Estimator::Impl::begin_window(const StateCovariance& information, Calibrati
     newest = now;
     map.clear();
     summary = {};
+    window_began = now.stamp;
+    is_confirmed = now.covariance.diagonal().segment<3>(kVel).maxCoeff() < kKnownVelocity * kKnownVelocity ||
+                   tracks.stereo >= kStereoStart;
+    awaits_answer = !is_confirmed && !monocular_start.ends_at(now.stamp);
     motion_start.reset();
     motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
+    if (!monocular_start.ends_at(now.stamp)) {  // else the window begins from its answer, which later keyframes test
+        monocular_start.reset();
+        monocular_start.add_keyframe(now.stamp, keyframe_input().observations, imu, now.state.bias);
+    }
 }
 
 void Estimator::Impl::second_opinion() {
     NavState better;
     StateCovariance information;
-    if (!ok(motion_start.check(now.state, better, information))) {
+    const bool is_monocular = tracks.stereo < kStereoStart;
+    const Status status = is_monocular ? monocular_start.check(now.state, better, information)
+                                       : motion_start.check(now.state, better, information);
+    is_confirmed = is_confirmed || !is_monocular || status == Status::kNotFound;
+    const Belief before = now;
+    if (ok(status)) {
+        now.state = better;
+        now.covariance = information.inverse();
+        keep_place(before);
+        fix_gauge();
+        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
+    } else if (!is_confirmed && (now.stamp - window_began).seconds() > kFruitless_s && ok(fall_back_to_gravity())) {
+        keep_place(before);
+        fix_gauge();
+        monocular_start.reset();
+        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
+    }
+}
+
+void Estimator::Impl::keep_place(const Belief& before) {
+    const bool is_known = has_trusted && is_finite(before);
+    const auto yaw_variance = [](const Belief& b) {
+        const Eigen::Matrix3d R = b.state.q_W_B.toRotationMatrix();
+        return (R * b.covariance.block<3, 3>(kTheta, kTheta) * R.transpose())(2, 2);
+    };
+    StateCovariance& c = now.covariance;
+    const Eigen::Matrix3d R_W_B = now.state.q_W_B.toRotationMatrix();
+    Eigen::Matrix3d theta_W = R_W_B * c.block<3, 3>(kTheta, kTheta) * R_W_B.transpose();
+    theta_W.row(2).setZero();
+    theta_W.col(2).setZero();
+    theta_W(2, 2) =
+        is_known ? std::min(yaw_variance(before), kUnknownYawSigma * kUnknownYawSigma) : kOriginSigma * kOriginSigma;
+    c.block<3, 3>(kTheta, kTheta) = R_W_B.transpose() * theta_W * R_W_B;
+    if (is_known) {
+        now.state.p_W_B = before.state.p_W_B;
+    }
+    c.middleRows<3>(kPos).setZero();
+    c.middleCols<3>(kPos).setZero();
+    c.block<3, 3>(kPos, kPos) = kOriginSigma * kOriginSigma * Eigen::Matrix3d::Identity();
+    if (is_known) {
+        c.block<3, 3>(kPos, kPos) += before.covariance.block<3, 3>(kPos, kPos);
+    }
+}
+
+void Estimator::Impl::fix_gauge() {
+    StateCovariance& c = now.covariance;
+    const Eigen::Matrix3d R_W_B = now.state.q_W_B.toRotationMatrix();
+    Eigen::Matrix3d theta_W = R_W_B * c.block<3, 3>(kTheta, kTheta) * R_W_B.transpose();
+    if (has_trusted) {
+        Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();  // what is there, about the new origin
+        moved.block<3, 1>(1, 0) = Eigen::Vector3d::UnitZ().cross(now.state.p_W_B - gauge_origin);
+        gauge = (moved * gauge * moved.transpose()).eval();
+        const Eigen::RowVector3d yaw_place = R_W_B.row(2) * c.block<3, 3>(kTheta, kPos);
+        gauge(0, 0) += theta_W(2, 2);
+        gauge.block<1, 3>(0, 1) += yaw_place;
+        gauge.block<3, 1>(1, 0) += yaw_place.transpose();
+        gauge.block<3, 3>(1, 1) += c.block<3, 3>(kPos, kPos);
+    }
+    gauge_origin = now.state.p_W_B;
+    // Yaw turns with the body: its share of the other parameters' covariance goes with it.
+    const StateCovariance before = c;
+    Eigen::Matrix3d level = R_W_B.transpose() * Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal() * R_W_B;
+    c.middleRows<3>(kTheta) = (level * before.middleRows<3>(kTheta)).eval();
+    c.middleCols<3>(kTheta) = (c.middleCols<3>(kTheta) * level.transpose()).eval();
+    c.middleRows<3>(kPos).setZero();
+    c.middleCols<3>(kPos).setZero();
+    const Eigen::Vector3d up_B = R_W_B.transpose() * Eigen::Vector3d::UnitZ();
+    c.block<3, 3>(kTheta, kTheta) += kOriginSigma * kOriginSigma * up_B * up_B.transpose();
+    c.diagonal().segment<3>(kPos).array() += kOriginSigma * kOriginSigma;
+}
+
+void Estimator::Impl::collect_alone() {
+    if (tracks.stereo >= kStereoStart) {  // the other camera is back
+        monocular_start.reset();
+        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
         return;
     }
-    now.state = better;
-    now.covariance = information.inverse();
-    begin_window(information, CalibrationStart::kAsGiven);
+    monocular_start.add_keyframe(now.stamp, keyframe_input().observations, imu, now.state.bias);
+    NavState solved;
+    StateCovariance information;
+    const Belief before = now;
+    if (ok(monocular_start.solve(now.state, solved, information))) {
+        now.state = solved;
+        now.covariance = information.inverse();
+        keep_place(before);
+        fix_gauge();
+        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
+    } else if (ok(fall_back_to_gravity())) {
+        keep_place(before);
+        fix_gauge();
+        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
+        awaits_answer = true;
+    }
+}
+
+Belief Estimator::Impl::salvage() const {
+    if (is_finite(now) && !monitor.has_diverged()) {
+        return now;
+    }
+    // What was believed since is wrong by an unknown amount: the vehicle is where it was, give or take what it may have
+    // flown since. The yaw is the gyroscope's, which is rarely at fault.
+    Belief belief = trusted;
+    const double time_s = (now.stamp - trusted.stamp).seconds();
+    const double flown_m = (trusted.state.v_W_B.norm() + kDivergedVelocitySigma) * time_s;
+    if (!is_finite(belief)) {
+        belief = {};
+    }
+    belief.covariance.diagonal().segment<3>(kPos).array() += flown_m * flown_m;
+    if (now.state.q_W_B.coeffs().allFinite()) {
+        belief.state.q_W_B = now.state.q_W_B;
+    }
+    return belief;
 }
 
 Status Estimator::Impl::fall_back_to_gravity() {
     InitialState initial;
     FACET_TRY(initialize_state(imu, now.stamp, gravity_m_per_s2, config.initializer, initial));
-    NavState state = initial.state;
-    if (is_finite(now)) {
-        const Eigen::Vector3d up_B = initial.state.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
-        const Eigen::Quaterniond turn =
-            Eigen::Quaterniond::FromTwoVectors(now.state.q_W_B * up_B, Eigen::Vector3d::UnitZ());
-        state.q_W_B = (turn * now.state.q_W_B).normalized();
-        state.p_W_B = now.state.p_W_B;
-    }
-    now.state = state;
-    const Eigen::Matrix3d R = state.q_W_B.toRotationMatrix();
-    const Eigen::Vector3d theta_W(kDivergedTiltSigma, kDivergedTiltSigma, kDivergedYawSigma);
+    const Belief kept = salvage();
+    const Eigen::Vector3d up_B = initial.state.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    const Eigen::Quaterniond turn =
+        Eigen::Quaterniond::FromTwoVectors(kept.state.q_W_B * up_B, Eigen::Vector3d::UnitZ());
+    now.state = initial.state;
+    now.state.q_W_B = (turn * kept.state.q_W_B).normalized();
+    now.state.p_W_B = kept.state.p_W_B;
+    const Eigen::Matrix3d R = now.state.q_W_B.toRotationMatrix();
+    const Eigen::Matrix3d kept_R = kept.state.q_W_B.toRotationMatrix();
+    const double yaw_variance = (kept_R * kept.covariance.block<3, 3>(kTheta, kTheta) * kept_R.transpose())(2, 2) +
+                                kDivergedYawSigma * kDivergedYawSigma;
+    const Eigen::Vector3d theta_W(kDivergedTiltSigma, kDivergedTiltSigma,
+                                  std::min(std::sqrt(yaw_variance), kUnknownYawSigma));
     StateCovariance& c = now.covariance;
     c.setZero();
     c.block<3, 3>(kTheta, kTheta) = R.transpose() * theta_W.cwiseAbs2().asDiagonal() * R;
-    c.diagonal().segment<3>(kPos).setConstant(std::pow(kDivergedPositionSigma, 2));
+    c.block<3, 3>(kPos, kPos) = kept.covariance.block<3, 3>(kPos, kPos);
+    c.diagonal().segment<3>(kPos).array() += std::pow(kDivergedPositionSigma, 2);
     c.diagonal().segment<3>(kVel).setConstant(std::pow(kDivergedVelocitySigma, 2));
     c.diagonal().segment<3>(kBiasGyro).setConstant(std::pow(config.initializer.gyro_bias_sigma_rad_per_s, 2));
     c.diagonal().segment<3>(kBiasAccel).setConstant(std::pow(config.initializer.accel_bias_sigma_m_per_s2, 2));
@@ -73,6 +198,7 @@ void Estimator::Impl::restart_in_flight() {
     // Keeps the covariance from becoming singular by rounding.
     now.covariance = (0.5 * (now.covariance + now.covariance.transpose())).eval();
     now.covariance.diagonal().array() += 1e-10;
+    fix_gauge();
     rests = reset_wanted = false;
     ++reset_counter;
     // What has led the state astray may have led the calibration astray.

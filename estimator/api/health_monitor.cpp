@@ -17,10 +17,10 @@ constexpr double kManyFeatures = 60.0;
 constexpr double kGraceQuality = 0.3;
 constexpr double kDoubtQuality = 0.5;
 
-constexpr std::uint32_t kDegrading = kReasonFewFeatures | kReasonImageRejected | kReasonImageDark |
-                                     kReasonImageOverexposed | kReasonImageFrozen | kReasonBiasLimit |
-                                     kReasonHighResidual | kReasonSolverFailed | kReasonVelocityUncertain |
-                                     kReasonImuClipped | kReasonImuGap | kReasonSpeedLimit;
+constexpr std::uint32_t kDegrading =
+    kReasonFewFeatures | kReasonImageRejected | kReasonImageDark | kReasonImageOverexposed | kReasonImageFrozen |
+    kReasonBiasLimit | kReasonHighResidual | kReasonSolverFailed | kReasonVelocityUncertain | kReasonImuClipped |
+    kReasonImuGap | kReasonSpeedLimit | kReasonNoImages | kReasonOneCamera;
 
 }  // namespace
 
@@ -40,14 +40,18 @@ void HealthMonitor::restart(Timestamp stamp, bool is_known) {
 std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
     std::uint32_t bits = 0;
     const auto raise = [&bits](bool condition, HealthReason reason) { bits |= condition ? reason : 0U; };
-    raise(!e.frame_taken, kReasonImageRejected);
-    raise(e.image == ImageState::kDark || e.image == ImageState::kFlat, kReasonImageDark);
-    raise(e.image == ImageState::kOverexposed, kReasonImageOverexposed);
-    raise(e.image == ImageState::kFrozen, kReasonImageFrozen);
-    raise(e.tracked < config_.few_features || (e.is_keyframe && e.newest_landmarks < kFewLandmarks),
-          kReasonFewFeatures);
-    raise(e.is_keyframe && e.has_right && e.stereo < kFewStereo, kReasonFewStereo);
-    raise(!e.has_right, kReasonNoRightImage);
+    raise(!e.has_frame, kReasonNoImages);
+    if (e.has_frame) {
+        raise(!e.frame_taken, kReasonImageRejected);
+        raise(e.image == ImageState::kDark || e.image == ImageState::kFlat, kReasonImageDark);
+        raise(e.image == ImageState::kOverexposed, kReasonImageOverexposed);
+        raise(e.image == ImageState::kFrozen, kReasonImageFrozen);
+        raise(e.tracked < config_.few_features || (e.is_keyframe && e.newest_landmarks < kFewLandmarks),
+              kReasonFewFeatures);
+        raise(e.is_keyframe && e.has_right && e.stereo < kFewStereo, kReasonFewStereo);
+        raise(e.lacks_right, kReasonNoRightImage);
+    }
+    raise(e.misses_camera, kReasonOneCamera);
     raise(e.imu.has_gap, kReasonImuGap);
     raise(e.imu.clipped != 0, kReasonImuClipped);
     raise(e.imu.accel_vibration_m_per_s2 > config_.vibration_m_per_s2, kReasonVibration);
@@ -89,8 +93,8 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
 void HealthMonitor::update(const HealthEvidence& e, Health& health) {
     health.reasons = e.is_started ? reasons(e) : 0U;
     if (e.is_started) {
-        const bool has_vision =
-            e.frame_taken && e.image == ImageState::kUsable && (health.reasons & kReasonFewFeatures) == 0U;
+        const bool has_vision = e.has_frame && e.frame_taken && e.image == ImageState::kUsable &&
+                                (health.reasons & kReasonFewFeatures) == 0U;
         last_vision_ = has_vision ? e.stamp : last_vision_;
         if (e.is_keyframe) {
             wrong_keyframes_ = e.vision_chi2 > config_.wrong_vision_chi2 ? wrong_keyframes_ + 1 : 0;
@@ -108,7 +112,7 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
         } else if (state_ == TrackingState::kInit) {
             const bool is_ready = e.velocity_sigma_m_per_s < config_.ready_velocity_sigma_m_per_s &&
                                   e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_keyframe &&
-                                  e.vision_chi2 < config_.high_vision_chi2;
+                                  e.vision_chi2 < config_.high_vision_chi2 && e.is_confirmed;
             state_ = is_ready ? TrackingState::kTracking : TrackingState::kInit;
         }
         if (state_ == TrackingState::kTracking || state_ == TrackingState::kDegraded) {

@@ -12,9 +12,13 @@ namespace facet {
 /// The signs at one frame.
 struct HealthEvidence {
     Timestamp stamp;
-    bool is_started = false;   ///< there is a window
-    bool frame_taken = false;  ///< the front-end could work on the frame
-    bool has_right = false;
+    bool is_started = false;     ///< there is a window
+    bool has_frame = true;       ///< false: carried on between frames that do not come; nothing is said of images then
+    bool frame_taken = false;    ///< the front-end could work on the frame
+    bool has_right = false;      ///< there is a pair of images
+    bool lacks_right = false;    ///< there is a right camera, but no image of it
+    bool misses_camera = false;  ///< one of two cameras has been silent for a while
+    bool is_confirmed = true;    ///< false: a start with one camera whose velocity no second opinion supports yet
     ImageState image = ImageState::kUsable;
     bool is_keyframe = false;
     int tracked = 0;           ///< features in this frame

@@ -4,8 +4,10 @@
 namespace facet {
 namespace {
 
-// A restart in flight needs this many stereo matches: nothing else connects the first keyframes.
+// A restart in flight needs this many stereo matches, which connect the first keyframes. Where there is one camera only
+// it needs this many features: there the inertial samples connect the keyframes until the motion does.
 constexpr int kRestartStereo = 20;
+constexpr int kRestartFeatures = 20;
 // When a rest ends and the newest keyframe is this old, a new one follows at once: the prediction is too old.
 constexpr double kStaleKeyframe_s = 0.5;
 
@@ -17,7 +19,8 @@ bool wants_keyframe(const PredictionEvidence& e) {
 }
 
 FrameAction decide(const FrameEvidence& e) {
-    if (e.is_keyframe && e.must_restart && e.stereo >= kRestartStereo) {
+    const bool sees_enough = e.stereo >= kRestartStereo || e.lone_features >= kRestartFeatures;
+    if (e.is_keyframe && e.must_restart && sees_enough) {
         return FrameAction::kRestart;
     }
     if (e.phase == Phase::kCoasting) {

@@ -45,6 +45,7 @@ struct FrameEvidence {
     int stereo = 0;               ///< features with a right match
     bool rests = false;           ///< at rest since the newest keyframe, this frame included
     bool image_is_still = false;  ///< the images show no motion since the newest keyframe
+    int lone_features = 0;        ///< features in a frame of one camera whose other one is silent; 0 with a pair
 };
 
 enum class FrameAction : std::uint8_t {

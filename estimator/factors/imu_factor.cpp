@@ -48,8 +48,7 @@ RawResidual raw_residual(const Preintegration& pre, const NavState& i, const Nav
     const Eigen::Quaterniond q_Bi_W = i.q_W_B.conjugate();
     out.d_theta_bias = pre.d_delta_d_bias().block<3, 3>(kTheta, 0) * (i.bias.gyro - pre.bias().gyro);
     if (scale != nullptr) {
-        out.d_theta_bias +=
-            pre.d_delta_d_scale().middleRows<3>(kTheta).lazyProduct(pre.scale().box_minus_to(*scale));
+        out.d_theta_bias += pre.d_delta_d_scale().middleRows<3>(kTheta).lazyProduct(pre.scale().box_minus_to(*scale));
     }
     out.p_Bi = q_Bi_W * (j.p_W_B - i.p_W_B - dt * i.v_W_B - 0.5 * dt * dt * g_W);
     out.v_Bi = q_Bi_W * (j.v_W_B - i.v_W_B - dt * g_W);

@@ -121,6 +121,22 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
 
 void Frontend::reset() { impl_->reset(); }
 
+bool Frontend::ids_run_out() const {
+    // A keyframe begins fewer than these.
+    constexpr std::uint32_t kReserve = 16 * (kMaxFeatures + kMaxSurfacePoints);
+    return impl_->next_landmark > LandmarkId::kInvalid - kReserve;
+}
+
+void Frontend::restart_ids(std::uint32_t first) {
+    impl_->reset();
+    impl_->next_landmark = first;
+}
+
+void Frontend::swap(Frontend& other) {
+    impl_.swap(other.impl_);
+    std::swap(impl_->next_landmark, other.impl_->next_landmark);
+}
+
 Status Frontend::process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output) {
     return impl_->process(frame, hints, output);
 }

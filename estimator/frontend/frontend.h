@@ -29,6 +29,12 @@ public:
 
     /// Forgets all tracks; landmark ids go on counting, corrections of the cameras stay.
     void reset();
+    /// Whether landmark ids are about to be used up, after weeks: then all tracks must be forgotten by restart_ids().
+    bool ids_run_out() const;
+    /// Forgets all tracks and counts landmark ids from `first` on: only together with everybody who knows the old ones.
+    void restart_ids(std::uint32_t first = 0);
+    /// Exchanges two front-ends with all they hold, but for the count of landmark ids. No heap.
+    void swap(Frontend& other);
 
     /// Processes one frame.
     /// @param frame      left image of the rig's size; the right one may be empty: then no stereo matches

@@ -106,7 +106,7 @@ void ImuBuffer::clear(double rate_hz, const ImuLimits& limits) {
 }
 
 Status ImuBuffer::push(const ImuSample& sample) {
-    if (!sample.w_B.allFinite() || !sample.a_B.allFinite()) {
+    if (!sample.w_B.allFinite() || !sample.a_B.allFinite() || !is_sane(sample.stamp)) {
         ++counters_.not_finite;
         return Status::kInvalidArgument;
     }

@@ -22,7 +22,7 @@ namespace facet {
 struct ImuBufferCounters {
     std::uint32_t accepted = 0;
     std::uint32_t out_of_order = 0;   ///< rejected: stamp not after the newest (duplicates too)
-    std::uint32_t not_finite = 0;     ///< rejected: a rate or a force is NaN or infinite
+    std::uint32_t not_finite = 0;     ///< rejected: a rate or a force is NaN or infinite, or the stamp is absurd
     std::uint32_t overwritten = 0;    ///< oldest samples lost because the buffer was full
     std::uint32_t gaps = 0;           ///< steps between accepted samples longer than 3.5 nominal periods
     std::uint32_t clipped_gyro = 0;   ///< accepted samples with a gyroscope axis at its range
@@ -86,6 +86,10 @@ public:
     /// A step longer than this many nominal periods is a gap: jitter and one or two lost samples are not.
     static constexpr double kGapPeriods = 3.5;
 
+    /// Stamps beyond 146 years from their epoch are none: differences of others do not overflow.
+    static constexpr std::int64_t kMostStamp_ns = std::int64_t{1} << 62U;
+    static constexpr bool is_sane(Timestamp t) { return t.ns > -kMostStamp_ns && t.ns < kMostStamp_ns; }
+
     /// An axis at this share of its range is clipped: analogue stages saturate somewhat before the digital full scale.
     static constexpr double kClipShare = 0.9;
 
@@ -97,7 +101,8 @@ public:
     void clear(double rate_hz, const ImuLimits& limits = {});
 
     /// Appends a sample, even a clipped one. Constant time, except for runs of clipped samples, which are bridged anew.
-    /// @return kInvalidArgument if not finite, kOutOfOrder if its stamp is not after the newest: dropped and counted.
+    /// @return kInvalidArgument if not finite or the stamp is beyond kMostStamp_ns, kOutOfOrder if the stamp is not
+    ///         after the newest: dropped and counted.
     Status push(const ImuSample& sample);
 
     bool empty() const { return size_ == 0; }

@@ -150,8 +150,8 @@ void Preintegration::add_edge_error(const Eigen::Vector3d& theta_variance, const
     covariance_.block<3, 3>(kVel, kVel) += 0.5 * (vel + vel.transpose());
 }
 
-void Preintegration::corrected(const ImuBias& bias, Eigen::Quaterniond& dq, Eigen::Vector3d& dp,
-                               Eigen::Vector3d& dv, const ImuScale* scale) const {
+void Preintegration::corrected(const ImuBias& bias, Eigen::Quaterniond& dq, Eigen::Vector3d& dp, Eigen::Vector3d& dv,
+                               const ImuScale* scale) const {
     Eigen::Matrix<double, 6, 1> d_bias;
     d_bias << bias.gyro - bias_.gyro, bias.accel - bias_.accel;
     Eigen::Matrix<double, 9, 1> d = d_delta_d_bias_.lazyProduct(d_bias);

@@ -50,8 +50,9 @@ struct LevenbergWorkspace {
 /// gradient is computed anew (the chord method, [Kelley95] Sec. 5.4.1): the minimum is the same, as the gradient is
 /// exact. With a robust loss steps gain more than promised, since weights overrate its curvature; a new matrix would
 /// overrate it as well.
-/// At the end `workspace.systems[current]` holds the gradient at the final states, and the summary says where the matrix
-/// is: at the final states if !is_factorized. At most max_iterations steps and twice as many linearizations. No heap.
+/// At the end `workspace.systems[current]` holds the gradient at the final states, and the summary says where the
+/// matrix is: at the final states if !is_factorized. At most max_iterations steps and twice as many linearizations. No
+/// heap.
 template <class Problem>
 LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, LevenbergWorkspace& workspace,
                            int& current) {
@@ -98,8 +99,8 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
         problem.save();
         problem.apply(workspace.solver.step());
         const bool keeps_matrix = is_trusted && lambda == 0.0;
-        const double cost = keeps_matrix ? problem.linearize_gradient(workspace.systems[1 - current])
-                                         : linearize_in_full(1 - current);
+        const double cost =
+            keeps_matrix ? problem.linearize_gradient(workspace.systems[1 - current]) : linearize_in_full(1 - current);
         const double gain = summary.final_cost - cost;
         if (!(gain >= 0.0) || !std::isfinite(cost)) {
             problem.restore();

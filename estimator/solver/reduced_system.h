@@ -89,8 +89,8 @@ public:
     /// have them. @param first  row of the first of them
     Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> cameras_covariance(int first);
 
-    /// Marginal covariance of the first parameters of the last system solved with lambda = 0, `count` square. Overwrites
-    /// step(). @param count  at most PriorFactor::kMaxCalibration
+    /// Marginal covariance of the first parameters of the last system solved with lambda = 0, `count` square.
+    /// Overwrites step(). @param count  at most PriorFactor::kMaxCalibration
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, PriorFactor::kMaxCalibration, PriorFactor::kMaxCalibration>
     leading_covariance(int count);
 

@@ -42,6 +42,8 @@ enum HealthReason : std::uint32_t {
     kReasonVelocityUncertain = 1U << 14,  ///< velocity too uncertain for control
     kReasonOverrun = 1U << 15,            ///< a frame came late: less work is done until the next keyframe
     kReasonCalibration = 1U << 16,        ///< images contradict the calibration, or it had to be bent too far
+    kReasonNoImages = 1U << 17,           ///< no frame comes: carried on by inertial data alone
+    kReasonOneCamera = 1U << 18,          ///< one of two cameras has been silent for a while
 };
 
 /// One row of health.csv.
@@ -51,6 +53,7 @@ struct Health {
     int quality = 0;                  ///< 0: must not be used; 1 to 100, best; low for a while after each start
     std::uint32_t reset_counter = 0;  ///< restarts since configure(); position or yaw may have jumped when it rises
     bool is_keyframe = false;
+    bool is_exchanged = false;      ///< the right camera plays the left one, because that fails
     bool is_still = false;          ///< by images and inertial samples: the vehicle stands
     int tracked = 0;                ///< features carried over from the previous frame
     int detected = 0;               ///< new features

@@ -48,6 +48,8 @@ struct KeyframeView {
     Timestamp stamp;           ///< of the newest keyframe
     Timestamp oldest_stamp;    ///< of the oldest one in the window
     Se3 T_W_C0;                ///< left camera of the newest keyframe
+    /// The right camera plays the left one, because that fails: what is said of C0 and the left image is the right's.
+    bool is_exchanged = false;
     /// Variance of the sightings as measured, in units of the cautious one that covariance_W is based on: multiply by
     /// it to test whether points agree.
     double observation_variance = 1.0;

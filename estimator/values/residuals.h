@@ -46,8 +46,8 @@ private:
     double squares_ = 0.0;
 };
 
-/// Size of one camera's residuals over the angle between sight line and optical axis: level if observations are weighted
-/// as precisely as they are, whatever the lens. No heap. Thread-bound.
+/// Size of one camera's residuals over the angle between sight line and optical axis: level if observations are
+/// weighted as precisely as they are, whatever the lens. No heap. Thread-bound.
 class ResidualsByAngle {
 public:
     static constexpr int kBins = 18;

@@ -34,7 +34,7 @@ struct FrameEstimate {
 
 /// How the image error of a track at the newest keyframe bears on a frame t later:  a = kSlow exp(-t / kMemory_s).
 /// Measured are a = 0.77 after 0.25 s and 0.6 after 0.5 s (VisionNoise), and 1 - a^2 = 0.23, 0.29, 0.33 from the
-/// residuals of frames 0.05, 0.1 and 0.15 s after a keyframe (docs/experiments.md).
+/// residuals of frames 0.05, 0.1 and 0.15 s after a keyframe of one rendered log.
 struct TrackMemory {
     static constexpr double kSlow = 0.92;  ///< the rest is new in every image
     static constexpr double kMemory_s = 1.3;

@@ -5,8 +5,7 @@ namespace facet {
 namespace {
 
 void count(const RelativeView& view, const InverseDepthPoint& point, const Eigen::Vector2d& xy,
-           const Eigen::Matrix2f& d_uv_d_xy, ResidualHistogram& u, ResidualHistogram& v,
-           ResidualsByAngle& by_angle) {
+           const Eigen::Matrix2f& d_uv_d_xy, ResidualHistogram& u, ResidualHistogram& v, ResidualsByAngle& by_angle) {
     const Eigen::Vector3d q = view.sight_line(point);
     if (is_in_front(q)) {
         const Eigen::Vector2d r = d_uv_d_xy.cast<double>() * (q.hnormalized() - xy);

@@ -6,6 +6,7 @@
 
 #include "estimator/window/local_map.h"
 #include "estimator/window/outlier_removal.h"
+#include "estimator/window/prior_guard.h"
 #include "estimator/window/residual_count.h"
 #include "estimator/window/stage_scope.h"
 #include "platform/base/assert.h"
@@ -19,9 +20,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     regularity_config_ = regularity;
     noise_ = noise;
     left_ = rig.left;
-    // Positive definite by the ranges of its standard deviations.
-    const bool inverted = invert_covariance(calibration_covariance(calibration, rig), given_information_);
-    FACET_ASSERT(inverted);
+    believe_given(rig);
     is_factorized_ = false;
     cameras_.bind(state_, config_, calibration_config_, rig);
     problem_.bind(state_, cameras_, calibration_config_, regularity_config_);
@@ -40,6 +39,26 @@ void Window::set_stage_observer(StageObserver* observer) {
     problem_.set_stage_observer(observer);
 }
 
+void Window::believe_given(const StereoRig& rig) {
+    const bool inverted = invert_covariance(calibration_covariance(calibration_config_, rig), given_information_);
+    FACET_ASSERT(inverted);  // positive definite by the ranges of the standard deviations
+}
+
+void Window::change_rig(const StereoRig& rig, const RigCalibration& calibration) {
+    left_ = rig.left;
+    believe_given(rig);
+    cameras_.bind(state_, config_, calibration_config_, rig);
+    problem_.bind(state_, cameras_, calibration_config_, regularity_config_);
+    planes_.reset();
+    proposals_.clear();
+    state_.clear();
+    state_.prior.reset(0);
+    state_.calibration = calibration;
+    state_.calibration_lin = calibration;
+    residual_bias_.reset();
+    is_factorized_ = false;
+}
+
 void Window::start(const KeyframeInput& input, const NavState& state,
                    const Eigen::Matrix<double, kStateDim, kStateDim>& information, CalibrationStart calibration) {
     const double time_offset_s = state_.calibration.time_offset_s;  // contained in the stamp
@@ -55,26 +74,57 @@ void Window::start(const KeyframeInput& input, const NavState& state,
     keyframe.state = state;
     keyframe.state_lin = state;
     state_.keyframes.push_back(keyframe);
-    state_.calibration_lin = state_.calibration;
     state_.prior.reset(1, calibration_config_.dim());
     state_.prior.h().bottomRightCorner<kStateDim, kStateDim>() = information;
-    const int dim = calibration_config_.dim();
-    state_.prior.h().topLeftCorner(dim, dim) = calibration_information;
+    fill_calibration_prior(calibration_information);
     wandered_ = input.stamp;
     is_factorized_ = false;
     add_observations(0, input.observations);
+}
+
+void Window::fill_calibration_prior(const CalibrationMatrix& information) {
+    const int dim = calibration_config_.dim();
+    state_.calibration_lin = state_.calibration;
+    state_.prior.h().topLeftCorner(dim, dim) = information;
+}
+
+void Window::replace_prior() {
+    state_.planes.clear();
+    state_.plane_pairs.clear();
+    planes_.reset();
+    for (int i = 0; i < state_.landmarks.size(); ++i) {
+        state_.landmarks[i].plane = state_.landmarks[i].proposed_plane = Landmark::kNoPlane;
+    }
+    int covered = 0;  // keyframes up to the last one that the old prior alone tied to the one before
+    for (int k = 0; k < static_cast<int>(state_.keyframes.size()); ++k) {
+        Keyframe& keyframe = state_.keyframes[static_cast<std::size_t>(k)];
+        keyframe.is_bound = false;
+        keyframe.state_lin = keyframe.state;
+        covered = keyframe.has_imu_factor ? covered : k + 1;
+    }
+    state_.prior.reset(covered, calibration_config_.dim());
+    for (int k = 0; k < covered; ++k) {
+        Keyframe& keyframe = state_.keyframes[static_cast<std::size_t>(k)];
+        keyframe.is_bound = covered > 1;
+        if (!keyframe.has_imu_factor) {
+            const int at = state_.prior.globals() + k * kStateDim;
+            state_.prior.h().block<kStateDim, kStateDim>(at, at) =
+                emergency_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
+        }
+    }
+    fill_calibration_prior(given_information_);
 }
 
 CalibrationMatrix Window::begin_calibration(CalibrationStart start) {
     constexpr double kBelievable = 4.0;  // standard deviations of what was given
     CalibrationMatrix information;
     const int dim = calibration_config_.dim();
-    if (start == CalibrationStart::kAsKnown && is_factorized_ && calibration_stretch() <= kBelievable &&
-        invert_covariance(workspace_.solver.leading_covariance(dim), information)) {
-        return information;
+    if (start == CalibrationStart::kAsGiven || calibration_stretch() > kBelievable) {
+        state_.calibration = {};
+        return given_information_;
     }
-    state_.calibration = {};
-    return given_information_;
+    const bool is_known = is_factorized_ && invert_covariance(workspace_.solver.leading_covariance(dim), information);
+    return is_known ? information : given_information_;
 }
 
 void Window::let_calibration_wander(Timestamp stamp) {
@@ -114,16 +164,21 @@ void Window::make_room() {
     const int count = static_cast<int>(state_.keyframes.size());
     const int candidate = count - 1 - kRecent;
     const double threshold = config_.redundant_px / left_.focal_px();
+    const auto note = [this](Status status) { marginalization_failed_ = marginalization_failed_ || !ok(status); };
     if (candidate >= 1 && redundancy_.is_redundant(state_, candidate, threshold)) {
-        marginalization_failed_ =
-            !ok(marginalizer_.drop_between(candidate, state_, cameras_, problem_, workspace_.systems[0]));
+        note(marginalizer_.drop_between(candidate, state_, cameras_, problem_, workspace_.systems[0]));
     } else if (count >= config_.keyframes) {
         count_oldest_residuals(state_, cameras_, residuals_);
-        marginalization_failed_ =
-            !ok(marginalizer_.marginalize_oldest(state_, cameras_, problem_, workspace_.systems[0]));
+        note(marginalizer_.marginalize_oldest(state_, cameras_, problem_, workspace_.systems[0]));
+    }
+    if (state_.prior.keyframes() == 0) {
+        replace_prior();
     }
     if (static_cast<int>(state_.keyframes.size()) >= config_.keyframes) {  // dropping was refused
-        static_cast<void>(marginalizer_.marginalize_oldest(state_, cameras_, problem_, workspace_.systems[0]));
+        note(marginalizer_.marginalize_oldest(state_, cameras_, problem_, workspace_.systems[0]));
+        if (state_.prior.keyframes() == 0) {
+            replace_prior();
+        }
     }
 }
 
@@ -174,6 +229,9 @@ WindowSummary Window::optimize(double effort) {
     LevenbergOptions options;
     options.max_iterations = std::max(1, static_cast<int>(std::lround(effort * config_.max_iterations)));
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
+    if (summary.solver.solver_failed) {
+        recover(options, summary);
+    }
     is_factorized_ = summary.solver.is_factorized;
     current_system_ = summary.solver.matrix;
     const WindowFit& fit = problem_.fit();
@@ -195,6 +253,14 @@ WindowSummary Window::optimize(double effort) {
     remove_outliers(summary);
     summary.fit = problem_.fit();
     return summary;
+}
+
+void Window::recover(const LevenbergOptions& options, WindowSummary& summary) {
+    if (!ok(make_semidefinite(state_.prior, workspace_.systems[0]))) {
+        replace_prior();
+    }
+    summary.prior_repaired = true;
+    summary.solver = levenberg(problem_, options, workspace_, current_system_);
 }
 
 Status Window::newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance) {

@@ -37,6 +37,7 @@ struct WindowSummary {
     int rejected_observations = 0;   ///< removed as outliers afterwards
     int rejected_landmarks = 0;      ///< landmarks whose newest observation was one: their tracks should end
     bool marginalization_failed = false;
+    bool prior_repaired = false;  ///< the system had no solution with the prior as it was
 };
 
 /// What a window that begins holds of the calibration.
@@ -53,6 +54,10 @@ public:
     void configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,
                    const ImuNoise& noise, const RegularityConfig& regularity = {});
     void set_stage_observer(StageObserver* observer);
+    /// Goes on with the same cameras in other roles: forgets keyframes, landmarks, planes, prior and learned weights,
+    /// not the residuals counted so far. start() must follow. No heap.
+    /// @param calibration  the corrections so far, in the new roles
+    void change_rig(const StereoRig& rig, const RigCalibration& calibration);
 
     /// Forgets keyframes, landmarks and prior, and begins with one keyframe and its Gaussian prior.
     /// @param information  15x15, order [theta p v bg ba], about `state`
@@ -126,11 +131,20 @@ public:
     Status replace_imu_factor(int keyframe, const Preintegration& preintegration);
 
 private:
+    /// Takes the calibration as given for a rig.
+    void believe_given(const StereoRig& rig);
     /// Information about the calibration that a new window begins with; `state_.calibration` is its mean.
     CalibrationMatrix begin_calibration(CalibrationStart start);
     /// Lets the calibration in the prior wander up to a time.
     void let_calibration_wander(Timestamp stamp);
     void make_room();
+    /// Gives a window that has lost its prior one on its oldest keyframe, and on others that no inertial factor ties to
+    /// the one before.
+    void replace_prior();
+    /// Sets the calibration's share of a new prior, about the present calibration.
+    void fill_calibration_prior(const CalibrationMatrix& information);
+    /// Repairs a prior with which the system has no solution, and optimizes once more.
+    void recover(const LevenbergOptions& options, WindowSummary& summary);
     void add_observations(int keyframe, std::span<const FeatureObservation> observations);
     void remove_outliers(WindowSummary& summary);
 

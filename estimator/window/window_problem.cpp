@@ -10,8 +10,7 @@
 
 namespace facet {
 
-static_assert(PriorFactor::kMaxCalibration == kCalibrationDim,
-              "room for all that keyframes share");
+static_assert(PriorFactor::kMaxCalibration == kCalibrationDim, "room for all that keyframes share");
 
 void WindowProblem::bind(WindowState& state, WindowCameras& cameras, const CalibrationConfig& calibration,
                          const RegularityConfig& regularity) {

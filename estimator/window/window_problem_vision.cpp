@@ -132,8 +132,8 @@ void WindowProblem::add_calibration(ReducedSystem& system) const {
     auto h = system.h();
     auto g = system.g();
     for (int j = 0; j < system.keyframes(); ++j) {
-        g.head(dim) += d_pose[static_cast<std::size_t>(j)].transpose().lazyProduct(
-            g.segment<kPoseDim>(system.offset(j)));
+        g.head(dim) +=
+            d_pose[static_cast<std::size_t>(j)].transpose().lazyProduct(g.segment<kPoseDim>(system.offset(j)));
     }
     if (!system.has_matrix()) {
         return;

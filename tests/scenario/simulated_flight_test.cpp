@@ -84,8 +84,8 @@ void drop_lines(const std::string& path, Predicate drop) {
 
 constexpr double kMaxAte_m = 0.002;
 
-/// Limits within a factor of two of what this flight measures (`simulated_flight_test -s` shows it): ATE 0.94 mm; mean
-/// NEES of the pose 1.3, where 6 is expected; median distance of the mesh 6.6 mm after ICP; 69 % of the surface seen
+/// Limits within a factor of two of what this flight measures (`simulated_flight_test -s` shows it): ATE 1.2 mm; mean
+/// NEES of the pose 4.9, where 6 is expected; median distance of the mesh 6.6 mm after ICP; 69 % of the surface seen
 /// lie within 5 cm of the mesh; 4 of 5 true planes are found, and every plane found is true.
 void check_figures(const test::FlightFigures& flight) {
     INFO(text_report(flight.trajectory) << text_report(flight.claims) << text_report(flight.mesh)
@@ -94,8 +94,8 @@ void check_figures(const test::FlightFigures& flight) {
     const NeesStatistics& pose = flight.claims.parts[0];
     CHECK(pose.count == 100);
     CHECK(flight.claims.unusable == 0);
-    CHECK(pose.mean > 0.6);
-    CHECK(pose.mean < 3.0);
+    CHECK(pose.mean > 2.5);
+    CHECK(pose.mean < 9.0);
     const MeshRow& mesh = flight.mesh.by_icp;
     REQUIRE(std::string(kClaimParts[0].name) == "pose");
     REQUIRE(kMeshTolerances[2] == 0.05);

@@ -22,7 +22,7 @@ StartCheck::StartCheck(const StereoRig& rig) : rig_(rig) {
 }
 
 std::vector<CheckVerdict> StartCheck::add(const StereoFrame& frame) {
-    if (looks_ == kLooks || frame.right.empty() || frames_++ % kStride != 0) {
+    if (looks_ == kLooks || frame.left.empty() || frame.right.empty() || frames_++ % kStride != 0) {
         return {};
     }
     ++looks_;

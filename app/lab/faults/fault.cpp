@@ -107,7 +107,7 @@ const std::vector<FaultInfo>& fault_table() {
          {{"GAIN", 1.0, 255.0, 16.0}},
          "both images overexposed: pixels times GAIN, saturating"},
         {FaultKind::kFreeze, "freeze", {}, "the first images of the time come again and again, with new stamps"},
-        {FaultKind::kNoLeft, "no_left", {}, "left images do not arrive: no stereo frame at all"},
+        {FaultKind::kNoLeft, "no_left", {}, "left images do not arrive"},
         {FaultKind::kNoRight, "no_right", {}, "right images do not arrive"},
         {FaultKind::kDropFrames,
          "drop_frames",

@@ -40,9 +40,8 @@ FaultInjector::FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, T
             vibrations_.try_emplace(i, vibration_spectrum(kind), seed);
         } else if (faults_[i].kind == FaultKind::kImuScale) {
             RandomStream random(static_cast<std::uint64_t>(faults_[i].values[1]), 0);
-            ImuScale::for_each(scales_[i], [&](double& value) {
-                value = faults_[i].values[0] * kImuScaleSigma * random.normal();
-            });
+            ImuScale::for_each(scales_[i],
+                               [&](double& value) { value = faults_[i].values[0] * kImuScaleSigma * random.normal(); });
         }
     }
 }
@@ -144,9 +143,9 @@ void FaultInjector::add(const ImuSample& sample) {
     release(sample.stamp);
 }
 
-bool FaultInjector::is_lost(Timestamp log_stamp) {
-    bool lost = is_active(FaultKind::kNoLeft, log_stamp);
-    for_active(FaultKind::kDropFrames, log_stamp, [&](const Fault& fault, std::size_t i) {
+bool FaultInjector::is_lost(const OwnedFrame& frame) {
+    bool lost = !frame.has_left && !frame.has_right;
+    for_active(FaultKind::kDropFrames, frame.log_stamp, [&](const Fault& fault, std::size_t i) {
         const auto seed = static_cast<std::uint64_t>(fault.values[1]);
         const bool dropped = draws(fault.kind, i, seed, frame_count_).uniform() < fault.values[0];
         lost = lost || dropped;
@@ -167,6 +166,7 @@ void FaultInjector::freeze(OwnedFrame& frame) {
     }
     frame.left = frozen_.left;
     frame.right = frozen_.right;
+    frame.has_left = frozen_.has_left;
     frame.has_right = frozen_.has_right;
 }
 
@@ -181,6 +181,7 @@ void FaultInjector::change_images(OwnedFrame& frame) {
         black_out(hash64(1, frame_count_, 0), frame.left);
         black_out(hash64(1, frame_count_, 1), frame.right);
     }
+    frame.has_left = !is_active(FaultKind::kNoLeft, frame.log_stamp) && frame.has_left;
     frame.has_right = !is_active(FaultKind::kNoRight, frame.log_stamp) && frame.has_right;
 }
 
@@ -190,11 +191,12 @@ void FaultInjector::add(const StereoFrame& frame) {
     owned.log_stamp = frame.stamp;
     owned.output_stamp = frame.stamp + shift(FaultKind::kTimeOffset, frame.stamp);
     owned.stamp = owned.output_stamp + shift(FaultKind::kClockJump, frame.stamp);
+    owned.has_left = !frame.left.empty();
     owned.has_right = !frame.right.empty();
     copy_image(frame.left, owned.left);
     copy_image(frame.right, owned.right);
     change_images(owned);
-    if (!is_lost(frame.stamp)) {
+    if (!is_lost(owned)) {
         waiting_.push_back(std::move(owned));
     }
     release(frame.stamp);

@@ -26,10 +26,13 @@ struct OwnedFrame {
     Timestamp output_stamp;  ///< under which the estimate is filed: `stamp` with the jumps of the clock taken out again
     GreyImage left;
     GreyImage right;
+    bool has_left = true;
     bool has_right = false;
 
     StereoFrame view() const {
-        return {.stamp = stamp, .left = left.view(), .right = has_right ? right.view() : ImageView{}};
+        return {.stamp = stamp,
+                .left = has_left ? left.view() : ImageView{},
+                .right = has_right ? right.view() : ImageView{}};
     }
 };
 
@@ -68,7 +71,7 @@ private:
     void for_active(FaultKind kind, Timestamp log_stamp, Apply apply);
     bool is_active(FaultKind kind, Timestamp log_stamp);
     Duration shift(FaultKind kind, Timestamp log_stamp);
-    bool is_lost(Timestamp log_stamp);
+    bool is_lost(const OwnedFrame& frame);
     void change_images(OwnedFrame& frame);
     void freeze(OwnedFrame& frame);
     void change_values(ImuSample& sample, Timestamp log_stamp);

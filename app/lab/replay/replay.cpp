@@ -152,6 +152,7 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     OwnedFrame& kept = waiting_.emplace_back();
     kept.stamp = frame.stamp;
     kept.output_stamp = output_stamp;
+    kept.has_left = !frame.left.empty();
     kept.has_right = !frame.right.empty();
     copy_image(frame.left, kept.left);
     copy_image(frame.right, kept.right);
@@ -162,6 +163,9 @@ void Replay::feed(const ImuSample& sample) {
     newest_fed_ = sample.stamp;
     if (Estimate estimate; carried_ && carried_->add_imu(sample, estimate)) {
         recorder_.write_carried(estimate);
+    }
+    if (pipeline_.take_carried(result_)) {
+        recorder_.write(result_, {});
     }
     while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {
         waiting_.pop_front();

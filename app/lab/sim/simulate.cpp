@@ -37,7 +37,6 @@ constexpr Timestamp kEpoch{1'700'000'000'000'000'000};
 /// First image after the first inertial sample: no multiple of a sample period, so that stamps never agree.
 constexpr Duration kFirstImage{101'723'456};
 constexpr double kTail_s = 0.1;  // inertial samples after the last image
-constexpr double kImuRate_hz = 200.0;
 constexpr double kRightGain = 1.06;
 constexpr double kMoverDelay_s = 1.0;  // after take-off
 
@@ -66,6 +65,8 @@ Status check_options(const SimOptions& o, std::string& error) {
         error = fmt::format("--duration: {} s is outside 0.1 to 3600 s", o.duration_s);
     } else if (!(o.rate_hz >= 1.0 && o.rate_hz <= 200.0)) {
         error = fmt::format("--rate: {} Hz is outside 1 to 200 Hz", o.rate_hz);
+    } else if (!(o.imu_rate_hz >= 100.0 && o.imu_rate_hz <= 2000.0)) {
+        error = fmt::format("--imu-rate: {} Hz is outside 100 to 2000 Hz", o.imu_rate_hz);
     } else if (o.samples < 1 || o.samples > 32) {
         error = fmt::format("--samples: {} is outside 1 to 32", o.samples);
     } else if (o.threads < 1 || o.threads > 64) {
@@ -152,6 +153,7 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     meta["seed"] = o.seed;
     meta["duration_s"] = o.duration_s;
     meta["rate_hz"] = o.rate_hz;
+    meta["imu_rate_hz"] = o.imu_rate_hz;
     meta["samples"] = o.samples;
     meta["noise"] = o.noise;
     meta["flight"] = o.flight == FlightKind::kHover ? "hover" : "tour";
@@ -191,7 +193,7 @@ std::vector<ImuRecord> make_imu(const SimOptions& o, const Flight& flight, doubl
     const ImuNoise noise = euroc_imu_noise();
     const bool is_exact = !o.noise || o.closed;  // noise that is the same at each turn would be none
     std::vector<ImuRecord> imu =
-        synthesise_imu(flight, end_s, kEpoch, {is_exact ? nullptr : &noise, kImuRate_hz, o.gravity_m_per_s2}, o.seed);
+        synthesise_imu(flight, end_s, kEpoch, {is_exact ? nullptr : &noise, o.imu_rate_hz, o.gravity_m_per_s2}, o.seed);
     add_vibration(vibration_of(o), take_off_s(o), o.seed, imu);
     return imu;
 }
@@ -241,6 +243,7 @@ Status write_tables(const SimOptions& o, const World& world, const CoarsePass& c
     const StereoRig rig = rig_with(o.camera);
     StereoRig claimed = rig;
     AslContent content{&claimed, {}, euroc_imu_noise(), o.rate_hz, stamps, {}};
+    content.imu_noise.rate_hz = o.imu_rate_hz;
     FACET_TRY(claim_calibration(o, claimed, content.T_B_C, error));
     const std::vector<ImuRecord> imu = make_imu(o, world.flight, end_s);
     content.imu = imu;

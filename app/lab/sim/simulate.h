@@ -20,6 +20,7 @@ struct SimOptions {
     std::uint64_t seed = 1;      ///< of flight and noise; the scene itself is always the same
     double duration_s = 30.0;    ///< from first to last image [0.1, 3600]
     double rate_hz = 20.0;       ///< of the cameras [1, 200]
+    double imu_rate_hz = 200.0;  ///< of the inertial samples [100, 2000]
     int samples = 3;             ///< rays per pixel [1, 32]; 5 leave no visible sparkle, 3 none that tracking minds
     int threads = 2;             ///< [1, 64]; the output does not depend on it
     bool noise = true;           ///< false: no image noise, no inertial noise and no bias

@@ -29,6 +29,20 @@ const std::string kImu = "imu: {spi: {chip: adis16448}}\n";
 
 std::string example(const char* name) { return test::read_file(std::string(FACET_EXAMPLES) + "/" + name); }
 
+TEST_CASE("a calibration of one camera makes a vehicle of one camera") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const std::string identity = "  T_cam_imu: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n";
+    dir.write("camchain.yaml", "cam0:\n" + std::string(kCamera) + identity);
+    const Vehicle v =
+        load_vehicle(dir.write("vehicle.yaml", kHead + "cameras: {left: {device: /dev/video3}}\n" + kImu));
+    CHECK_FALSE(v.calibration.rig.has_right);
+    CHECK(v.cameras.left.capture.device == "/dev/video3");
+    const std::string path = dir.write("two.yaml", kHead + kCameras + kImu);
+    CHECK(test::input_error_text([&] { static_cast<void>(load_vehicle(path)); }).find("has one camera") !=
+          std::string::npos);
+}
+
 TEST_CASE("the SPI example is a whole vehicle") {
     const test::TempDir dir;
     write_calibration(dir);

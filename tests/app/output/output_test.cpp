@@ -99,13 +99,14 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
     const std::vector<std::string> rows = lines(dir.file("health.csv"));
     REQUIRE(rows.size() == 2);
     CHECK(rows[0] ==
-          "stamp_ns,state,reasons,reason_names,quality,reset_counter,is_keyframe,is_still,tracked,detected,stereo,"
+          "stamp_ns,state,reasons,reason_names,quality,reset_counter,is_keyframe,is_exchanged,is_still,tracked,"
+          "detected,stereo,"
           "recalled,outliers,keyframes,landmarks,"
           "iterations,map_landmarks,frame_chi2,"
           "mean_vision_chi2,pixel_sigma_px,residual_bias_px,calibration_stretch,imu_chi2,time_offset_s,"
           "time_offset_sigma_s,imu_gaps,imu_clipped,imu_dropped");
     CHECK(rows[1] ==
-          "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,0,0,1,0,1,2,3,0,4,5,6,7,10,0.75,0.5,"
+          "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,0,0,1,0,0,1,2,3,0,4,5,6,7,10,0.75,0.5,"
           "0.35,0.02,1.5,1.25,0,0,8,0,9");
     CHECK(reason_names(0).empty());
 }

@@ -154,7 +154,7 @@ const BadInput kBadInputs[] = {
          const std::string name = "mav0/cam0/data/" + asl_image_name(2);
          d.write(name, half(d.file(name)));
      },
-     AslWarningKind::kCorruptImage, "cam0/data.csv", 4, 5, 0},
+     AslWarningKind::kCorruptImage, "cam0/data.csv", 4, 6, 0},
     {"truncated right PNG",
      [](const test::TempDir& d) {
          const std::string name = "mav0/cam1/data/" + asl_image_name(2);
@@ -162,10 +162,10 @@ const BadInput kBadInputs[] = {
      },
      AslWarningKind::kCorruptImage, "cam1/data.csv", 4, 6, 1},
     {"empty left file", [](const test::TempDir& d) { d.write("mav0/cam0/data/" + asl_image_name(0), ""); },
-     AslWarningKind::kCorruptImage, "cam0/data.csv", 2, 5, 0},
+     AslWarningKind::kCorruptImage, "cam0/data.csv", 2, 6, 0},
     {"missing left file",
      [](const test::TempDir& d) { std::filesystem::remove(d.file("mav0/cam0/data/" + asl_image_name(3))); },
-     AslWarningKind::kMissingFile, "cam0/data.csv", 5, 5, 0},
+     AslWarningKind::kMissingFile, "cam0/data.csv", 5, 6, 0},
     {"missing right file",
      [](const test::TempDir& d) { std::filesystem::remove(d.file("mav0/cam1/data/" + asl_image_name(3))); },
      AslWarningKind::kMissingFile, "cam1/data.csv", 5, 6, 1},
@@ -173,30 +173,30 @@ const BadInput kBadInputs[] = {
      [](const test::TempDir& d) {
          d.write("mav0/cam0/data/" + asl_image_name(4), test::encode_png(8, 8, 1, 8, std::vector<std::uint16_t>(64)));
      },
-     AslWarningKind::kWrongSize, "cam0/data.csv", 6, 5, 0},
+     AslWarningKind::kWrongSize, "cam0/data.csv", 6, 6, 0},
     {"no right row", [](const test::TempDir& d) { test::replace_line(d.file("mav0/cam1/data.csv"), 4, ""); },
      AslWarningKind::kMissingRight, "cam0/data.csv", 4, 6, 1},
     {"no left row", [](const test::TempDir& d) { test::replace_line(d.file("mav0/cam0/data.csv"), 4, ""); },
-     AslWarningKind::kMissingLeft, "cam1/data.csv", 4, 5, 0},
+     AslWarningKind::kMissingLeft, "cam1/data.csv", 4, 6, 0},
     {"row without file name",
      [](const test::TempDir& d) {
          test::replace_line(d.file("mav0/cam0/data.csv"), 4, std::to_string(frame_stamp(2)));
      },
-     AslWarningKind::kMalformedRow, "cam0/data.csv", 4, 5, 0},
+     AslWarningKind::kMalformedRow, "cam0/data.csv", 4, 6, 0},
     {"stamp is not a number",
      [](const test::TempDir& d) { test::replace_line(d.file("mav0/cam0/data.csv"), 4, "12ab,x.png"); },
-     AslWarningKind::kMalformedRow, "cam0/data.csv", 4, 5, 0},
+     AslWarningKind::kMalformedRow, "cam0/data.csv", 4, 6, 0},
     {"duplicate stamp",
      [](const test::TempDir& d) { test::replace_line(d.file("mav0/cam0/data.csv"), 4, asl_image_row(1)); },
-     AslWarningKind::kDuplicate, "cam0/data.csv", 4, 5, 0},
+     AslWarningKind::kDuplicate, "cam0/data.csv", 4, 6, 0},
     {"stamp goes back",
      [](const test::TempDir& d) { test::replace_line(d.file("mav0/cam0/data.csv"), 5, asl_image_row(0)); },
-     AslWarningKind::kOutOfOrder, "cam0/data.csv", 5, 5, 0},
+     AslWarningKind::kOutOfOrder, "cam0/data.csv", 5, 6, 0},
     {"stamp far ahead",
      [](const test::TempDir& d) {
          test::replace_line(d.file("mav0/cam0/data.csv"), 5, std::to_string(frame_stamp(900)) + ",x.png");
      },
-     AslWarningKind::kOutOfOrder, "cam0/data.csv", 5, 5, 0},
+     AslWarningKind::kOutOfOrder, "cam0/data.csv", 5, 6, 0},
     {"short inertial row",
      [](const test::TempDir& d) { test::replace_line(d.file("mav0/imu0/data.csv"), 20, "5,1,2"); },
      AslWarningKind::kMalformedRow, "imu0/data.csv", 20, 6, 0},
@@ -271,6 +271,39 @@ TEST_CASE("CRLF, comments, blank lines and a missing last newline change nothing
     CHECK(reading.warnings.empty());
     CHECK(reading.frames.size() == kFrames);
     CHECK(reading.imu.size() == 10 * kFrames + 1);
+}
+
+TEST_CASE("a log of one camera has frames with a left view only, and no warnings") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    std::filesystem::remove_all(dir.file("mav0/cam1"));
+    const Reading reading = read(dir.path());
+    CHECK(reading.error.empty());
+    CHECK(reading.left_only.size() == kFrames);
+    CHECK(reading.warnings.empty());
+}
+
+TEST_CASE("where the left camera is silent, frames have a right view only") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    test::replace_line(dir.file("mav0/cam0/data.csv"), 4, "");
+    std::filesystem::remove(dir.file("mav0/cam0/data/" + asl_image_name(4)));
+    AslDataset log;
+    std::string error;
+    REQUIRE(ok(log.open(dir.path(), {}, {}, error)));
+    ImuSample imu;
+    StereoFrame frame;
+    int k = 0;
+    for (AslDataset::Event event{}; (event = log.next(imu, frame)) != AslDataset::Event::kEnd;) {
+        if (event == AslDataset::Event::kFrame) {
+            CAPTURE(k);
+            CHECK(frame.stamp.ns == frame_stamp(k));
+            CHECK(frame.left.empty() == (k == 2 || k == 4));
+            CHECK_FALSE(frame.right.empty());
+            ++k;
+        }
+    }
+    CHECK(k == kFrames);
 }
 
 TEST_CASE("pairs need stamps within the tolerance") {

@@ -6,56 +6,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <vector>
 
-#include "tests/support/synthetic_flight.h"
+#include "tests/support/still_vehicle.h"
 
 using namespace facet;
-
-namespace {
-
-constexpr double kImuStep_s = 0.005;
-
-/// A still vehicle 3.1 m in front of a wall with a random texture: the right picture is the left one moved by 16 px.
-class StillVehicle {
-public:
-    StillVehicle() : picture_(752U * 480U), right_(752U * 480U), dark_(752U * 480U, 0) {
-        std::mt19937 generator(3);
-        // Blocks of 8 px of random grey: corners everywhere.
-        std::vector<std::uint8_t> blocks(94U * 60U);
-        for (auto& b : blocks) {
-            b = static_cast<std::uint8_t>(generator() % 200U + 20U);
-        }
-        for (std::size_t v = 0; v < 480; ++v) {
-            for (std::size_t u = 0; u < 752; ++u) {
-                picture_[v * 752 + u] = blocks[(v / 8) * 94 + u / 8];
-                right_[v * 752 + u] = blocks[(v / 8) * 94 + ((u + kDisparity_px) % 752) / 8];
-            }
-        }
-        rig = test::make_rig();
-        rig.T_B_C1.q = rig.T_B_C0.q;
-        rig.T_B_C1.p.z() = rig.T_B_C0.p.z();
-    }
-    void feed_imu(Estimator& estimator, double t0, double t1) const {
-        for (double t = t0; t < t1 - 1e-9; t += kImuStep_s) {
-            REQUIRE(ok(estimator.add_imu({test::at(t), {0.001, -0.002, 0.003}, {0.0, 0.0, 9.81}})));
-        }
-    }
-    StereoFrame frame(double t, bool dark = false) const {
-        const ImageView left{(dark ? dark_ : picture_).data(), 752, 480, 752};
-        const ImageView right{(dark ? dark_ : right_).data(), 752, 480, 752};
-        return {test::at(t), left, right};
-    }
-    StereoRig rig;
-
-private:
-    static constexpr std::size_t kDisparity_px = 16;
-    std::vector<std::uint8_t> picture_;
-    std::vector<std::uint8_t> right_;
-    std::vector<std::uint8_t> dark_;
-};
-
-}  // namespace
+using facet::test::StillVehicle;
 
 TEST_CASE("a still vehicle is tracked from the first frame and stays where it is", "[estimator]") {
     const StillVehicle vehicle;

@@ -101,6 +101,39 @@ TEST_CASE("darkness degrades at once, loses after the limit, and only a restart 
     CHECK(f.step(e) == TrackingState::kTracking);
 }
 
+TEST_CASE("between frames that do not come nothing is said of images", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(0.5);
+    e.has_frame = e.frame_taken = e.has_right = false;
+    e.lacks_right = true;
+    e.tracked = e.stereo = 0;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    CHECK(f.health.reasons == kReasonNoImages);
+    e.stamp = at(3.2);
+    CHECK(f.step(e) == TrackingState::kLost);
+    CHECK(f.step(good(3.3)) == TrackingState::kLost);
+}
+
+TEST_CASE("a camera that is silent for good degrades, with a reason of its own", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(3.0);
+    e.misses_camera = true;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    CHECK(f.has(kReasonOneCamera));
+    CHECK(f.step(good(3.1)) == TrackingState::kTracking);
+}
+
+TEST_CASE("a start with one camera waits for its second opinion", "[health]") {
+    Fixture f;
+    f.monitor.restart(at(0.0), false);
+    HealthEvidence e = good(1.0);
+    e.is_keyframe = true;
+    e.is_confirmed = false;
+    CHECK(f.step(e) == TrackingState::kInit);
+    e.is_confirmed = true;
+    CHECK(f.step(e) == TrackingState::kTracking);
+}
+
 TEST_CASE("light within the limit ends degradation", "[health]") {
     Fixture f;
     f.step(good(3.0));
@@ -156,6 +189,7 @@ TEST_CASE("things worth a word that leave tracking be", "[health]") {
     Fixture f;
     HealthEvidence e = good(3.0);
     e.has_right = false;
+    e.lacks_right = true;
     CHECK(f.step(e) == TrackingState::kTracking);
     CHECK(f.has(kReasonNoRightImage));
     e = good(3.1);

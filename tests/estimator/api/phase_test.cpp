@@ -48,6 +48,17 @@ TEST_CASE("a new window waits for enough stereo matches", "[phase]") {
     CHECK(decide(lost) == FrameAction::kRestart);
 }
 
+TEST_CASE("where there is one camera only, its features suffice for a new window", "[phase]") {
+    FrameEvidence lost = keyframe();
+    lost.must_restart = true;
+    lost.phase = Phase::kCoasting;
+    lost.stereo = 0;
+    lost.lone_features = 19;
+    CHECK(decide(lost) == FrameAction::kCarryOn);
+    lost.lone_features = 20;
+    CHECK(decide(lost) == FrameAction::kRestart);
+}
+
 TEST_CASE("a vehicle that stands by both senses is held where it was", "[phase]") {
     FrameEvidence e;
     e.rests = e.image_is_still = true;

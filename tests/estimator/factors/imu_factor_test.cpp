@@ -124,8 +124,8 @@ TEST_CASE("residual and Jacobians follow the scale of the IMU's axes") {
         const NavState i = random_state(rng);
         const NavState j = factor.preintegration().predict(i).box_plus(normal15(rng, 0.1));
         std::normal_distribution<double> normal(0.0, 0.003);
-        const ImuScale scale = ImuScale{}.box_plus(
-            ImuScale::Tangent::NullaryExpr([&](Eigen::Index) { return normal(rng); }));
+        const ImuScale scale =
+            ImuScale{}.box_plus(ImuScale::Tangent::NullaryExpr([&](Eigen::Index) { return normal(rng); }));
         ImuFactorLinearization lin;
         factor.linearize(i, j, i, j, lin, &scale);
         CHECK((lin.r - factor.residual(i, j, &scale)).norm() < 1e-9 * (1.0 + lin.r.norm()));

@@ -394,6 +394,29 @@ TEST_CASE("front-end drops the tracks it is told to, and resets", "[frontend]") 
     CHECK(out.observations.front().landmark > newest);
 }
 
+TEST_CASE("front-end says when landmark ids run out, in time, and counts anew", "[frontend]") {
+    const Flight& f = flight();
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    FrontendOutput out;
+    REQUIRE(ok(frontend.process(f.frames[0].view(), f.hints(0), out)));
+    CHECK_FALSE(frontend.ids_run_out());
+    frontend.restart_ids(LandmarkId::kInvalid - 10'000);
+    CHECK(frontend.ids_run_out());
+    for (std::size_t k = 1; k < 6; ++k) {  // there is still room for some keyframes
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.hints(k), out)));
+        for (const FeatureObservation& o : out.observations) {
+            CHECK(o.landmark.valid());
+            CHECK(o.landmark.value >= LandmarkId::kInvalid - 10'000);
+        }
+    }
+    frontend.restart_ids();
+    CHECK_FALSE(frontend.ids_run_out());
+    REQUIRE(ok(frontend.process(f.frames[6].view(), f.hints(6), out)));
+    CHECK(out.is_keyframe);
+    CHECK(out.observations.front().landmark.value == 0);
+}
+
 TEST_CASE("front-end refuses configurations out of range", "[frontend]") {
     const StereoRig rig = synthetic::make_rig();
     Frontend frontend;

@@ -190,8 +190,8 @@ TEST_CASE("the scale of the IMU's axes turns readings into rates and forces") {
         }
         return pre;
     };
-    // THEN the deltas are those of a perfect IMU, the Jacobian is that of integrating anew, and a change of the scale is
-    // followed to first order
+    // THEN the deltas are those of a perfect IMU, the Jacobian is that of integrating anew, and a change of the scale
+    // is followed to first order
     const Preintegration pre = integrate(scale);
     CHECK(delta_difference(integrate_flight(0, 5'000'000, 60), pre).norm() < 1e-12);
     const auto deltas = [&](const ImuScale::Tangent& d) { return delta_difference(pre, integrate(scale.box_plus(d))); };

@@ -99,7 +99,8 @@ TEST_CASE("a system that wants the gradient alone gets the same gradient", "[lan
                 l.d_r_d_T_W_B_transposed.topRows<6>() = random_matrix(6, 4, generator);
                 l.d_r_d_left_lens_transposed = random_matrix(kLensDim, 2, generator);
                 l.d_r_d_right_camera_transposed.setZero();
-                l.d_r_d_right_camera_transposed.topRows<kRightCameraDim>() = random_matrix(kRightCameraDim, 2, generator);
+                l.d_r_d_right_camera_transposed.topRows<kRightCameraDim>() =
+                    random_matrix(kRightCameraDim, 2, generator);
                 if (!l.has_right) {
                     l.r.tail<2>().setZero();
                     l.d_r_d_point.bottomRows<2>().setZero();

@@ -134,7 +134,12 @@ TEST_CASE("black, bright and missing images are confined to their time") {
 
     const Output no_left = inject({"no_left@2+0.5"});
     CHECK(untouched_outside(no_left, 2.0, 2.5) == 90);
-    CHECK(no_left.frames.size() == 90);
+    CHECK(no_left.frames.size() == 100);
+    for (const OwnedFrame& f : frames_within(no_left, 2.0, 2.5)) {
+        CHECK(f.view().left.empty());
+        CHECK_FALSE(f.view().right.empty());
+    }
+    CHECK(inject({"no_left@2+0.5", "no_right@2+0.5"}).frames.size() == 90);
 }
 
 TEST_CASE("a frozen camera repeats its first image with new stamps, each time anew") {

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What the estimator does with a frame that becomes a keyframe, and what it takes from the window afterwards.
+#include <cmath>
+
+#include "estimator/api/estimator_impl.h"
+#include "estimator/api/keyframe_snapshot.h"
+#include "estimator/window/stage_scope.h"
+
+namespace facet {
+namespace {
+
+// An inertial factor is integrated anew when its bias has moved this far: then the first-order correction errs.
+constexpr double kReintegrateGyro = 2e-3;   // rad/s
+constexpr double kReintegrateAccel = 5e-2;  // m/s^2
+constexpr double kReintegrateScale = 1e-3;
+// Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small.
+constexpr double kInitEffort = 4.0;
+// After a frame that came too late, up to the next keyframe: share of the solver's steps.
+constexpr double kLateEffort = 0.5;
+// The front-end's order of the corrections is that of the calibration's tangent.
+static_assert(CameraCorrections::kDim == kCameraTermsDim && kLeftLens == kRigDim &&
+              kRightTheta == kLeftLens + kLensDim && kRightLens == kRightTheta + kPoseDim);
+
+}  // namespace
+
+KeyframeInput Estimator::Impl::keyframe_input() const {
+    KeyframeInput input;
+    input.stamp = now.stamp;
+    input.observations = {tracks.observations.data(), tracks.observations.size()};
+    input.rests_since_previous = rests && tracks.is_still;
+    ImuSample sample;
+    if (ok(imu.interpolate(now.stamp, sample))) {
+        input.w_B = sample.w_B - now.state.bias.gyro;
+    }
+    return input;
+}
+
+void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
+    if (!ok(window.add_keyframe(keyframe_input(), preintegration))) {
+        return;
+    }
+    const bool is_starting = monitor.state() == TrackingState::kInit;
+    summary = window.optimize(is_starting ? kInitEffort : (is_late ? kLateEffort : 1.0));
+    frontend.drop_tracks(window.rejected());
+    now.state = window.newest().state;
+    reintegrate();
+    update_covariance();
+    update_corrections();
+    now.imu_scale = window.calibration().imu;
+    newest = now;
+    static_cast<void>(window.fill_map(map));  // on failure it is empty: frames are predicted then
+    rests = true;
+    {
+        const StageScope scope(observer, Stage::kLandmarks);
+        fill_keyframe_view(window, tracks, view);
+        view.is_exchanged = is_exchanged;
+    }
+    if (is_starting) {
+        motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
+        monocular_start.add_keyframe(now.stamp, keyframe_input().observations, imu, now.state.bias);
+        second_opinion();
+    }
+}
+
+void Estimator::Impl::update_covariance() {
+    const StageScope scope(observer, Stage::kSolve);
+    if (ok(window.newest_covariance(now.covariance))) {
+        for (int i = 0; i < kRigDim; ++i) {
+            calibration_sigma(i) = window.calibration_sigma(i);
+        }
+    }
+}
+
+void Estimator::Impl::forget_corrections() {
+    corrections = {};
+    if (config.calibration.estimate_cameras) {
+        for (int i = 0; i < CameraCorrections::kDim; ++i) {
+            corrections.covariance(i, i) = std::pow(config.calibration.sigma(kRigDim + i), 2);
+        }
+        frontend.correct_cameras(corrections);
+    }
+}
+
+void Estimator::Impl::update_corrections() {
+    if (!config.calibration.estimate_cameras) {
+        return;
+    }
+    const StageScope scope(observer, Stage::kSolve);
+    corrections.right = window.calibration().right;
+    corrections.lens = window.calibration().lens;
+    if (window.has_factor()) {
+        corrections.covariance = window.cameras_covariance();
+    }
+    frontend.correct_cameras(corrections);
+}
+
+void Estimator::Impl::reintegrate() {
+    const StageScope scope(observer, Stage::kPropagation);
+    const auto& keyframes = window.state().keyframes;
+    for (std::size_t k = 1; k < keyframes.size(); ++k) {
+        if (!keyframes[k].has_imu_factor) {
+            continue;
+        }
+        const ImuBias& bias = keyframes[k - 1].state.bias;
+        const Preintegration& before = keyframes[k].imu_from_previous.preintegration();
+        const ImuBias& then = before.bias();
+        const bool moved = (bias.gyro - then.gyro).norm() > kReintegrateGyro ||
+                           (bias.accel - then.accel).norm() > kReintegrateAccel ||
+                           before.scale().box_minus_to(window.calibration().imu).norm() > kReintegrateScale;
+        Preintegration anew = preintegration_from(bias);
+        if (moved && ok(imu.integrate_between(keyframes[k - 1].stamp, keyframes[k].stamp, config.imu_noise, anew))) {
+            // It is refused only where the old factor would have been refused too, and that one was accepted.
+            static_cast<void>(window.replace_imu_factor(static_cast<int>(k), anew));
+        }
+    }
+}
+
+}  // namespace facet

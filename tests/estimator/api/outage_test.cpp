@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What may happen to images without ending the estimator: none for longer than the inertial history, one camera dead,
+// one camera only.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/still_vehicle.h"
+
+using namespace facet;
+using facet::test::StillVehicle;
+
+namespace {
+
+/// A vehicle at rest whose estimator is fed in real time.
+struct Flight {
+    explicit Flight(double imu_rate_hz = 200.0) : vehicle(imu_rate_hz) {
+        config.imu_noise.rate_hz = imu_rate_hz;
+        REQUIRE(ok(estimator.configure(config, vehicle.rig)));
+    }
+
+    /// Inertial samples only. @return the states reported, newest last
+    std::vector<Estimate> wait(double duration_s) {
+        std::vector<Estimate> reports;
+        for (int k = 0; k < std::lround(duration_s / 0.01); ++k) {
+            feed(0.01);
+            Estimate carried;
+            if (ok(estimator.take_carried(carried))) {
+                reports.push_back(carried);
+            }
+        }
+        return reports;
+    }
+    /// Frames at 20 Hz, edited by `edit`. @return seconds until the first TRACKING, or infinity
+    template <class Edit>
+    double fly(double duration_s, Edit edit) {
+        double tracking_after_s = INFINITY;
+        for (int k = 0; k < std::lround(duration_s / 0.05); ++k) {
+            feed(0.05);
+            StereoFrame frame = vehicle.frame(now_s - 0.01);
+            edit(frame);
+            REQUIRE(ok(estimator.add_frame(frame, estimate)));
+            if (estimate.health.state == TrackingState::kTracking) {
+                tracking_after_s = std::min(tracking_after_s, 0.05 * (k + 1));
+            }
+        }
+        return tracking_after_s;
+    }
+    double fly(double duration_s) {
+        return fly(duration_s, [](StereoFrame&) {});
+    }
+    void feed(double duration_s) {
+        vehicle.feed_imu(estimator, now_s, now_s + duration_s);
+        now_s += duration_s;
+    }
+    bool has(HealthReason reason) const { return (estimate.health.reasons & reason) != 0U; }
+
+    StillVehicle vehicle;
+    EstimatorConfig config;
+    Estimator estimator;
+    Estimate estimate;
+    double now_s = 0.0;
+};
+
+}  // namespace
+
+TEST_CASE("frames away for longer than the inertial history: lost, said so, and back", "[outage]") {
+    const auto [rate_hz, away_s] = GENERATE(table<double, double>({{200.0, 25.0}, {1000.0, 6.0}}));
+    CAPTURE(rate_hz, away_s);
+    Flight flight(rate_hz);
+    flight.feed(0.5);
+    flight.fly(1.5);
+    REQUIRE(flight.estimate.health.state == TrackingState::kTracking);
+    const Estimate before = flight.estimate;
+
+    const std::vector<Estimate> reports = flight.wait(away_s);
+    REQUIRE(reports.size() >= static_cast<std::size_t>(5.0 * away_s));
+    for (const Estimate& e : reports) {
+        const double away = (e.stamp - before.stamp).seconds();
+        CHECK(e.health.state == (away > 3.0 ? TrackingState::kLost : TrackingState::kDegraded));
+        CHECK((e.health.reasons & kReasonNoImages) != 0U);
+        CHECK(e.health.reset_counter == 0);
+    }
+    for (int i = 3; i < 6; ++i) {
+        CHECK(reports.back().covariance(i, i) > before.covariance(i, i));
+    }
+
+    CHECK(flight.fly(1.5) <= 1.0);
+    CHECK(flight.estimate.health.reset_counter == 1);
+    const Eigen::Vector3d error = flight.estimate.state.p_W_B - before.state.p_W_B;
+    CHECK(error.norm() < 0.05);  // it stood all the while, and the IMU has seen nothing else
+    for (int i = 0; i < 3; ++i) {
+        CHECK(std::abs(error[i]) < 3.0 * std::sqrt(flight.estimate.covariance(3 + i, 3 + i)));
+    }
+}
+
+TEST_CASE("a frame later than what was carried on without it is refused, the next ones are waited for", "[outage]") {
+    Flight flight;
+    flight.feed(0.5);
+    flight.fly(1.0);
+    flight.wait(2.0);
+    int refused = 0;
+    for (int k = 0; k < 40; ++k) {
+        flight.feed(0.05);
+        refused += ok(flight.estimator.add_frame(flight.vehicle.frame(flight.now_s - 0.6), flight.estimate)) ? 0 : 1;
+    }
+    CHECK(refused > 0);
+    CHECK(refused < 15);
+    CHECK(flight.estimate.health.state == TrackingState::kTracking);
+}
+
+TEST_CASE("the right camera takes over when the left one dies, and both work again when it returns", "[outage]") {
+    Flight flight;
+    flight.feed(0.5);
+    flight.fly(1.5);
+    const auto no_left = [](StereoFrame& frame) { frame.left = {}; };
+    flight.fly(0.2, no_left);
+    CHECK_FALSE(flight.estimate.health.is_exchanged);  // a few lost images are no reason
+    CHECK(flight.estimate.health.state == TrackingState::kDegraded);
+    flight.fly(2.0, no_left);
+    CHECK(flight.estimate.health.is_exchanged);
+    CHECK(flight.estimate.health.state == TrackingState::kDegraded);
+    CHECK(flight.has(kReasonOneCamera));
+    CHECK(flight.estimate.health.tracked > 50);
+    CHECK(flight.estimate.health.reset_counter == 1);
+    CHECK(flight.estimate.state.p_W_B.norm() < 0.05);
+    CHECK(flight.fly(1.0) < 0.3);
+    CHECK(flight.estimate.health.is_exchanged);
+    CHECK(flight.estimate.health.reset_counter == 1);  // stereo in the same window
+    CHECK_FALSE(flight.has(kReasonOneCamera));
+    CHECK(flight.estimate.state.p_W_B.norm() < 0.05);
+}
+
+TEST_CASE("with one camera dead a lost estimate comes back", "[outage]") {
+    const bool left = GENERATE(true, false);
+    CAPTURE(left);
+    Flight flight;
+    flight.feed(0.5);
+    flight.fly(1.5);
+    const auto one = [left](StereoFrame& frame) { (left ? frame.right : frame.left) = {}; };
+    flight.fly(1.5, one);
+    CHECK(flight.estimate.health.state == TrackingState::kDegraded);
+    CHECK(flight.wait(6.0).back().health.state == TrackingState::kLost);
+    flight.fly(1.0, one);
+    CHECK(flight.estimate.health.state == TrackingState::kDegraded);
+    CHECK(flight.has(kReasonOneCamera));
+    CHECK(flight.estimate.state.p_W_B.norm() < 0.05);
+}
+
+TEST_CASE("a vehicle with one camera is tracked, and nothing is missing", "[outage]") {
+    Flight flight;
+    const StereoRig rig = StereoRig::monocular(flight.vehicle.rig.left, flight.vehicle.rig.T_B_C0);
+    REQUIRE(ok(flight.estimator.configure(flight.config, rig)));
+    flight.feed(0.5);
+    flight.fly(3.0, [](StereoFrame& frame) { frame.right = {}; });
+    CHECK(flight.estimate.health.state == TrackingState::kTracking);
+    CHECK(flight.estimate.health.reasons == 0U);
+    CHECK(flight.estimate.state.p_W_B.norm() < 0.02);
+}
+
+TEST_CASE("stamps near the ends of their range are refused, all others work", "[outage]") {
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    const std::int64_t end = std::numeric_limits<std::int64_t>::max();
+    for (const std::int64_t ns : {end, end - 1000, -end, -end - 1}) {
+        CHECK(estimator.add_imu({{ns}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}}) == Status::kInvalidArgument);
+        StereoFrame frame = vehicle.frame(0.5);
+        frame.stamp.ns = ns;
+        Estimate estimate;
+        CHECK(estimator.add_frame(frame, estimate) == Status::kInvalidArgument);
+    }
+    vehicle.feed_imu(estimator, 0.0, 1.0);
+    Estimate estimate;
+    CHECK(ok(estimator.add_frame(vehicle.frame(0.5), estimate)));
+}
