@@ -20,8 +20,8 @@ namespace facet {
 ///
 /// Smoothing, if wanted: the step that a correction makes is taken back and fades as exp(-t / smoothing_s), in
 /// attitude, position and velocity. The covariance stays that of the unsmoothed state.
-/// A sample costs about 2 us, a covariance as much again; a correction that much for each sample since the belief.
-/// About 560 kB: a member or static. Thread-bound. No heap.
+/// A sample costs one step of integration, a covariance one propagation; a correction a step for each sample since the
+/// belief. About 560 kB: a member or static. Thread-bound. No heap.
 class StateCarrier {
 public:
     /// Begins anew. @param smoothing_s  0: corrections are steps
