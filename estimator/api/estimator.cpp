@@ -17,6 +17,7 @@ constexpr double kLateFeatures = 0.67;
 
 void Estimator::Impl::reset() {
     imu.clear(config.imu_noise.rate_hz, config.imu_limits);
+    vibration.reset();
     frontend.reset();
     other_frontend.reset();
     window.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity);

@@ -26,6 +26,7 @@ struct Estimator::Impl {
     StageObserver* observer = nullptr;
     ObservationHook* hook = nullptr;
     ImuBuffer imu;
+    VibrationLearner vibration;
     Frontend frontend;
     Frontend other_frontend;  ///< for the cameras in exchanged roles
     FrontendOutput tracks;
@@ -133,6 +134,8 @@ struct Estimator::Impl {
     /// biases, each with the uncertainty it has reached.
     void restart_in_flight();
     void update_covariance();
+    /// Learns from the newest inertial factor how much of the vibration accumulates.
+    void learn_vibration();
     /// Corrections as the prior has them: none, and as uncertain as a good calibration.
     void forget_corrections();
     /// Hands the front-end what the window has found of single cameras.

@@ -45,8 +45,10 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     now.state = window.newest().state;
     reintegrate();
     update_covariance();
+    learn_vibration();
     update_corrections();
     now.imu_scale = window.calibration().imu;
+    now.vibration = vibration.share();
     newest = now;
     static_cast<void>(window.fill_map(map));  // on failure it is empty: frames are predicted then
     rests = true;
@@ -69,6 +71,22 @@ void Estimator::Impl::update_covariance() {
             calibration_sigma(i) = window.calibration_sigma(i);
         }
     }
+}
+
+void Estimator::Impl::learn_vibration() {
+    const bool is_raised = span.gyro_noise_ratio > 1.0 || span.accel_noise_ratio > 1.0;
+    const bool is_sound = !span.has_gap && span.clipped == 0 && !window.newest().rests_since_previous;
+    InertialInnovation innovation;
+    if (!is_raised || !is_sound || !ok(window.newest_innovation(innovation))) {
+        return;
+    }
+    if (span.gyro_noise_ratio > 1.0) {
+        vibration.learn_gyro(innovation);
+    }
+    if (span.accel_noise_ratio > 1.0) {
+        vibration.learn_accel(innovation);
+    }
+    imu.believe(vibration.share());
 }
 
 void Estimator::Impl::forget_corrections() {

@@ -46,7 +46,11 @@ Eigen::Matrix<double, 9, 9> Estimator::Impl::reported_covariance() const {
     d.block<3, 1>(kPos, 0) = up.cross(now.state.p_W_B - gauge_origin);
     d.block<3, 3>(kPos, 1).setIdentity();
     d.block<3, 1>(kVel, 0) = up.cross(now.state.v_W_B);
-    return now.covariance.topLeftCorner<9, 9>() + d * gauge * d.transpose();
+    Eigen::Matrix<double, 9, 9> reported = now.covariance.topLeftCorner<9, 9>() + d * gauge * d.transpose();
+    if (!(rests && tracks.is_still)) {  // else the velocity is known by other means
+        add_ripple(imu, now.state, reported);
+    }
+    return reported;
 }
 
 void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimate& estimate) {

@@ -40,6 +40,7 @@ Status StateCarrier::correct(const Belief& belief) {
     if (imu_.empty() || imu_.newest() < belief.stamp) {
         return Status::kNotReady;
     }
+    imu_.believe(belief.vibration);
     Preintegration since(belief.state.bias, since_.gravity_m_per_s2());
     since.set_scale(belief.imu_scale, false);
     FACET_TRY(imu_.integrate_between(belief.stamp, imu_.newest(), noise_, since));

@@ -45,7 +45,9 @@ public:
     NavState state() const;
     /// Order [theta p v bg ba].
     StateCovariance covariance() const {
-        return propagate_covariance(belief_.state, belief_.covariance, since_, noise_);
+        StateCovariance covariance = propagate_covariance(belief_.state, belief_.covariance, since_, noise_);
+        add_ripple(imu_, unsmoothed(), covariance);
+        return covariance;
     }
 
 private:

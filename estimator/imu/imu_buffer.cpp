@@ -42,21 +42,25 @@ StepNoise noise_in_gap(double gap_s) {
     return {Eigen::Vector3d::Constant(gyro * gyro * gap_s), Eigen::Vector3d::Constant(accel * accel * gap_s)};
 }
 
-/// The sensor's noise, raised on axes where more is seen.
-StepNoise raised(const StepNoise& sensor, const VibrationLevel& seen, double rate_hz) {
-    const auto raise = [rate_hz](const Eigen::Array3d& configured, const Eigen::Array3d& white) -> Eigen::Vector3d {
+/// The sensor's noise, raised on axes where more is seen to this share of it.
+StepNoise raised(const StepNoise& sensor, const VibrationLevel& seen, const VibrationShare& share, double rate_hz) {
+    const auto raise = [rate_hz](const Eigen::Array3d& configured, const Eigen::Array3d& white,
+                                 double share) -> Eigen::Vector3d {
         const Eigen::Array3d density = white / rate_hz;
-        return (density > kRaiseFrom * configured).select(density, configured);
+        return (density > kRaiseFrom * configured).select(configured.max(share * density), configured);
     };
-    return {raise(sensor.gyro, seen.white.head<3>().cast<double>()),
-            raise(sensor.accel, seen.white.tail<3>().cast<double>())};
+    return {raise(sensor.gyro, seen.white.head<3>().cast<double>(), share.gyro),
+            raise(sensor.accel, seen.white.tail<3>().cast<double>(), share.accel)};
 }
 
-/// The tone's error at an end of the interval.
-void add_edge(const VibrationLevel& seen, double rate_hz, Preintegration& preintegration) {
-    const double unit = VibrationMeter::edge_variance(1.0, rate_hz);
-    preintegration.add_edge_error(unit * seen.tone.head<3>().cast<double>().matrix(),
-                                  unit * seen.tone.tail<3>().cast<double>().matrix());
+/// Variances of integrals at an end of the interval, from the gyroscope, axes 0 to 2, or the accelerometer, 3 to 5.
+Eigen::Vector3d edge_variances(const VibrationLevel& seen, int first_axis, double share, double rate_hz) {
+    Eigen::Vector3d out;
+    for (int k = 0; k < 3; ++k) {
+        const int axis = first_axis + k;
+        out(k) = VibrationMeter::edge_variance(seen.tone(axis), seen.white(axis), share, rate_hz);
+    }
+    return out;
 }
 
 /// Adds a step to the properties of its interval.
@@ -96,6 +100,7 @@ void ImuBuffer::clear(double rate_hz, const ImuLimits& limits) {
     FACET_ASSERT(ok(limits.validate()));
     limits_ = limits;
     rate_hz_ = rate_hz;
+    share_ = {};
     vibration_.clear(rate_hz);
     runs_.fill({});
     begin_ = 0;
@@ -251,24 +256,28 @@ Status ImuBuffer::integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& 
     VibrationLevel last;
     FACET_TRY(for_each_step(t0, t1, [&](const ImuSample& a, const ImuSample& b, const ImuStepQuality& quality) {
         if (sum.dt_s() == 0.0) {
-            add_edge(quality.vibration, rate_hz_, sum);
+            sum.add_edge_error(edge_variances(quality.vibration, 0, share_.gyro, rate_hz_));
         }
-        const StepNoise usual = raised(sensor, quality.vibration, rate_hz_);
+        const StepNoise usual = raised(sensor, quality.vibration, share_, rate_hz_);
         const StepNoise total = usual + quality.clip_noise;
         const Status s = quality.gap > Duration{}
                              ? integrate_bridged(a, b, period_, total + noise_in_gap(quality.gap.seconds()), sum)
                              : sum.integrate(a, b, total);
         step_status = ok(step_status) ? s : step_status;
-        note_step(quality, sensor, usual, seen);
+        note_step(quality, sensor, raised(sensor, quality.vibration, {}, rate_hz_), seen);
         last = quality.vibration;
     }));
     FACET_TRY(step_status);
-    add_edge(last, rate_hz_, sum);
+    sum.add_edge_error(edge_variances(last, 0, share_.gyro, rate_hz_));
     preintegration = sum;
     if (span != nullptr) {
         *span = seen;
     }
     return Status::kOk;
+}
+
+Eigen::Vector3d ImuBuffer::velocity_ripple() const {
+    return empty() ? Eigen::Vector3d::Zero() : edge_variances(entry(size_ - 1).vibration, 3, share_.accel, rate_hz_);
 }
 
 Status ImuBuffer::rotation_between(Timestamp t0, Timestamp t1, const Eigen::Vector3d& gyro_bias,

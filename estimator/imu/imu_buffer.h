@@ -10,6 +10,7 @@
 #include "estimator/imu/imu_limits.h"
 #include "estimator/imu/preintegration.h"
 #include "estimator/imu/vibration.h"
+#include "estimator/imu/vibration_share.h"
 #include "estimator/values/capacity.h"
 #include "estimator/values/health.h"
 #include "estimator/values/imu_noise.h"
@@ -77,8 +78,11 @@ struct ImuSpan {
 /// of density s sqrt(T). Factors integrated before a run has ended are worth integrating again after it.
 ///
 /// Vibration (see vibration.h). Every sample stores the level of vibration at its time, so that integrating an interval
-/// again gives the same noise. If white noise has more than twice the configured variance, it replaces the configured
-/// one, axis by axis; a tone's error is added at the beginning and the end of the interval.
+/// again gives the same noise. If white noise has more than twice the configured variance, the share of it that is
+/// believed to accumulate replaces the configured one if it is more, axis by axis. The rest, and tones, come and go within
+/// a period: an error of the attitude is added at the beginning and the end of the interval. That of the velocity is in
+/// no interval. It is the same at the end of one and the beginning of the next, and images see none of it: the velocity
+/// that consecutive intervals have in common is the motion's with this ripple.
 ///
 /// About 550 KiB: a member or static, not a local. Thread-bound. No heap.
 class ImuBuffer {
@@ -99,6 +103,13 @@ public:
     /// @param rate_hz  nominal rate of the IMU (Hz), > 0
     /// @param limits   valid limits
     void clear(double rate_hz, const ImuLimits& limits = {});
+
+    /// Sets how much of the vibration accumulates in the integrals from now on; all of it after clear().
+    void believe(const VibrationShare& share) { share_ = share; }
+
+    /// Variance of the velocity's ripple at the newest sample, along the axes of B ((m/s)^2): by that much a velocity that
+    /// comes from preintegrated samples differs from the motion's. Zero if there is no sample.
+    Eigen::Vector3d velocity_ripple() const;
 
     /// Appends a sample, even a clipped one. Constant time, except for runs of clipped samples, which are bridged anew.
     /// @return kInvalidArgument if not finite or the stamp is beyond kMostStamp_ns, kOutOfOrder if the stamp is not
@@ -196,6 +207,7 @@ private:
     ImuLimits limits_;
     std::array<ClippedRun, kAxes> runs_{};
     VibrationMeter vibration_;
+    VibrationShare share_;
     ImuBufferCounters counters_;
 };
 

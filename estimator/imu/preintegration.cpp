@@ -143,11 +143,8 @@ Status Preintegration::integrate(const ImuSample& a, const ImuSample& b, const S
     return Status::kOk;
 }
 
-void Preintegration::add_edge_error(const Eigen::Vector3d& theta_variance, const Eigen::Vector3d& vel_variance) {
-    const Matrix3 R = dq_.toRotationMatrix();
+void Preintegration::add_edge_error(const Eigen::Vector3d& theta_variance) {
     covariance_.diagonal().segment<3>(kTheta) += theta_variance;
-    const Matrix3 vel = R * vel_variance.asDiagonal() * R.transpose();
-    covariance_.block<3, 3>(kVel, kVel) += 0.5 * (vel + vel.transpose());
 }
 
 void Preintegration::corrected(const ImuBias& bias, Eigen::Quaterniond& dq, Eigen::Vector3d& dp, Eigen::Vector3d& dv,

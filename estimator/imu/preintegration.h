@@ -55,12 +55,10 @@ public:
     }
     Status integrate(const ImuSample& a, const ImuSample& b, const StepNoise& noise);
 
-    /// Adds errors of attitude and velocity that do not accumulate: they occur at the present time only, about and
-    /// along the axes of the present body frame. Before the first step they are errors at the beginning of the
-    /// interval.
+    /// Adds an error of the attitude that does not accumulate: it occurs at the present time only, about the axes of the
+    /// present body frame. Before the first step it is an error at the beginning of the interval.
     /// @param theta_variance  (rad^2)
-    /// @param vel_variance    ((m/s)^2)
-    void add_edge_error(const Eigen::Vector3d& theta_variance, const Eigen::Vector3d& vel_variance);
+    void add_edge_error(const Eigen::Vector3d& theta_variance);
 
     double dt_s() const { return dt_s_; }
     const ImuBias& bias() const { return bias_; }

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <numbers>
 
 #include "platform/base/samples.h"
 
@@ -32,6 +34,10 @@ struct VibrationLevel {
 /// 0.2 s. Over 80 to 120 Hz at 200 Hz (above 100 Hz the tone folds back) g^2 is 0.06 to 0.18 h^2 per power of the tone,
 /// which the high band shows amplified by 2.4 to 3.7: 0.023 to 0.075 h^2 per power shown. edge_variance() takes
 /// kEdge = 0.04 h^2.
+/// How much of `white` accumulates is learnt (vibration_share.h): a share s of 1 if the spectrum is flat down to zero.
+/// What is left where it falls off below the mid band, at f = 0.07 r, is as with a tone an error at either end,
+///   variance = integral over f of S / (2 pi f)^2 = white h^2 / (2 pi^2 0.07),
+/// of which edge_variance() takes the part 1 - s.
 /// Tones between 0.2 r and 0.3 r pass both filters a little and are overrated as white; rectification by the sensor
 /// (coning, sculling, g-sensitivity) acts like a bias and is not modelled.
 ///
@@ -39,6 +45,7 @@ struct VibrationLevel {
 class VibrationMeter {
 public:
     static constexpr double kEdge = 0.04;
+    static constexpr double kWhiteEdge = 1.0 / (2.0 * std::numbers::pi * std::numbers::pi * 0.07);
 
     explicit VibrationMeter(double rate_hz = 200.0) { clear(rate_hz); }
 
@@ -51,8 +58,13 @@ public:
 
     const VibrationLevel& level() const { return level_; }
 
-    /// Variance of the integral's error at either end of an interval, (rad)^2 or (m/s)^2, from a tone's variance.
-    static double edge_variance(double tone, double rate_hz) { return kEdge * tone / (rate_hz * rate_hz); }
+    /// Variance of the integral's error at either end of an interval, (rad)^2 or (m/s)^2.
+    /// @param tone, white  variances of an axis
+    /// @param share        of `white` that accumulates
+    static double edge_variance(double tone, double white, double share, double rate_hz) {
+        const double left = kWhiteEdge * std::max(0.0, 1.0 - share);
+        return (kEdge * tone + left * white) / (rate_hz * rate_hz);
+    }
 
 private:
     static constexpr int kTaps = 9;

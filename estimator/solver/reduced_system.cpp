@@ -6,6 +6,19 @@
 #include "platform/base/assert.h"
 
 namespace facet {
+namespace {
+
+/// Last kDim rows and columns of (L L^T)^-1: they need only those of L.
+template <int kDim>
+Eigen::Matrix<double, kDim, kDim> last_covariance(const Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64>& l) {
+    FACET_ASSERT(l.rows() >= kDim);
+    const Eigen::Matrix<double, kDim, kDim> corner = l.bottomRightCorner<kDim, kDim>();
+    const Eigen::Matrix<double, kDim, kDim> inverse =
+        corner.template triangularView<Eigen::Lower>().solve(Eigen::Matrix<double, kDim, kDim>::Identity());
+    return inverse.transpose() * inverse;
+}
+
+}  // namespace
 
 void ReducedSystem::reset(int keyframes, int globals) {
     reset_gradient(keyframes, globals);
@@ -58,13 +71,11 @@ Status ReducedSolver::substitute(const ReducedSystem& system) {
 }
 
 Eigen::Matrix<double, kStateDim, kStateDim> ReducedSolver::last_keyframe_covariance() const {
-    // The last diagonal block of (L L^T)^-1 needs only the last diagonal block of L.
-    FACET_ASSERT(dim_ >= kStateDim);
-    const Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64> l(l_.data(), dim_, dim_);
-    const Eigen::Matrix<double, kStateDim, kStateDim> corner = l.bottomRightCorner<kStateDim, kStateDim>();
-    const Eigen::Matrix<double, kStateDim, kStateDim> inverse =
-        corner.triangularView<Eigen::Lower>().solve(Eigen::Matrix<double, kStateDim, kStateDim>::Identity());
-    return inverse.transpose() * inverse;
+    return last_covariance<kStateDim>(Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64>(l_.data(), dim_, dim_));
+}
+
+Eigen::Matrix<double, 2 * kStateDim, 2 * kStateDim> ReducedSolver::last_pair_covariance() const {
+    return last_covariance<2 * kStateDim>(Eigen::Map<const Eigen::MatrixXd, Eigen::Aligned64>(l_.data(), dim_, dim_));
 }
 
 double ReducedSolver::variance(int parameter) {

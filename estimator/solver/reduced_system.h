@@ -82,6 +82,9 @@ public:
     /// Marginal covariance (15x15) of the last keyframe of the last system solved with lambda = 0. [Golub13] Sec. 4.2
     Eigen::Matrix<double, kStateDim, kStateDim> last_keyframe_covariance() const;
 
+    /// Joint marginal covariance (30x30) of the last two keyframes of that system, which must have as many.
+    Eigen::Matrix<double, 2 * kStateDim, 2 * kStateDim> last_pair_covariance() const;
+
     /// Marginal variance of one parameter of the last system solved with lambda = 0. Overwrites step().
     double variance(int parameter);
 

@@ -272,6 +272,29 @@ Status Window::newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& co
     return Status::kOk;
 }
 
+Status Window::newest_innovation(InertialInnovation& innovation) const {
+    const int last = static_cast<int>(state_.keyframes.size()) - 1;
+    if (last < 1 || !newest().has_imu_factor) {
+        return Status::kNotFound;
+    }
+    if (!is_factorized_) {
+        return Status::kDegenerate;
+    }
+    const Keyframe& i = state_.keyframes[static_cast<std::size_t>(last) - 1];
+    const Keyframe& j = newest();
+    ImuFactorLinearization l;
+    j.imu_from_previous.linearize(i.state, j.state, i.linearization_point(), j.linearization_point(), l,
+                                  &state_.calibration.imu);
+    Eigen::Matrix<double, 9, 2 * kStateDim> a;
+    a << l.d_r_d_i.topRows<9>(), l.d_r_d_j.topRows<9>();
+    innovation.dt_s = j.imu_from_previous.preintegration().dt_s();
+    innovation.r = l.r.head<9>();
+    innovation.covariance.setIdentity();
+    innovation.covariance -= a * workspace_.solver.last_pair_covariance() * a.transpose();
+    innovation.caution = VisionNoise::kDependence;
+    return Status::kOk;
+}
+
 Status Window::fill_map(LocalMap& map) const {
     if (!is_factorized_) {
         map.clear();

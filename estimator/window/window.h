@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "estimator/imu/vibration_share.h"
 #include "estimator/values/health.h"
 #include "estimator/values/imu_noise.h"
 #include "estimator/values/nav_state.h"
@@ -86,6 +87,10 @@ public:
     /// error in the tangent space of the estimate. @return kDegenerate if the window's information is singular (output
     /// untouched).
     Status newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance);
+
+    /// What the optimization has left of the newest inertial factor; to be called after newest_covariance().
+    /// @return kNotFound without such a factor, kDegenerate without a factorization (output untouched)
+    Status newest_innovation(InertialInnovation& innovation) const;
 
     /// What the newest keyframe knows of its landmarks, for the frames after it; to be called after
     /// newest_covariance().

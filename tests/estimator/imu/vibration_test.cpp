@@ -48,6 +48,15 @@ struct Trial {
     bool is_z_only = false;
 };
 
+/// Adds the ripple of the velocity at the beginning and the end of an interval to the covariance of its deltas.
+void add_ripple(const Eigen::Vector3d& ripple, double interval_s, Eigen::Matrix<double, 9, 9>& covariance) {
+    const Eigen::Matrix3d r = ripple.asDiagonal();
+    covariance.block<3, 3>(kPos, kPos) += interval_s * interval_s * r;
+    covariance.block<3, 3>(kPos, kVel) += interval_s * r;
+    covariance.block<3, 3>(kVel, kPos) += interval_s * r;
+    covariance.block<3, 3>(kVel, kVel) += 2.0 * r;
+}
+
 /// Mean of (delta error)' covariance^-1 (delta error) over its dimension: [all, theta, p and v].
 Eigen::Vector3d normalised_error(const Trial& trial, int runs) {
     const ImuNoise noise;
@@ -89,7 +98,8 @@ Eigen::Vector3d normalised_error(const Trial& trial, int runs) {
         Vector9 e;
         e << so3_log(truth.delta_q().conjugate() * pre.delta_q()), pre.delta_p() - truth.delta_p(),
             pre.delta_v() - truth.delta_v();
-        const Eigen::Matrix<double, 9, 9> c = pre.covariance();
+        Eigen::Matrix<double, 9, 9> c = pre.covariance();
+        add_ripple(buffer->velocity_ripple(), interval_s, c);
         const Eigen::Vector3d theta = e.head<3>();
         const Eigen::Matrix<double, 6, 1> pv = e.tail<6>();
         sum +=
