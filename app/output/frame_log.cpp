@@ -57,6 +57,7 @@ constexpr std::array kHealthColumns{
     HealthColumn{"pixel_sigma_px", [](const Health& h) { return fmt::format("{:.4g}", h.pixel_sigma_px); }},
     HealthColumn{"residual_bias_px", [](const Health& h) { return fmt::format("{:.3g}", h.residual_bias_px); }},
     HealthColumn{"calibration_stretch", [](const Health& h) { return fmt::format("{:.3g}", h.calibration_stretch); }},
+    HealthColumn{"calibration_scale", [](const Health& h) { return fmt::format("{:.3g}", h.calibration_scale); }},
     HealthColumn{"imu_chi2", [](const Health& h) { return fmt::format("{:.6g}", h.imu_chi2); }},
     HealthColumn{"time_offset_s", [](const Health& h) { return fmt::format("{:.6g}", h.time_offset_s); }},
     HealthColumn{"time_offset_sigma_s", [](const Health& h) { return fmt::format("{:.3g}", h.time_offset_sigma_s); }},

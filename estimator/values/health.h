@@ -69,6 +69,7 @@ struct Health {
     double pixel_sigma_px = 0.0;    ///< standard deviation that observations are weighted with now
     double residual_bias_px = 0.0;  ///< largest mean of the residuals of an image coordinate; 0 until known
     double calibration_stretch = 0.0;  ///< largest correction of the calibration, in sigmas of what was given
+    double calibration_scale = 1.0;    ///< learnt factor on all of those sigmas but the time offset's and the IMU's
     double imu_chi2 = 0.0;       ///< squared whitened residual per degree of freedom of the newest inertial factor
     double time_offset_s = 0.0;  ///< estimated: image stamps plus this are the IMU's time
     double time_offset_sigma_s = 0.0;  ///< 0 if it is not estimated

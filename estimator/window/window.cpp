@@ -40,8 +40,14 @@ void Window::set_stage_observer(StageObserver* observer) {
 }
 
 void Window::believe_given(const StereoRig& rig) {
-    const bool inverted = invert_covariance(calibration_covariance(calibration_config_, rig), given_information_);
+    const CalibrationMatrix covariance = calibration_covariance(calibration_config_, rig);
+    const bool inverted = invert_covariance(covariance, given_information_);
     FACET_ASSERT(inverted);  // positive definite by the ranges of the standard deviations
+    if (calibration_config_.estimate_cameras) {
+        quality_.reset(covariance);
+    }
+    state_.given = given_information_;
+    keeps_given_ = true;
 }
 
 void Window::change_rig(const StereoRig& rig, const RigCalibration& calibration) {
@@ -112,19 +118,34 @@ void Window::replace_prior() {
                 emergency_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
         }
     }
-    fill_calibration_prior(given_information_);
+    state_.given = quality_.scaled(given_information_);
+    keeps_given_ = true;
+    fill_calibration_prior(CalibrationMatrix::Zero(calibration_config_.dim(), calibration_config_.dim()));
 }
 
 CalibrationMatrix Window::begin_calibration(CalibrationStart start) {
     constexpr double kBelievable = 4.0;  // standard deviations of what was given
-    CalibrationMatrix information;
     const int dim = calibration_config_.dim();
-    if (start == CalibrationStart::kAsGiven || calibration_stretch() > kBelievable) {
+    const CalibrationMatrix nothing = CalibrationMatrix::Zero(dim, dim);
+    const bool is_forgotten = start == CalibrationStart::kAsGiven || calibration_stretch() > kBelievable;
+    CalibrationMatrix information;
+    keeps_given_ =
+        is_forgotten || !is_factorized_ || !invert_covariance(workspace_.solver.leading_covariance(dim), information);
+    if (is_forgotten) {
         state_.calibration = {};
-        return given_information_;
+        quality_.forget();
     }
-    const bool is_known = is_factorized_ && invert_covariance(workspace_.solver.leading_covariance(dim), information);
-    return is_known ? information : given_information_;
+    state_.given = keeps_given_ ? quality_.scaled(given_information_) : nothing;
+    return keeps_given_ ? nothing : information;
+}
+
+void Window::learn_calibration_quality() {
+    if (!calibration_config_.estimate_cameras || !keeps_given_ || !is_factorized_) {
+        return;
+    }
+    const RigCalibration::Tangent correction = RigCalibration{}.box_minus_to(state_.calibration);
+    quality_.learn(correction.segment<kCameraTermsDim>(kRigDim), cameras_covariance());
+    state_.given = quality_.scaled(given_information_);
 }
 
 void Window::let_calibration_wander(Timestamp stamp) {
@@ -150,6 +171,7 @@ Status Window::add_keyframe(const KeyframeInput& input, const Preintegration& pr
     keyframe.state_lin = keyframe.state;
     keyframe.has_imu_factor = true;
     keyframe.rests_since_previous = input.rests_since_previous;
+    learn_calibration_quality();
     make_room();
     let_calibration_wander(input.stamp);
     state_.keyframes.push_back(keyframe);
@@ -323,6 +345,7 @@ void Window::report(const WindowSummary& summary, Health& health) const {
     health.imu_chi2 = summary.imu_squared_error / kStateDim;
     health.time_offset_s = state_.calibration.time_offset_s;
     health.calibration_stretch = calibration_stretch();
+    health.calibration_scale = calibration_scale();
     health.residual_bias_px = residual_bias_px();
 }
 

@@ -11,6 +11,7 @@
 #include "estimator/values/observation.h"
 #include "estimator/values/residuals.h"
 #include "estimator/window/calibration_prior.h"
+#include "estimator/window/calibration_quality.h"
 #include "estimator/window/marginalization.h"
 #include "estimator/window/plane_set.h"
 #include "estimator/window/redundancy.h"
@@ -105,6 +106,8 @@ public:
     const RigCalibration& calibration() const { return state_.calibration; }
     /// Standard deviation of a calibration parameter (kTimeOffset, ...) after newest_covariance(); 0 if not estimated.
     double calibration_sigma(int parameter);
+    /// What the standard deviations of the given calibration have to be multiplied by, by what has been seen.
+    double calibration_scale() const { return quality_.scale(); }
     /// Largest correction of a parameter of the calibration, in standard deviations of what was given; 0 if none is
     /// estimated.
     double calibration_stretch() const;
@@ -138,8 +141,11 @@ public:
 private:
     /// Takes the calibration as given for a rig.
     void believe_given(const StereoRig& rig);
-    /// Information about the calibration that a new window begins with; `state_.calibration` is its mean.
+    /// Sets what a new window begins with of the calibration: its estimate, what was given of it, and, returned, the
+    /// prior's information about the estimate.
     CalibrationMatrix begin_calibration(CalibrationStart start);
+    /// Judges from the last optimization how good the given calibration is.
+    void learn_calibration_quality();
     /// Lets the calibration in the prior wander up to a time.
     void let_calibration_wander(Timestamp stamp);
     void make_room();
@@ -167,8 +173,10 @@ private:
     PlaneSet planes_;
     PlaneProposals proposals_;
     CameraModel left_;
-    CalibrationMatrix given_information_;  ///< about the calibration as given
-    Timestamp wandered_;                   ///< up to when the calibration in the prior has wandered
+    CalibrationMatrix given_information_;  ///< about the calibration, if it is as good as stated
+    CalibrationQuality quality_;
+    bool keeps_given_ = true;  ///< what was given is not in the prior
+    Timestamp wandered_;       ///< up to when the calibration in the prior has wandered
     ResidualBias residual_bias_;
     VisionResiduals residuals_;
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;

@@ -56,6 +56,7 @@ double WindowProblem::add_all(ReducedSystem& system) {
     }
     end_landmarks(system);
     cost += add_prior(system);
+    cost += add_given_calibration(system);
     cost += add_planes(system);
     for (int k = 1; k < system.keyframes(); ++k) {
         cost += add_link(system, k);
@@ -117,6 +118,18 @@ double WindowProblem::add_prior(ReducedSystem& system) {
     }
     system.g().head(prior.dim()) += prior_gradient_;
     return cost;
+}
+
+double WindowProblem::add_given_calibration(ReducedSystem& system) const {
+    const int dim = static_cast<int>(state_->given.rows());
+    const RigCalibration::Tangent all = RigCalibration{}.box_minus_to(state_->calibration);
+    const auto correction = all.head(dim);
+    if (system.has_matrix()) {
+        system.h().topLeftCorner(dim, dim) += state_->given;
+    }
+    const auto gradient = state_->given.lazyProduct(correction).eval();
+    system.g().head(dim) += gradient;
+    return 0.5 * correction.dot(gradient);
 }
 
 double WindowProblem::add_planes(ReducedSystem& system) const {

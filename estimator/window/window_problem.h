@@ -97,6 +97,8 @@ private:
     /// Adds the constraints between planes, and between planes and gravity.
     double add_planes(ReducedSystem& system) const;
     double add_prior(ReducedSystem& system);
+    /// Adds what the calibration as given says of its corrections.
+    double add_given_calibration(ReducedSystem& system) const;
     /// Adds the terms that connect a keyframe to the one before it without images: inertial and rest factor.
     double add_link(ReducedSystem& system, int keyframe) {
         return add_imu(system, keyframe) + add_rest(system, keyframe);

@@ -9,6 +9,7 @@
 #include "estimator/factors/stereo_factor.h"
 #include "estimator/values/capacity.h"
 #include "estimator/values/nav_state.h"
+#include "estimator/window/calibration_prior.h"
 #include "estimator/window/landmark_store.h"
 #include "estimator/window/rig_calibration.h"
 #include "estimator/window/window_plane.h"
@@ -43,8 +44,10 @@ struct WindowState {
     PriorFactor prior;  ///< over the calibration, the planes and the first keyframes
     RigCalibration calibration;
     RigCalibration calibration_lin;  ///< the calibration that the prior refers to
+    /// Information about no correction at all, from the calibration as given; zero where the prior contains it.
+    CalibrationMatrix given;
 
-    /// Forgets keyframes, landmarks and planes; calibration and prior are kept.
+    /// Forgets keyframes, landmarks and planes; calibration, what was given of it and prior are kept.
     void clear() {
         keyframes.clear();
         landmarks.clear();
