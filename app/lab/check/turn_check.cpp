@@ -101,7 +101,7 @@ double agreement(const RatePairs& p, const Eigen::Matrix3d& map) {
 /// The same under the best orthogonal map, reflections included.
 double best_agreement(const RatePairs& p) {
     const Eigen::Matrix3d h = p.gyro * p.camera.transpose();
-    return Eigen::JacobiSVD<Eigen::Matrix3d>(h).singularValues().sum() / norm_product(p);
+    return Eigen::JacobiSVD<Eigen::MatrixXd>(h).singularValues().sum() / norm_product(p);
 }
 
 /// Squared residual of the camera's rates as a multiple of the gyroscope's, turned by a map: a share of their square.
