@@ -118,6 +118,8 @@ struct Estimator::Impl {
     /// Begins a window with one keyframe, the present frame, at the present belief.
     /// @param information  of that belief
     void begin_window(const StateCovariance& information, CalibrationStart calibration);
+    /// Begins a window at a belief found without regard to the past, which was `before`, and which gives place and yaw.
+    void begin_window_in_place_of(const Belief& before);
     /// What a window that begins after a start gone astray holds of the calibration: what an estimate that was to be
     /// used has found.
     CalibrationStart calibration_start() const {
