@@ -97,7 +97,6 @@ RecorderLimits Replay::limits(const ReplayOptions& options) {
 
 void Replay::open_log() {
     AslOptions log_options = log_options_of(options_.calibration);
-    log_options.frame_delay = kFrameDelay;
     log_options.loops = options_.loops;
     log_options.start = Duration::from_seconds(options_.start_s);
     if (options_.duration_s.has_value()) {
@@ -115,8 +114,7 @@ void Replay::open_log() {
     summary_.frames_listed += log_->frame_count();
     const std::vector<Fault> faults = faults_of_samples(options_.faults);
     if (!faults.empty()) {
-        injector_.emplace(faults, options_.calibration.noise, log_->log_begin() + pass_shift_ + log_options.start,
-                          kFrameDelay);
+        injector_.emplace(faults, options_.calibration.noise, log_->log_begin() + pass_shift_ + log_options.start);
     }
 }
 
@@ -139,7 +137,7 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
         return false;
     }
     if (carried_) {
-        carried_->correct(result_, pipeline_.belief());
+        carried_->correct(result_.status, result_.estimate, pipeline_.belief());
     }
     recorder_.write(result_, pipeline_.departed());
     return true;
@@ -161,10 +159,13 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
 void Replay::feed(const ImuSample& sample) {
     pipeline_.add_imu(sample);
     newest_fed_ = sample.stamp;
-    if (Estimate estimate; carried_ && carried_->add_imu(sample, estimate)) {
-        recorder_.write_carried(estimate);
+    if (carried_ && carried_->add_imu(sample) && is_usable(carried_->health().state)) {
+        recorder_.write_carried(carried_->estimate());
     }
     if (pipeline_.take_carried(result_)) {
+        if (carried_) {
+            carried_->correct(result_.status, result_.estimate, pipeline_.belief());
+        }
         recorder_.write(result_, {});
     }
     while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {
