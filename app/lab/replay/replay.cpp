@@ -103,6 +103,7 @@ void Replay::open_log() {
         log_options.length = Duration::from_seconds(*options_.duration_s);
     }
     std::string error;
+    const std::size_t rows_skipped = summary_.rows_skipped;
     log_.emplace();
     if (!ok(log_->open(
             options_.dataset, log_options, [this](const AslWarning& w) { warn(w); }, error))) {
@@ -111,21 +112,21 @@ void Replay::open_log() {
     if (log_->frame_count() == 0) {
         throw InputError(fmt::format("{}: no frame between --start and its --duration", options_.dataset));
     }
-    summary_.frames_listed += log_->frame_count();
+    // A left row that was skipped is a frame all the same; the right view may have made one of it already.
+    const std::size_t skipped = summary_.rows_skipped - rows_skipped;
+    summary_.frames_listed += log_->frame_count() + skipped - std::min(skipped, log_->right_only_count());
     const std::vector<Fault> faults = faults_of_samples(options_.faults);
     if (!faults.empty()) {
         injector_.emplace(faults, options_.calibration.noise, log_->log_begin() + pass_shift_ + log_options.start);
     }
 }
 
-/// Rows of images that are skipped are frames all the same.
 void Replay::warn(const AslWarning& warning) {
     const bool is_row_skipped = warning.kind == AslWarningKind::kMalformedRow ||
                                 warning.kind == AslWarningKind::kOutOfOrder ||
                                 warning.kind == AslWarningKind::kDuplicate;
     if (is_row_skipped && warning.file.ends_with("cam0/data.csv")) {
         ++summary_.rows_skipped;
-        ++summary_.frames_listed;
     }
     recorder_.warn(to_string(warning.kind), warning.text());
 }
