@@ -192,6 +192,21 @@ Status Estimator::Impl::fall_back_to_gravity() {
     return Status::kOk;
 }
 
+void Estimator::Impl::restart_in_motion() {
+    InitialState initial;
+    if (!ok(initialize_state(imu, now.stamp, gravity_m_per_s2, config.initializer, initial, false))) {
+        return;
+    }
+    const Belief before = now;
+    now.state = initial.state;
+    now.covariance = inverse(initial.information());
+    begin_window_in_place_of(before);
+    rests = reset_wanted = false;
+    rest_claim = RestClaim::kNone;
+    reset_counter += has_trusted ? 1 : 0;
+    monitor.restart(now.stamp, false);
+}
+
 void Estimator::Impl::restart_in_flight() {
     const bool is_worthless = monitor.has_diverged() || !is_finite(now) || tilt_sigma(now) > kDivergedTiltSigma;
     if (is_worthless && !ok(fall_back_to_gravity())) {
@@ -202,6 +217,7 @@ void Estimator::Impl::restart_in_flight() {
     now.covariance.diagonal().array() += 1e-10;
     fix_gauge();
     rests = reset_wanted = false;
+    rest_claim = RestClaim::kNone;
     ++reset_counter;
     // What has led the state astray may have led the calibration astray.
     begin_window(inverse(now.covariance), is_worthless ? CalibrationStart::kAsGiven : CalibrationStart::kAsKnown);
