@@ -52,6 +52,12 @@ void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibrat
     const YamlNode chain = load_yaml(camchain_path);
     const YamlNode left = chain.at("cam0");
     const bool has_right = chain.has("cam1");
+    for (const auto& entry : chain.raw()) {
+        const auto name = entry.first.as<std::string>();
+        if (!has_right && name != "cam0" && name.starts_with("cam")) {
+            chain.at(name).fail("is there without cam1: call the second camera cam1, or leave cam0 alone");
+        }
+    }
     const YamlNode right = chain.at(has_right ? "cam1" : "cam0");
     StereoRig rig;
     rig.left = read_camera(left, "distortion_coeffs");

@@ -61,6 +61,12 @@ struct VehicleImuCan {
     ImuCanOptions source;
 };
 
+/// What the sinks are given.
+struct VehicleOdometry {
+    double rate_hz = 50.0;     ///< of estimates carried on by inertial samples; 0: one a frame, at its exposure
+    double smoothing_s = 0.0;  ///< over which corrections fade in; 0: they are steps
+};
+
 struct VehicleLog {
     std::string folder;          ///< created if missing; empty: no files
     int mesh_faces = 200'000;    ///< most faces kept for mesh.ply
@@ -96,12 +102,12 @@ struct Vehicle {
     std::string source;  ///< the file it came from
     Calibration calibration;
     ProgramConfig config;
-    Duration frame_delay;  ///< frames wait until inertial samples are this far past their stamp
     VehicleCameras cameras;
     std::optional<VehicleTrigger> trigger;
     std::optional<VehiclePulses> pulses;
     std::optional<VehicleImuSpi> imu_spi;  ///< one of the two
     std::optional<VehicleImuCan> imu_can;
+    VehicleOdometry odometry;
     std::optional<SinkMavlinkOptions> mavlink;
     VehicleLog log;
     VehicleRealtime realtime;

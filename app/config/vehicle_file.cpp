@@ -38,9 +38,6 @@ void read_estimator(const YamlNode& node, Vehicle& vehicle) {
     }
     RegularityMode& mode = vehicle.config.regularity.mode;
     mode = static_cast<RegularityMode>(section.choice("mode", kRegularityModeNames, static_cast<std::size_t>(mode)));
-    double delay_s = vehicle.frame_delay.seconds();
-    section.read("frame_delay_s", delay_s, 0.0, 0.1);
-    vehicle.frame_delay = Duration::from_seconds(delay_s);
     section.finish();
 }
 
@@ -67,6 +64,8 @@ SinkMavlinkOptions read_mavlink(const YamlNode& node) {
 
 void read_sinks(const YamlNode& node, Vehicle& vehicle) {
     YamlSection section(node);
+    section.read("rate_hz", vehicle.odometry.rate_hz, 0.0, 8000.0);
+    section.read("smoothing_s", vehicle.odometry.smoothing_s, 0.0, 1.0);
     if (const auto mavlink = section.find("mavlink")) {
         vehicle.mavlink = read_mavlink(*mavlink);
     }
@@ -128,7 +127,6 @@ std::string beside(const YamlNode& path) {
 Vehicle load_vehicle(const std::string& path) {
     Vehicle vehicle;
     vehicle.source = path;
-    vehicle.frame_delay = kFrameDelay;
     YamlSection root(load_yaml(path));
     vehicle.calibration = read_calibration(root.at("calibration"));
     take_calibration(vehicle.calibration, vehicle.config);

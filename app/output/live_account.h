@@ -21,7 +21,8 @@ struct SourceAccount {
 
 struct LiveAccount {
     double duration_s = 0.0;
-    std::vector<double> latency_ms;      ///< exposure midpoint to pose given to the sinks, newest frames
+    std::vector<double> latency_ms;      ///< from a frame's exposure midpoint until sinks have a pose with it, newest
+    std::uint64_t poses = 0;             ///< given to the sinks
     std::uint64_t overruns = 0;          ///< frames whose processing took longer than a period of the cameras
     std::vector<NamedCounter> drops;     ///< frames and outputs dropped, by reason
     std::vector<NamedCounter> findings;  ///< of the synchroniser

@@ -154,6 +154,7 @@ Json timing(const RunSummary& summary) {
 Json live(const LiveAccount& account) {
     Json json = {{"duration_s", account.duration_s},
                  {"latency_ms", to_json(timing_statistics(account.latency_ms))},
+                 {"poses", account.poses},
                  {"overruns", account.overruns}};
     for (const NamedCounter& drop : account.drops) {
         json["drops"][drop.name] = drop.value;

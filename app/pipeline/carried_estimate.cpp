@@ -3,25 +3,31 @@
 
 namespace facet {
 
-bool CarriedEstimate::add_imu(const ImuSample& sample, Estimate& estimate) {
-    if (!ok(carrier_.add_imu(sample)) || !carrier_.has_state()) {
-        return false;
-    }
-    estimate = newest_;
-    estimate.stamp = carrier_.stamp();
-    estimate.state = carrier_.state();
-    estimate.covariance = carrier_.covariance().topLeftCorner<9, 9>();
-    return true;
-}
-
-void CarriedEstimate::correct(const FrameResult& result, const Belief& belief) {
-    if (result.status == Status::kNotReady) {
+void CarriedEstimate::correct(Status status, const Estimate& estimate, const Belief& belief) {
+    if (status == Status::kNotReady) {
         return;  // the frame comes again
     }
-    newest_ = result.estimate;
-    if (!result.is_usable || !ok(carrier_.correct(belief))) {
+    const Health health = estimate.health;
+    if (ok(status) && health.state == TrackingState::kInit) {
         carrier_.forget();
+    } else if (ok(status) && is_finite(belief)) {
+        if (health.reset_counter != newest_.health.reset_counter) {
+            carrier_.forget();
+        }
+        if (ok(carrier_.correct(belief))) {
+            newest_ = estimate;
+            gauge_ = estimate.covariance - belief.covariance.topLeftCorner<9, 9>();
+        }
     }
+    newest_.health = health;
+}
+
+Estimate CarriedEstimate::estimate() const {
+    Estimate estimate = newest_;
+    estimate.stamp = carrier_.stamp();
+    estimate.state = carrier_.state();
+    estimate.covariance = carrier_.covariance().topLeftCorner<9, 9>() + gauge_;
+    return estimate;
 }
 
 }  // namespace facet

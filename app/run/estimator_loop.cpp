@@ -7,7 +7,7 @@ namespace facet {
 namespace {
 
 constexpr auto kRelaxed = std::memory_order_relaxed;
-/// A frame is offered again, in case the estimated time offset is beyond the delay, until samples are this far past it.
+/// The estimated time offset may put a frame after its stamp: it is offered again until samples are this far past it.
 constexpr Duration kMaxRetry = Duration::from_seconds(0.2);
 
 }  // namespace
@@ -78,13 +78,11 @@ bool EstimatorLoop::take_images() {
 
 void EstimatorLoop::hold(const ImuSample& sample) {
     if (held_.full()) {
-        feed(held_.front());
-        held_.pop_front();
+        feed_next();
     }
     held_.push(sample);
     newest_ = sample;
-    any_imu_ = true;
-    sync_.add_imu(sample.stamp - options_.camera_time_shift - options_.frame_delay);
+    sync_.add_imu(sample.stamp - options_.camera_time_shift);
 }
 
 bool EstimatorLoop::take_inertial() {
@@ -95,22 +93,20 @@ bool EstimatorLoop::take_inertial() {
     return any;
 }
 
-void EstimatorLoop::feed(const ImuSample& sample) {
-    pipeline_.add_imu(sample);
-    fed_w_B_ = sample.w_B;
+/// Gives the oldest sample held to the estimator.
+void EstimatorLoop::feed_next() {
+    fed_ = held_.front();
+    held_.pop_front();
+    any_fed_ = true;
+    pipeline_.add_imu(fed_);
     if (pipeline_.take_carried(result_)) {
-        output_.on_frame(result_, {}, fed_w_B_);
+        output_.on_frame(result_, {}, pipeline_.belief(), fed_.w_B);
     }
 }
 
 void EstimatorLoop::feed_until(Timestamp stamp) {
-    while (!held_.empty()) {
-        const ImuSample sample = held_.front();
-        held_.pop_front();
-        feed(sample);
-        if (sample.stamp >= stamp) {
-            return;
-        }
+    while (!held_.empty() && (!any_fed_ || fed_.stamp < stamp)) {
+        feed_next();
     }
 }
 
@@ -118,8 +114,13 @@ void EstimatorLoop::feed_until(Timestamp stamp) {
 bool EstimatorLoop::try_frame() {
     const Timestamp stamp = pending_->stamp + options_.camera_time_shift;
     const Timestamp begin = clock_.now();
-    feed_until(stamp + options_.frame_delay);
-    pipeline_.add_frame({stamp, pending_->left.image, pending_->right.image}, stamp, result_);
+    const StereoFrame frame{stamp, pending_->left.image, pending_->right.image};
+    feed_until(stamp);
+    pipeline_.add_frame(frame, stamp, result_);
+    while (result_.status == Status::kNotReady && !held_.empty()) {
+        feed_next();
+        pipeline_.add_frame(frame, stamp, result_);
+    }
     if (result_.status == Status::kNotReady && newest_.stamp < stamp + kMaxRetry) {
         return false;
     }
@@ -128,7 +129,7 @@ bool EstimatorLoop::try_frame() {
         counters_.overruns.fetch_add(1, kRelaxed);
         pipeline_.report_overrun();
     }
-    output_.on_frame(result_, pipeline_.departed(), fed_w_B_);
+    output_.on_frame(result_, pipeline_.departed(), pipeline_.belief(), fed_.w_B);
     pending_.reset();
     return true;
 }
@@ -157,19 +158,13 @@ bool EstimatorLoop::step() {
     any = take_inertial() || any;
     any = give_frames() || any;
     while (!held_.empty() && newest_.stamp - held_.front().stamp > options_.max_hold) {
-        feed(held_.front());
-        held_.pop_front();
+        feed_next();
     }
     return any;
 }
 
 void EstimatorLoop::finish() {
     while (step()) {
-    }
-    if (any_imu_) {
-        sync_.add_imu(newest_.stamp - options_.camera_time_shift);
-        while (give_frames()) {
-        }
     }
     if (pending_) {
         counters_.late.fetch_add(1, kRelaxed);

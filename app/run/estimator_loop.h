@@ -21,17 +21,17 @@ class LoopOutput {
 public:
     virtual ~LoopOutput() = default;
     /// @param departed  faces that left the horizon at this frame
+    /// @param belief    see Estimator
     /// @param w_B       the newest angular rate given to the estimator, as measured (rad/s)
-    virtual void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed,
+    virtual void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed, const Belief& belief,
                           const Eigen::Vector3d& w_B) = 0;
     virtual void on_report(const SyncReport& report) = 0;
 };
 
 struct EstimatorLoopOptions {
     SynchroniserOptions sync;
-    Duration frame_delay = kFrameDelay;  ///< frames wait until inertial samples are this far past their stamp
-    Duration camera_time_shift;          ///< t_imu = t_cam + shift
-    bool side_by_side = false;           ///< the left queue has images of both cameras
+    Duration camera_time_shift;                       ///< t_imu = t_cam + shift
+    bool side_by_side = false;                        ///< the left queue has images of both cameras
     Duration max_hold = Duration::from_seconds(0.5);  ///< inertial samples older than this do not wait for a frame
 };
 
@@ -46,9 +46,10 @@ struct LoopCounters {
 };
 
 /// Of several frames that are ready only the newest is used. Inertial samples are held back and given to the estimator
-/// right before the frame that needs them, up to the first one at or after its stamp plus the delay: whatever the
-/// threads' timing, the estimator sees the same sequence, which is that of a replay, as long as frames come within
-/// max_hold and none is late. Thread-bound, except counters(). No heap after construction.
+/// right before the frame that needs them, up to the first one at or after its stamp, with the time offset that the
+/// estimator has found: whatever the threads' timing, the estimator sees the same sequence, which is that of a replay,
+/// as long as frames come within max_hold and none is late. Thread-bound, except counters(). No heap after
+/// construction.
 class EstimatorLoop {
 public:
     static constexpr std::size_t kHeld = 4096;
@@ -59,7 +60,7 @@ public:
 
     /// Takes what is in the queues and processes it. @return whether there was anything to do
     bool step();
-    /// For when no more samples will come: uses the frames that inertial samples reach, without waiting for the delay.
+    /// For when no more samples will come: uses the frames that inertial samples reach.
     void finish();
 
     const LoopCounters& counters() const { return counters_; }
@@ -74,7 +75,7 @@ private:
     void hold(const ImuSample& sample);
     bool give_frames();
     bool try_frame();
-    void feed(const ImuSample& sample);
+    void feed_next();
     void feed_until(Timestamp stamp);
     void pass_on_reports();
 
@@ -87,9 +88,9 @@ private:
     LoopCounters counters_;
     RingBuffer<ImuSample, kHeld> held_;
     std::optional<SyncedFrame> pending_;  ///< ready, but the estimator may need more inertial samples
-    bool any_imu_ = false;
-    ImuSample newest_;  ///< of those taken from the queue
-    Eigen::Vector3d fed_w_B_ = Eigen::Vector3d::Zero();
+    ImuSample newest_;                    ///< of those taken from the queue
+    bool any_fed_ = false;
+    ImuSample fed_;  ///< the newest that the estimator has
     FrameResult result_;
 };
 

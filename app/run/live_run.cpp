@@ -19,6 +19,7 @@ SynchroniserOptions synchroniser_options(const Vehicle& vehicle) {
     options.period = Duration::from_seconds(1.0 / vehicle.cameras.rate_hz);
     options.has_trigger = vehicle.trigger.has_value();
     options.use_sequence = vehicle.cameras.use_sequence;
+    options.has_right = vehicle.calibration.rig.has_right;
     if (vehicle.trigger) {
         options.trigger_delay = vehicle.trigger->delay;
     } else if (vehicle.cameras.side_by_side) {
@@ -41,12 +42,11 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
     summary.mode = to_string(vehicle.config.regularity.mode);
     summary.calibration = vehicle.calibration.source;
     output_ = std::make_unique<OutputThreads>(
-        clock, vehicle.calibration.noise, std::move(sinks), recorder_,
+        clock, vehicle.config, vehicle.odometry, std::move(sinks), recorder_,
         std::vector<EventQueue*>{&left_.events, &right_.events, &trigger_.events, &imu_.events},
         static_cast<std::size_t>(vehicle.log.timed_frames));
     EstimatorLoopOptions options;
     options.sync = synchroniser_options(vehicle);
-    options.frame_delay = vehicle.frame_delay;
     options.camera_time_shift = vehicle.calibration.camera_time_shift;
     options.side_by_side = vehicle.cameras.side_by_side;
     loop_ = std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *output_);
@@ -126,7 +126,8 @@ void LiveRun::start() {
     start_worker(estimator_, "facet-estimator", vehicle_.realtime.estimator,
                  [this](const std::atomic<bool>& stopping) { estimate(stopping); });
     start_worker(imu_worker_, "facet-imu", vehicle_.realtime.imu, [this](const std::atomic<bool>& stopping) {
-        pump(*sources_.imu, imu_, clock_, wakeup_, stopping, queues_->imu);
+        pump(*sources_.imu, imu_, clock_, wakeup_, stopping, queues_->imu,
+             [this](const ImuSample& sample) { output_->on_sample(sample); });
     });
     trigger_.ended = sources_.trigger == nullptr;
     if (sources_.trigger != nullptr) {
@@ -186,6 +187,7 @@ LiveAccount LiveRun::account() const {
     const LoopCounters& loop = loop_->counters();
     account.overruns = loop.overruns;
     const OutputCounters& output = output_->counters();
+    account.poses = output.poses_sent;
     account.drops = {{"late_frames", loop.late},
                      {"frames_refused_by_estimator", loop.refused},
                      {"poses", output.poses_dropped},

@@ -14,29 +14,11 @@ constexpr auto kLoose = std::memory_order_relaxed;
 
 }  // namespace
 
-Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const ImuNoise& noise) {
-    const NavState& state = estimate.state;
-    Odometry odometry;
-    odometry.stamp = estimate.stamp;
-    odometry.q_W_B = state.q_W_B;
-    odometry.p_W_B = state.p_W_B;
-    odometry.v_W_B = state.v_W_B;
-    odometry.w_B = w_B - state.bias.gyro;
-    // The estimate's order is [theta p v], that of sinks [p theta].
-    const auto& c = estimate.covariance;
-    odometry.pose_covariance << c.block<3, 3>(3, 3), c.block<3, 3>(3, 0), c.block<3, 3>(0, 3), c.block<3, 3>(0, 0);
-    odometry.v_covariance = c.block<3, 3>(6, 6);
-    const double density = noise.gyro_noise_rad_per_s_per_sqrt_hz;
-    odometry.w_covariance = Eigen::Matrix3d::Identity() * (density * density * noise.rate_hz);
-    odometry.quality = estimate.health.state == TrackingState::kLost ? -1 : estimate.health.quality;
-    odometry.reset_counter = static_cast<std::uint8_t>(estimate.health.reset_counter & 0xffU);
-    return odometry;
-}
-
-OutputThreads::OutputThreads(const Clock& clock, const ImuNoise& noise, std::vector<OdometrySink*> sinks,
-                             FrameRecorder& recorder, std::vector<EventQueue*> events, std::size_t keep_latencies)
+OutputThreads::OutputThreads(const Clock& clock, const ProgramConfig& config, const VehicleOdometry& odometry,
+                             std::vector<OdometrySink*> sinks, FrameRecorder& recorder, std::vector<EventQueue*> events,
+                             std::size_t keep_latencies)
     : clock_(clock),
-      noise_(noise),
+      stream_(config, odometry),
       sinks_(std::move(sinks)),
       recorder_(recorder),
       events_(std::move(events)),
@@ -47,14 +29,16 @@ OutputThreads::OutputThreads(const Clock& clock, const ImuNoise& noise, std::vec
     latencies_ms_.reserve(std::min<std::size_t>(keep_latencies, 1U << 17U));
 }
 
-void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedFace> departed,
+void OutputThreads::on_sample(const ImuSample& sample) {
+    counters_.poses_dropped.fetch_add(ok(samples_.push(sample)) ? 0 : 1, kLoose);
+    pose_wakeup_.notify();
+}
+
+void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedFace> departed, const Belief& belief,
                              const Eigen::Vector3d& w_B) {
-    // Before the start there is no pose to send. Being lost is sent, as quality -1.
-    if (ok(frame.status) && frame.estimate.health.state != TrackingState::kInit) {
-        const Pose pose{to_odometry(frame.estimate, w_B, noise_), true};
-        counters_.poses_dropped.fetch_add(ok(poses_.push(pose)) ? 0 : 1, kLoose);
-        pose_wakeup_.notify();
-    }
+    const FrameOutcome outcome{frame.status, frame.has_frame, frame.frame_stamp, frame.estimate, belief, w_B};
+    counters_.poses_dropped.fetch_add(ok(outcomes_.push(outcome)) ? 0 : 1, kLoose);
+    pose_wakeup_.notify();
     std::uint64_t lost = 0;
     for (const DepartedFace& face : departed) {
         lost += ok(faces_.push(face)) ? 0 : 1;
@@ -85,18 +69,44 @@ void OutputThreads::keep_latency(double latency_ms) {
     }
 }
 
-void OutputThreads::send(const Pose& pose) {
+void OutputThreads::send(const Odometry& odometry) {
     for (OdometrySink* sink : sinks_) {
-        counters_.refused.fetch_add(ok(sink->send(pose.odometry)) ? 0 : 1, kLoose);
+        counters_.refused.fetch_add(ok(sink->send(odometry)) ? 0 : 1, kLoose);
     }
-    keep_latency((clock_.now() - pose.odometry.stamp).seconds() * 1e3);
+    counters_.poses_sent.fetch_add(1, kLoose);
+    if (unsent_frame_) {
+        keep_latency((clock_.now() - *unsent_frame_).seconds() * 1e3);
+        unsent_frame_.reset();
+    }
+}
+
+/// Takes the samples that have come, then one frame's outcome. @return whether there was one
+bool OutputThreads::carry_on() {
+    // The outcome first: the samples that it needs are then in their queue.
+    const bool any = ok(outcomes_.pop(outcome_));
+    Odometry odometry;
+    for (ImuSample sample; ok(samples_.pop(sample));) {
+        if (stream_.add_imu(sample, odometry)) {
+            send(odometry);
+        }
+    }
+    if (!any) {
+        return false;
+    }
+    const bool is_to_be_sent = stream_.add_frame(outcome_, odometry);
+    if (outcome_.has_frame && ok(outcome_.status) && outcome_.estimate.health.state != TrackingState::kInit) {
+        unsent_frame_ = outcome_.frame_stamp;
+    }
+    if (is_to_be_sent) {
+        send(odometry);
+    }
+    return true;
 }
 
 void OutputThreads::send_poses(const std::atomic<bool>& stopping) {
     for (;;) {
         const bool last = stopping.load(std::memory_order_acquire);
-        while (ok(poses_.pop(pose_))) {
-            send(pose_);
+        while (carry_on()) {
         }
         if (last) {
             return;

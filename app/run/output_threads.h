@@ -4,22 +4,19 @@
 
 #include <atomic>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "app/pipeline/frame_recorder.h"
 #include "app/run/estimator_loop.h"
+#include "app/run/odometry_stream.h"
 #include "app/run/run_event.h"
-#include "estimator/values/imu_noise.h"
 #include "platform/linux/linux_wakeup.h"
 #include "platform/port/odometry_sink.h"
 
 namespace facet {
-
-/// An estimate as sinks take it. The variance of the angular rate is that of the sensor's noise at its bandwidth.
-/// @param w_B  angular rate as measured
-Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const ImuNoise& noise);
 
 /// What the status shows of the newest frame.
 struct FrameStatus {
@@ -36,24 +33,30 @@ struct FrameStatus {
 };
 
 struct OutputCounters {
-    std::atomic<std::uint64_t> poses_dropped{0};   ///< because the sinks' thread was behind
+    std::atomic<std::uint64_t> poses_sent{0};      ///< given to all sinks
+    std::atomic<std::uint64_t> poses_dropped{0};   ///< estimates and samples lost because the sinks' thread was behind
     std::atomic<std::uint64_t> frames_dropped{0};  ///< because the files' thread was behind
     std::atomic<std::uint64_t> faces_dropped{0};
     std::atomic<std::uint64_t> refused{0};  ///< poses that a sink did not take
 };
 
-/// The bodies of two threads. Estimates go to the sinks at once, however long a disc makes the files wait. Queues hold
-/// 32 poses, 64 frames and 16384 faces: when full, the newest are dropped and counted. A file that cannot be written
-/// ends the writing, not the run. The estimator's side uses neither heap nor lock.
+/// The bodies of two threads. One carries the newest estimate on by inertial samples and sends it, however long a frame
+/// keeps the estimator busy or a disc makes the files wait. Queues hold 1024 samples, 32 estimates, 64 frames and 16384
+/// faces: when full, the newest are dropped and counted. A file that cannot be written ends the writing, not the run.
+/// The sides of the estimator and the IMU use neither heap nor lock.
 class OutputThreads final : public LoopOutput {
 public:
     /// Borrowed: clock, sinks, recorder, event queues.
     /// @param keep_latencies  newest latencies kept for the account
-    OutputThreads(const Clock& clock, const ImuNoise& noise, std::vector<OdometrySink*> sinks, FrameRecorder& recorder,
-                  std::vector<EventQueue*> events, std::size_t keep_latencies);
+    OutputThreads(const Clock& clock, const ProgramConfig& config, const VehicleOdometry& odometry,
+                  std::vector<OdometrySink*> sinks, FrameRecorder& recorder, std::vector<EventQueue*> events,
+                  std::size_t keep_latencies);
+
+    /// On the IMU's thread: every sample, before the estimator's thread can have it.
+    void on_sample(const ImuSample& sample);
 
     // On the estimator's thread:
-    void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed,
+    void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed, const Belief& belief,
                   const Eigen::Vector3d& w_B) override;
     void on_report(const SyncReport& report) override;
 
@@ -73,12 +76,8 @@ public:
     const std::vector<double>& latencies_ms() const { return latencies_ms_; }
 
 private:
-    struct Pose {
-        Odometry odometry;
-        bool is_for_sinks = false;
-    };
-
-    void send(const Pose& pose);
+    void send(const Odometry& odometry);
+    bool carry_on();
     void keep_latency(double latency_ms);
     bool write_once();
     bool write_events();
@@ -87,22 +86,24 @@ private:
     void publish(const FrameResult& frame);
 
     const Clock& clock_;
-    ImuNoise noise_;
+    OdometryStream stream_;  ///< of the sending thread
     std::vector<OdometrySink*> sinks_;
     FrameRecorder& recorder_;
     std::vector<EventQueue*> events_;
     std::size_t keep_latencies_;
     EventQueue reports_;  ///< of the synchroniser
-    SpscQueue<Pose, 32> poses_;
+    SpscQueue<ImuSample, 1024> samples_;
+    SpscQueue<FrameOutcome, 32> outcomes_;
     SpscQueue<FrameResult, 64> frame_queue_;
     SpscQueue<DepartedFace, 16384> faces_;
     LinuxWakeup pose_wakeup_;
     LinuxWakeup frame_wakeup_;
     OutputCounters counters_;
     std::atomic<std::uint64_t> frames_{0};
-    Pose pose_;                        ///< of the sending thread
-    FrameResult frame_;                ///< of the writing thread
-    std::vector<DepartedFace> batch_;  ///< of the writing thread
+    FrameOutcome outcome_;                   ///< of the sending thread
+    std::optional<Timestamp> unsent_frame_;  ///< of the sending thread: in the estimate, but not yet sent
+    FrameResult frame_;                      ///< of the writing thread
+    std::vector<DepartedFace> batch_;        ///< of the writing thread
     std::string failure_;
     Timestamp next_flush_;
     std::vector<double> latencies_ms_;

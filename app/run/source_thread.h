@@ -67,9 +67,10 @@ inline constexpr Duration kSourcePause = Duration::from_seconds(0.005);
 
 /// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started. A sample that
 /// finds the queue full is dropped and counted.
-template <class Source, class Sample, std::size_t N>
+/// @param see  called with each sample before it is in the queue
+template <class Source, class Sample, std::size_t N, class See>
 void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, const std::atomic<bool>& stopping,
-          SpscQueue<Sample, N>& queue) {
+          SpscQueue<Sample, N>& queue, See see) {
     StampMapper mapper(clock, source.clock());
     bool failing = false;
     while (!stopping.load(std::memory_order_relaxed)) {
@@ -86,6 +87,7 @@ void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeu
                 shared.counters.add_unmapped();
                 continue;
             }
+            see(sample);
             if (!ok(queue.push(std::move(sample)))) {
                 shared.counters.add_rejected();
             }
@@ -105,6 +107,12 @@ void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeu
     }
     shared.ended.store(true, std::memory_order_release);
     wakeup.notify();
+}
+
+template <class Source, class Sample, std::size_t N>
+void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, const std::atomic<bool>& stopping,
+          SpscQueue<Sample, N>& queue) {
+    pump(source, shared, clock, wakeup, stopping, queue, [](const Sample&) {});
 }
 
 }  // namespace facet

@@ -215,6 +215,7 @@ void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<Imag
         if (!is_near) {
             const Timestamp stamp = row.stamp;
             pairs_.push_back({stamp, std::nullopt, std::move(row)});
+            ++right_only_;
         }
     };
     std::size_t j = 0;

@@ -66,6 +66,8 @@ public:
 
     /// Number of frames that will be delivered if none is bad.
     std::size_t frame_count() const { return pairs_.size() * static_cast<std::size_t>(options_.loops); }
+    /// Frames among them without a left row: of the right camera's rows alone.
+    std::size_t right_only_count() const { return right_only_ * static_cast<std::size_t>(options_.loops); }
     /// Stamp of the first frame of the log, including the camera shift, whatever part of the log the options select.
     Timestamp log_begin() const { return log_begin_; }
 
@@ -108,6 +110,7 @@ private:
     Timestamp log_begin_;
 
     std::vector<Pair> pairs_;
+    std::size_t right_only_ = 0;
     std::size_t next_pair_ = 0;  ///< of all turns
     Duration period_;            ///< of one turn
 

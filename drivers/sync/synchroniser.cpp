@@ -184,6 +184,11 @@ void Synchroniser::assign(SyncCamera camera) {
             ++i;
             continue;
         }
+        if (camera == SyncCamera::kRight && !options_.has_trigger && is_silent(SyncCamera::kLeft)) {
+            assign_without_left(p);
+            ++i;
+            continue;
+        }
         CountMatcher::Match match;
         // Events are starts of exposure; a frame's stamp is the midpoint of its exposure.
         const Duration half = options_.has_trigger ? Duration{p.frame.exposure.ns / 2} : Duration{};
@@ -218,52 +223,80 @@ void Synchroniser::assign(SyncCamera camera) {
     }
 }
 
-bool Synchroniser::pair_is_due(const Pending& left, const Pending*& right) {
-    Stream& r = stream(SyncCamera::kRight);
-    right = nullptr;
-    while (!r.pending.empty() && r.pending.front().assigned) {
-        const Pending& front = r.pending.front();
-        if (front.event.sequence == left.event.sequence) {
-            right = &front;
-            clear(SyncFault::kMissingRight, SyncCamera::kRight);
-            return true;
-        }
-        if (is_after(front.event.sequence, left.event.sequence)) {
-            return true;  // the right stream is already past it
-        }
-        report(SyncFault::kMissingLeft, SyncCamera::kLeft, front.frame.stamp);
-        (void)take_front(r);
+/// The image is an event of its own, its count the one that the left camera's image would have.
+void Synchroniser::assign_without_left(Pending& right) const {
+    const Stream& l = stream(SyncCamera::kLeft);
+    right.event.stamp = right.frame.stamp - options_.right_delay;
+    const Duration passed = right.event.stamp - (l.any ? l.last.stamp - options_.left_delay : first_frame_);
+    const std::int64_t periods = std::llround(passed.seconds() / options_.period.seconds());
+    right.event.sequence = l.last.sequence + static_cast<std::uint32_t>(periods);
+    right.assigned = true;
+}
+
+bool Synchroniser::is_silent(SyncCamera camera) const {
+    const Stream& s = stream(camera);
+    return any_imu_ && any_frame_ && newest_imu_ - (s.any ? s.last.stamp : first_frame_) > options_.silence;
+}
+
+/// Time is measured by inertial samples, which arrive whatever the cameras do.
+bool Synchroniser::is_given_up(SyncCamera camera, Timestamp event) const {
+    const bool is_there = camera == SyncCamera::kLeft || options_.has_right;
+    return !is_there || newest_imu_ - event > options_.pair_wait || is_silent(camera);
+}
+
+Synchroniser::Turn Synchroniser::turn() const {
+    const auto front = [this](SyncCamera camera) -> const Pending* {
+        const Stream& s = stream(camera);
+        return s.pending.empty() || !s.pending.front().assigned ? nullptr : &s.pending.front();
+    };
+    const Pending* left = front(SyncCamera::kLeft);
+    const Pending* right = front(SyncCamera::kRight);
+    if (left != nullptr && right != nullptr) {  // the later one's camera is already past the earlier one
+        const std::uint32_t l = left->event.sequence;
+        const std::uint32_t r = right->event.sequence;
+        return l == r ? Turn::kBoth : is_after(l, r) ? Turn::kRight : Turn::kLeft;
     }
-    // Time is measured by inertial samples, which arrive whatever the cameras do.
-    return newest_imu_ - left.event.stamp > options_.pair_wait;
+    if (left != nullptr && is_given_up(SyncCamera::kRight, left->event.stamp)) {
+        return Turn::kLeft;
+    }
+    return right != nullptr && is_given_up(SyncCamera::kLeft, right->event.stamp) ? Turn::kRight : Turn::kNobodys;
+}
+
+void Synchroniser::deliver(Turn turn, SyncedFrame& frame) {
+    frame.left = {};
+    frame.right = {};
+    if (turn != Turn::kRight) {
+        frame.left = take_front(stream(SyncCamera::kLeft));
+        clear(SyncFault::kMissingLeft, SyncCamera::kLeft);
+    } else {
+        report(SyncFault::kMissingLeft, SyncCamera::kLeft, frame.stamp);
+    }
+    if (turn != Turn::kLeft) {
+        frame.right = take_front(stream(SyncCamera::kRight));
+        clear(SyncFault::kMissingRight, SyncCamera::kRight);
+    } else if (options_.has_right) {
+        report(SyncFault::kMissingRight, SyncCamera::kRight, frame.stamp);
+    }
 }
 
 Status Synchroniser::pop(SyncedFrame& frame) {
     assign(SyncCamera::kLeft);
     assign(SyncCamera::kRight);
-    Stream& l = stream(SyncCamera::kLeft);
-    while (!l.pending.empty() && l.pending.front().assigned) {
-        const Pending& left = l.pending.front();
-        const Pending* right = nullptr;
-        if (!any_imu_ || newest_imu_ < left.event.stamp || !pair_is_due(left, right)) {
+    for (Turn next = turn(); any_imu_ && next != Turn::kNobodys; next = turn()) {
+        const SyncCamera camera = next == Turn::kRight ? SyncCamera::kRight : SyncCamera::kLeft;
+        const SyncEvent event = stream(camera).pending.front().event;
+        if (newest_imu_ < event.stamp) {
             return Status::kNotReady;
         }
-        clear(SyncFault::kUncovered, SyncCamera::kLeft);
-        if (any_given_ && left.event.stamp <= last_given_) {
-            report(SyncFault::kOutOfOrder, SyncCamera::kLeft, left.event.stamp);
-            (void)take_front(l);
+        clear(SyncFault::kUncovered, camera);
+        if (any_given_ && event.stamp <= last_given_) {
+            report(SyncFault::kOutOfOrder, camera, event.stamp);
+            (void)take_front(stream(camera));
             continue;
         }
-        frame.stamp = left.event.stamp;
-        frame.event = left.event.sequence;
-        frame.right = {};
-        if (right != nullptr) {
-            frame.right = take_front(stream(SyncCamera::kRight));
-            clear(SyncFault::kMissingLeft, SyncCamera::kLeft);
-        } else {
-            report(SyncFault::kMissingRight, SyncCamera::kRight, left.event.stamp);
-        }
-        frame.left = take_front(l);
+        frame.stamp = event.stamp;
+        frame.event = event.sequence;
+        deliver(next, frame);
         any_given_ = true;
         last_given_ = frame.stamp;
         return Status::kOk;

@@ -22,7 +22,7 @@ enum class SyncFault : std::uint8_t {
     kDuplicate,         ///< the same stamp or count twice: refused
     kOutOfOrder,        ///< a stamp before the previous one: refused
     kGap,               ///< frames or edges missing; value: how many
-    kMissingLeft,       ///< a right image without a left one: dropped
+    kMissingLeft,       ///< a right image without a left one: delivered alone
     kMissingRight,      ///< a left image without a right one: delivered alone
     kEdgeInterpolated,  ///< the edge was lost; its instant is interpolated between its neighbours
     kDoubtful,          ///< count and time disagree, or no assignment is accepted yet: dropped
@@ -48,23 +48,27 @@ struct SynchroniserOptions {
     Duration left_delay;                             ///< nominal, from the exposure midpoint to the left frame's stamp
     Duration right_delay;                            ///< the same for the right one
     Duration trigger_delay;                          ///< from the edge to the start of exposure
-    Duration pair_wait = Duration::from_seconds(0.1);    ///< longest wait for a right image, in inertial time
+    bool has_right = true;                           ///< else there is one camera, the left one
+    Duration pair_wait = Duration::from_seconds(0.1);    ///< longest wait for the other image, in inertial time
+    Duration silence = Duration::from_seconds(0.5);      ///< a camera without an image for this long is not waited for
     Duration epoch_limit = Duration::from_seconds(5.0);  ///< a larger difference means different epochs
     Duration trigger_silence = Duration::from_seconds(0.5);
     int votes = 5;  ///< see CountMatcher
 };
 
-/// A pair, ready for the estimator.
+/// A pair, or the view that there is, ready for the estimator.
 struct SyncedFrame {
-    Timestamp stamp;  ///< exposure midpoint: edge + trigger delay + exposure / 2, or the left frame's own
-    CameraFrame left;
-    CameraFrame right;  ///< its image is empty if it is missing
+    Timestamp stamp;    ///< exposure midpoint: edge + trigger delay + exposure / 2, or the left frame's own
+    CameraFrame left;   ///< the image of one of them is empty if it is missing
+    CameraFrame right;
     std::uint32_t event = 0;
 };
 
 /// All stamps are on one clock (ClockMap). A CountMatcher assigns each camera's frames to events (edges, or the left
-/// camera's frames); images of one event are a pair. When a camera's count falls back (its node was reopened), it is
-/// continued by the time that has passed. Add everything as it arrives, in any interleaving of the streams, then:
+/// camera's frames); images of one event are a pair. An image whose partner does not come is delivered alone; without a
+/// trigger, the right camera is the reference while the left one is silent. When a camera's count falls back (its node
+/// was reopened), it is continued by the time that has passed. Add everything as it arrives, in any interleaving of the
+/// streams, then:
 ///   while (ok(sync.pop(pair))) { ... }
 ///   while (ok(sync.pop_report(report))) { ... }
 /// A pair is delivered once an inertial stamp at or after its own has been added; stamps strictly increase. When
@@ -107,6 +111,9 @@ private:
         std::uint32_t corrections = 0;
     };
 
+    /// Whose oldest images are delivered next.
+    enum class Turn : std::uint8_t { kNobodys, kLeft, kRight, kBoth };
+
     Stream& stream(SyncCamera camera) { return streams_[static_cast<std::size_t>(camera)]; }
     const Stream& stream(SyncCamera camera) const { return streams_[static_cast<std::size_t>(camera)]; }
     Status add(SyncCamera camera, CameraFrame frame);
@@ -114,7 +121,11 @@ private:
     Status check(SyncCamera camera, const CameraFrame& frame);
     void assign(SyncCamera camera);
     static CameraFrame take_front(Stream& stream);
-    bool pair_is_due(const Pending& left, const Pending*& right);
+    void assign_without_left(Pending& right) const;
+    bool is_silent(SyncCamera camera) const;
+    bool is_given_up(SyncCamera camera, Timestamp event) const;
+    Turn turn() const;
+    void deliver(Turn turn, SyncedFrame& frame);
     void report(SyncFault fault, SyncCamera camera, Timestamp stamp, std::int64_t value = 0);
     void clear(SyncFault fault, SyncCamera camera);
 

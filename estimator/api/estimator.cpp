@@ -12,6 +12,8 @@ namespace {
 
 // After a frame that came too late, up to the next keyframe: share of the features.
 constexpr double kLateFeatures = 0.67;
+// The median of fewer tracks says nothing of rest.
+constexpr int kRestTracks = 8;
 
 }  // namespace
 
@@ -86,7 +88,8 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
     if (ok(tracked) && tracks.is_keyframe) {
         now.covariance = initial.information().inverse();
         begin_window(initial.information(), CalibrationStart::kAsGiven);
-        monitor.restart(now.stamp, initial.is_still);
+        monitor.restart(now.stamp, false);
+        rest_claim = initial.is_still ? RestClaim::kOpen : RestClaim::kNone;
     }
     report(frame, ok(tracked), estimate);
     return tracked;
@@ -122,6 +125,21 @@ void Estimator::Impl::judge_rest(bool image_is_still) {
     const Status known = measure_stationarity(imu, now.stamp, {config.imu_noise, now.state.bias, gravity_m_per_s2},
                                               config.stationarity, stationarity);
     rests = rests && image_is_still && ok(known) && stationarity.may_be_at_rest;
+}
+
+void Estimator::Impl::judge_rest_claim() {
+    const bool is_claimed = rest_claim == RestClaim::kOpen || rest_claim == RestClaim::kSeen;
+    if (!is_claimed || tracks.image != ImageState::kUsable || tracks.tracked < kRestTracks) {
+        return;
+    }
+    InitialState again;
+    if (!ok(initialize_state(imu, now.stamp, gravity_m_per_s2, config.initializer, again)) || !again.is_still) {
+        rest_claim = RestClaim::kNone;  // it moves off, and the inertial samples tell how
+    } else if (tracks.median_disparity_px > config.frontend.still_disparity_px) {
+        rest_claim = RestClaim::kRefuted;
+    } else {
+        rest_claim = RestClaim::kSeen;
+    }
 }
 
 void Estimator::Impl::hold_still() {
@@ -164,15 +182,17 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     PredictionEvidence predicted;
     predicted.phase = phase;
     predicted.is_lost = monitor.state() == TrackingState::kLost && config.health.auto_reset;
-    predicted.reset_wanted = reset_wanted;
+    predicted.reset_wanted = reset_wanted || rest_claim == RestClaim::kRefuted;
     predicted.inertial_data_poor = span.has_gap || span.clipped != 0;
     predicted.rests = rests;
+    predicted.is_starting = monitor.state() == TrackingState::kInit && is_confirmed && rest_claim == RestClaim::kNone;
     predicted.keyframe_age_s = (stamp - newest.stamp).seconds();
     const Status tracked = track(frame, before, wants_keyframe(predicted));
     last_image = frame.stamp;
     last_frame = stamp;
     if (ok(tracked)) {
         judge_rest(tracks.image == ImageState::kUsable);
+        judge_rest_claim();
         FrameEvidence seen{phase, must_restart(predicted), tracks.is_keyframe, tracks.stereo, rests, tracks.is_still};
         seen.lone_features = is_alone(frame) ? static_cast<int>(tracks.observations.size()) : 0;
         act(decide(seen), preintegration);
@@ -192,6 +212,7 @@ void Estimator::Impl::act(FrameAction action, const Preintegration& preintegrati
         case FrameAction::kCarryOn: update_by_image(preintegration); break;
         case FrameAction::kTakeKeyframe:
             phase = Phase::kFollowing;
+            rest_claim = rest_claim == RestClaim::kSeen ? RestClaim::kNone : rest_claim;
             if (awaits_answer) {
                 collect_alone();
             } else {
@@ -202,7 +223,13 @@ void Estimator::Impl::act(FrameAction action, const Preintegration& preintegrati
             phase = Phase::kHolding;
             hold_still();
             break;
-        case FrameAction::kRestart: restart_in_flight(); break;
+        case FrameAction::kRestart:
+            if (rest_claim == RestClaim::kRefuted) {
+                restart_in_motion();
+            } else {
+                restart_in_flight();
+            }
+            break;
     }
 }
 

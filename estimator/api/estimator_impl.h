@@ -18,6 +18,14 @@
 
 namespace facet {
 
+/// A window that began as at rest by inertial samples alone: a glide at constant speed looks the same to them.
+enum class RestClaim : std::uint8_t {
+    kNone,     ///< it did not, or it has been settled
+    kOpen,     ///< images have said nothing yet: INIT
+    kSeen,     ///< images agree so far
+    kRefuted,  ///< images move: the window begins anew at the next frame that allows it
+};
+
 struct Estimator::Impl {
     EstimatorConfig config;
     StereoRig rig;              ///< as given, in the cameras' present roles
@@ -45,6 +53,7 @@ struct Estimator::Impl {
     Belief now;     ///< at the newest frame
     ImuSpan span;   ///< samples between them
     Phase phase = Phase::kEmpty;
+    RestClaim rest_claim = RestClaim::kNone;
     bool rests = false;         ///< by inertial samples and images: at rest at every frame since the newest keyframe
     bool reset_wanted = false;  ///< requested by the user
     bool is_late = false;       ///< a frame took too long: less work up to the next keyframe
@@ -98,6 +107,10 @@ struct Estimator::Impl {
     Status predict(Timestamp stamp, Preintegration& preintegration);
     Status track(const StereoFrame& frame, Timestamp before, bool wants_keyframe);
     void judge_rest(bool image_is_still);
+    /// What the images say of a start as at rest, as long as the inertial samples say nothing else.
+    void judge_rest_claim();
+    /// Begins anew at the present frame as in motion: the start as at rest was a glide.
+    void restart_in_motion();
     /// The vehicle stands where it stood at the newest keyframe: that is known better than the inertial prediction
     /// since, which has the errors of velocity and biases.
     void hold_still();
@@ -119,6 +132,8 @@ struct Estimator::Impl {
     /// Begins a window with one keyframe, the present frame, at the present belief.
     /// @param information  of that belief
     void begin_window(const StateCovariance& information, CalibrationStart calibration);
+    /// Begins a window at a belief found without regard to the past, which was `before`, and which gives place and yaw.
+    void begin_window_in_place_of(const Belief& before);
     /// What a window that begins after a start gone astray holds of the calibration: what an estimate that was to be
     /// used has found.
     CalibrationStart calibration_start() const {

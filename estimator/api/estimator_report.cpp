@@ -16,6 +16,7 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     e.has_right = !frame.right.empty();
     e.lacks_right = rig.has_right && (is_exchanged ? frame.left : frame.right).empty();
     e.misses_camera = misses_camera(last_image);
+    e.stands = rest_claim == RestClaim::kSeen;
     e.is_confirmed = is_confirmed;
     if (frame_taken && phase != Phase::kEmpty) {
         e.image = tracks.image;

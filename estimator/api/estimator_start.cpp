@@ -22,6 +22,10 @@ constexpr int kStereoStart = 8;
 constexpr double kOriginSigma = 1e-4;     // m, rad: a choice, not an estimate
 constexpr double kUnknownYawSigma = 1.8;  // rad: that of any direction
 
+StateCovariance inverse(const StateCovariance& covariance) {
+    return covariance.llt().solve(StateCovariance::Identity());
+}
+
 }  // namespace
 
 void Estimator::Impl::begin_window(const StateCovariance& information, CalibrationStart calibration) {
@@ -46,6 +50,12 @@ void Estimator::Impl::begin_window(const StateCovariance& information, Calibrati
     }
 }
 
+void Estimator::Impl::begin_window_in_place_of(const Belief& before) {
+    keep_place(before);
+    fix_gauge();
+    begin_window(inverse(now.covariance), calibration_start());
+}
+
 void Estimator::Impl::second_opinion() {
     NavState better;
     StateCovariance information;
@@ -57,14 +67,10 @@ void Estimator::Impl::second_opinion() {
     if (ok(status)) {
         now.state = better;
         now.covariance = information.inverse();
-        keep_place(before);
-        fix_gauge();
-        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
+        begin_window_in_place_of(before);
     } else if (!is_confirmed && (now.stamp - window_began).seconds() > kFruitless_s && ok(fall_back_to_gravity())) {
-        keep_place(before);
-        fix_gauge();
         monocular_start.reset();
-        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
+        begin_window_in_place_of(before);
     }
 }
 
@@ -123,7 +129,7 @@ void Estimator::Impl::fix_gauge() {
 void Estimator::Impl::collect_alone() {
     if (tracks.stereo >= kStereoStart) {  // the other camera is back
         monocular_start.reset();
-        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
+        begin_window(inverse(now.covariance), calibration_start());
         return;
     }
     monocular_start.add_keyframe(now.stamp, keyframe_input().observations, imu, now.state.bias);
@@ -133,13 +139,9 @@ void Estimator::Impl::collect_alone() {
     if (ok(monocular_start.solve(now.state, solved, information))) {
         now.state = solved;
         now.covariance = information.inverse();
-        keep_place(before);
-        fix_gauge();
-        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
+        begin_window_in_place_of(before);
     } else if (ok(fall_back_to_gravity())) {
-        keep_place(before);
-        fix_gauge();
-        begin_window(now.covariance.llt().solve(StateCovariance::Identity()), calibration_start());
+        begin_window_in_place_of(before);
         awaits_answer = true;
     }
 }
@@ -190,6 +192,21 @@ Status Estimator::Impl::fall_back_to_gravity() {
     return Status::kOk;
 }
 
+void Estimator::Impl::restart_in_motion() {
+    InitialState initial;
+    if (!ok(initialize_state(imu, now.stamp, gravity_m_per_s2, config.initializer, initial, false))) {
+        return;
+    }
+    const Belief before = now;
+    now.state = initial.state;
+    now.covariance = inverse(initial.information());
+    begin_window_in_place_of(before);
+    rests = reset_wanted = false;
+    rest_claim = RestClaim::kNone;
+    reset_counter += has_trusted ? 1 : 0;
+    monitor.restart(now.stamp, false);
+}
+
 void Estimator::Impl::restart_in_flight() {
     const bool is_worthless = monitor.has_diverged() || !is_finite(now) || tilt_sigma(now) > kDivergedTiltSigma;
     if (is_worthless && !ok(fall_back_to_gravity())) {
@@ -200,10 +217,10 @@ void Estimator::Impl::restart_in_flight() {
     now.covariance.diagonal().array() += 1e-10;
     fix_gauge();
     rests = reset_wanted = false;
+    rest_claim = RestClaim::kNone;
     ++reset_counter;
     // What has led the state astray may have led the calibration astray.
-    begin_window(now.covariance.llt().solve(StateCovariance::Identity()),
-                 is_worthless ? CalibrationStart::kAsGiven : CalibrationStart::kAsKnown);
+    begin_window(inverse(now.covariance), is_worthless ? CalibrationStart::kAsGiven : CalibrationStart::kAsKnown);
     monitor.restart(now.stamp, false);
 }
 

@@ -113,7 +113,7 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
             const bool is_ready = e.velocity_sigma_m_per_s < config_.ready_velocity_sigma_m_per_s &&
                                   e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_keyframe &&
                                   e.vision_chi2 < config_.high_vision_chi2 && e.is_confirmed;
-            state_ = is_ready ? TrackingState::kTracking : TrackingState::kInit;
+            state_ = is_ready || (e.stands && has_vision) ? TrackingState::kTracking : TrackingState::kInit;
         }
         if (state_ == TrackingState::kTracking || state_ == TrackingState::kDegraded) {
             state_ = (health.reasons & kDegrading) != 0U ? TrackingState::kDegraded : TrackingState::kTracking;

@@ -10,12 +10,15 @@ constexpr int kRestartStereo = 20;
 constexpr int kRestartFeatures = 20;
 // When a rest ends and the newest keyframe is this old, a new one follows at once: the prediction is too old.
 constexpr double kStaleKeyframe_s = 0.5;
+// A start in motion waits for the velocity and the tilt, which keyframes tell, at least this far apart.
+constexpr double kStartSpacing_s = 0.09;
 
 }  // namespace
 
 bool wants_keyframe(const PredictionEvidence& e) {
     const bool has_moved_off = e.phase == Phase::kHolding && !e.rests && e.keyframe_age_s > kStaleKeyframe_s;
-    return must_restart(e) || e.inertial_data_poor || has_moved_off;
+    const bool hastens_start = e.is_starting && e.keyframe_age_s > kStartSpacing_s;
+    return must_restart(e) || e.inertial_data_poor || has_moved_off || hastens_start;
 }
 
 FrameAction decide(const FrameEvidence& e) {

@@ -21,13 +21,13 @@ namespace facet {
 
 /// Counts of what happened to the samples offered since construction or clear().
 struct ImuBufferCounters {
-    std::uint32_t accepted = 0;
-    std::uint32_t out_of_order = 0;   ///< rejected: stamp not after the newest (duplicates too)
-    std::uint32_t not_finite = 0;     ///< rejected: a rate or a force is NaN or infinite, or the stamp is absurd
-    std::uint32_t overwritten = 0;    ///< oldest samples lost because the buffer was full
-    std::uint32_t gaps = 0;           ///< steps between accepted samples longer than 3.5 nominal periods
-    std::uint32_t clipped_gyro = 0;   ///< accepted samples with a gyroscope axis at its range
-    std::uint32_t clipped_accel = 0;  ///< accepted samples with an accelerometer axis at its range
+    std::uint64_t accepted = 0;
+    std::uint64_t out_of_order = 0;   ///< rejected: stamp not after the newest (duplicates too)
+    std::uint64_t not_finite = 0;     ///< rejected: a rate or a force is NaN or infinite, or the stamp is absurd
+    std::uint64_t overwritten = 0;    ///< oldest samples lost because the buffer was full
+    std::uint64_t gaps = 0;           ///< steps between accepted samples longer than 3.5 nominal periods
+    std::uint64_t clipped_gyro = 0;   ///< accepted samples with a gyroscope axis at its range
+    std::uint64_t clipped_accel = 0;  ///< accepted samples with an accelerometer axis at its range
 
     /// Fills the fields of the health that come from inertial samples.
     void report(Health& health) const {

@@ -152,7 +152,7 @@ Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B) {
 }
 
 Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity_m_per_s2,
-                        const InitializerConfig& config, InitialState& out) {
+                        const InitializerConfig& config, InitialState& out, bool may_rest) {
     Stretch stretch;
     StretchStatistics statistics;
     TurnedForce turned;
@@ -161,7 +161,7 @@ Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity
     FACET_TRY(average_turned_force(buffer, stretch, turned));
     const double force = statistics.mean_a_B.norm();
     InitialState result;
-    result.is_still = statistics.gyro_std.maxCoeff() < config.still_gyro_std_rad_per_s &&
+    result.is_still = may_rest && statistics.gyro_std.maxCoeff() < config.still_gyro_std_rad_per_s &&
                       statistics.accel_std.maxCoeff() < config.still_accel_std_m_per_s2 &&
                       statistics.mean_w_B.norm() < config.still_gyro_mean_rad_per_s &&
                       std::abs(force - gravity_m_per_s2) < config.still_gravity_error_m_per_s2 &&

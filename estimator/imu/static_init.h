@@ -46,10 +46,11 @@ Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B);
 ///
 /// @param stamp             of the first frame
 /// @param gravity_m_per_s2  its strength, g above
+/// @param may_rest          false: images show motion, whatever the samples look like
 /// @param out               written on kOk only
 /// @return kNotReady if samples do not reach the stamp, or cover less than min_duration_s before it without gaps and
 ///         clipping; kDegenerate if the mean force is below 1 m/s^2 (free fall). Reentrant. No heap.
 Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity_m_per_s2,
-                        const InitializerConfig& config, InitialState& out);
+                        const InitializerConfig& config, InitialState& out, bool may_rest = true);
 
 }  // namespace facet

@@ -73,9 +73,9 @@ struct Health {
     double imu_chi2 = 0.0;       ///< squared whitened residual per degree of freedom of the newest inertial factor
     double time_offset_s = 0.0;  ///< estimated: image stamps plus this are the IMU's time
     double time_offset_sigma_s = 0.0;  ///< 0 if it is not estimated
-    std::uint32_t imu_gaps = 0;        ///< gaps since start
-    std::uint32_t imu_clipped = 0;     ///< samples at the IMU's range since start
-    std::uint32_t imu_dropped = 0;     ///< samples dropped since start: out of order, duplicate, not finite, or full
+    std::uint64_t imu_gaps = 0;        ///< gaps since start
+    std::uint64_t imu_clipped = 0;     ///< samples at the IMU's range since start
+    std::uint64_t imu_dropped = 0;     ///< samples dropped since start: out of order, duplicate, not finite, or full
 };
 
 }  // namespace facet

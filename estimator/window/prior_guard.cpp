@@ -13,6 +13,14 @@ constexpr double kShareStep = 100.0;
 // Information below this is none: a parameter known to 30 km.
 constexpr double kLeastInformation = 1e-9;
 
+/// Adds a share of itself to every element of a matrix's diagonal.
+template <class Matrix>
+void raise_diagonal(double share, Matrix&& h) {
+    for (double& information : h.diagonal()) {
+        information += share * std::max(std::abs(information), kLeastInformation) + kLeastInformation;
+    }
+}
+
 }  // namespace
 
 bool is_plausible(const PriorFactor& prior) {
@@ -27,16 +35,11 @@ Status make_semidefinite(PriorFactor& prior, ReducedSystem& scratch) {
         scratch.reset(prior.keyframes(), prior.globals());
         auto h = scratch.h();
         h.triangularView<Eigen::Lower>() = prior.h();
-        for (int i = 0; i < prior.dim(); ++i) {
-            h(i, i) += share * std::max(std::abs(h(i, i)), kLeastInformation) + kLeastInformation;
-        }
+        raise_diagonal(share, h);
         Eigen::Ref<Eigen::MatrixXd> in_place(h);
         const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> llt(in_place);
         if (llt.info() == Eigen::Success) {
-            for (int i = 0; i < prior.dim(); ++i) {
-                double& information = prior.h()(i, i);
-                information += share * std::max(std::abs(information), kLeastInformation) + kLeastInformation;
-            }
+            raise_diagonal(share, prior.h());
             return Status::kOk;
         }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A vehicle at rest before a textured wall: images and inertial samples for tests of the whole estimator.
+// A vehicle at rest, or gliding along, before a textured wall: images and inertial samples for the whole estimator.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -16,7 +16,7 @@ namespace facet::test {
 class StillVehicle {
 public:
     explicit StillVehicle(double imu_rate_hz = 200.0)
-        : imu_step_s_(1.0 / imu_rate_hz), picture_(752U * 480U), right_(752U * 480U), dark_(752U * 480U, 0) {
+        : imu_step_s_(1.0 / imu_rate_hz), picture_(kStride * 480U), dark_(752U * 480U, 0) {
         std::mt19937 generator(3);
         // Blocks of 8 px of random grey: corners everywhere.
         std::vector<std::uint8_t> blocks(94U * 60U);
@@ -24,9 +24,8 @@ public:
             b = static_cast<std::uint8_t>(generator() % 200U + 20U);
         }
         for (std::size_t v = 0; v < 480; ++v) {
-            for (std::size_t u = 0; u < 752; ++u) {
-                picture_[v * 752 + u] = blocks[(v / 8) * 94 + u / 8];
-                right_[v * 752 + u] = blocks[(v / 8) * 94 + ((u + kDisparity_px) % 752) / 8];
+            for (std::size_t u = 0; u < kStride; ++u) {  // twice the wall, and what the right camera sees beyond
+                picture_[v * kStride + u] = blocks[(v / 8) * 94 + (u % 752) / 8];
             }
         }
         rig = make_rig();
@@ -39,17 +38,28 @@ public:
         }
     }
     StereoFrame frame(double t, bool dark = false) const {
-        const ImageView left{(dark ? dark_ : picture_).data(), 752, 480, 752};
-        const ImageView right{(dark ? dark_ : right_).data(), 752, 480, 752};
-        return {at(t), left, right};
+        if (dark) {
+            const ImageView black{dark_.data(), 752, 480, 752};
+            return {at(t), black, black};
+        }
+        return moved_frame(t, 0);
+    }
+    /// After a way to the cameras' right along the wall. @param shift_px  by which the picture has moved, >= 0
+    StereoFrame moved_frame(double t, int shift_px) const {
+        const std::uint8_t* begin = picture_.data() + shift_px % 752;
+        return {at(t), {begin, 752, 480, kStride}, {begin + kDisparity_px, 752, 480, kStride}};
+    }
+    /// The way that moves the picture by a pixel, in the body frame.
+    Eigen::Vector3d way_of_pixel_B() const {
+        return rig.T_B_C0.q * Eigen::Vector3d(rig.baseline_m() / kDisparity_px, 0.0, 0.0);
     }
     StereoRig rig;
 
 private:
-    static constexpr std::size_t kDisparity_px = 16;
+    static constexpr int kDisparity_px = 16;
+    static constexpr int kStride = 2 * 752 + kDisparity_px;
     double imu_step_s_;
     std::vector<std::uint8_t> picture_;
-    std::vector<std::uint8_t> right_;
     std::vector<std::uint8_t> dark_;
 };
 

@@ -31,6 +31,9 @@ public:
     std::vector<PointSighting> sightings;
 };
 
+/// The time offset that is found may ask for samples beyond a frame's stamp; a frame is offered once.
+constexpr Duration kFrameDelay = Duration::from_seconds(0.02);
+
 AslOptions log_options(const RecordingOptions& options) {
     AslOptions log = log_options_of(options.calibration);
     log.frame_delay = kFrameDelay;

@@ -31,8 +31,8 @@ Eigen::Vector3d normal_vector(double sigma, RandomStream& random) {
 
 }  // namespace
 
-FaultInjector::FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, Timestamp begin, Duration frame_delay)
-    : faults_(std::move(faults)), hits_(faults_.size(), 0), noise_(noise), begin_(begin), frame_delay_(frame_delay) {
+FaultInjector::FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, Timestamp begin)
+    : faults_(std::move(faults)), hits_(faults_.size(), 0), noise_(noise), begin_(begin) {
     for (std::size_t i = 0; i < faults_.size(); ++i) {
         if (faults_[i].kind == FaultKind::kVibration) {
             const VibrationKind kind = faults_[i].values[0] == 0.0 ? VibrationKind::kIdle : VibrationKind::kFlight;
@@ -204,7 +204,7 @@ void FaultInjector::add(const StereoFrame& frame) {
 
 void FaultInjector::release(Timestamp log_now) {
     const auto is_due = [&](const OwnedFrame& frame) {
-        return (has_imu_ && frame.stamp + frame_delay_ <= newest_imu_) || log_now - frame.log_stamp > kMaxWait;
+        return (has_imu_ && frame.stamp <= newest_imu_) || log_now - frame.log_stamp > kMaxWait;
     };
     while (!waiting_.empty() && is_due(waiting_.front())) {
         out_.emplace_back(std::move(waiting_.front()));

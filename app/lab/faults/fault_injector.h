@@ -47,10 +47,9 @@ public:
     using Delivery = std::variant<ImuSample, OwnedFrame>;
     static constexpr Duration kMaxWait{1'000'000'000};
 
-    /// @param noise        calibrated densities, for imu_noise
-    /// @param begin        instant from which the faults' times count
-    /// @param frame_delay  frames come out when inertial samples are this far past their stamp
-    FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, Timestamp begin, Duration frame_delay = {});
+    /// @param noise  calibrated densities, for imu_noise
+    /// @param begin  instant from which the faults' times count
+    FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, Timestamp begin);
 
     void add(const ImuSample& sample);
     void add(const StereoFrame& frame);
@@ -86,7 +85,6 @@ private:
     std::map<std::size_t, ImuScale> scales_;            ///< errors, by fault
     ImuNoise noise_;
     Timestamp begin_;
-    Duration frame_delay_;
     std::uint64_t imu_count_ = 0;
     std::uint64_t frame_count_ = 0;
     bool has_imu_ = false;

@@ -97,13 +97,13 @@ RecorderLimits Replay::limits(const ReplayOptions& options) {
 
 void Replay::open_log() {
     AslOptions log_options = log_options_of(options_.calibration);
-    log_options.frame_delay = kFrameDelay;
     log_options.loops = options_.loops;
     log_options.start = Duration::from_seconds(options_.start_s);
     if (options_.duration_s.has_value()) {
         log_options.length = Duration::from_seconds(*options_.duration_s);
     }
     std::string error;
+    const std::size_t rows_skipped = summary_.rows_skipped;
     log_.emplace();
     if (!ok(log_->open(
             options_.dataset, log_options, [this](const AslWarning& w) { warn(w); }, error))) {
@@ -112,22 +112,21 @@ void Replay::open_log() {
     if (log_->frame_count() == 0) {
         throw InputError(fmt::format("{}: no frame between --start and its --duration", options_.dataset));
     }
-    summary_.frames_listed += log_->frame_count();
+    // A left row that was skipped is a frame all the same; the right view may have made one of it already.
+    const std::size_t skipped = summary_.rows_skipped - rows_skipped;
+    summary_.frames_listed += log_->frame_count() + skipped - std::min(skipped, log_->right_only_count());
     const std::vector<Fault> faults = faults_of_samples(options_.faults);
     if (!faults.empty()) {
-        injector_.emplace(faults, options_.calibration.noise, log_->log_begin() + pass_shift_ + log_options.start,
-                          kFrameDelay);
+        injector_.emplace(faults, options_.calibration.noise, log_->log_begin() + pass_shift_ + log_options.start);
     }
 }
 
-/// Rows of images that are skipped are frames all the same.
 void Replay::warn(const AslWarning& warning) {
     const bool is_row_skipped = warning.kind == AslWarningKind::kMalformedRow ||
                                 warning.kind == AslWarningKind::kOutOfOrder ||
                                 warning.kind == AslWarningKind::kDuplicate;
     if (is_row_skipped && warning.file.ends_with("cam0/data.csv")) {
         ++summary_.rows_skipped;
-        ++summary_.frames_listed;
     }
     recorder_.warn(to_string(warning.kind), warning.text());
 }
@@ -139,7 +138,7 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
         return false;
     }
     if (carried_) {
-        carried_->correct(result_, pipeline_.belief());
+        carried_->correct(result_.status, result_.estimate, pipeline_.belief());
     }
     recorder_.write(result_, pipeline_.departed());
     return true;
@@ -161,10 +160,13 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
 void Replay::feed(const ImuSample& sample) {
     pipeline_.add_imu(sample);
     newest_fed_ = sample.stamp;
-    if (Estimate estimate; carried_ && carried_->add_imu(sample, estimate)) {
-        recorder_.write_carried(estimate);
+    if (carried_ && carried_->add_imu(sample) && is_usable(carried_->health().state)) {
+        recorder_.write_carried(carried_->estimate());
     }
     if (pipeline_.take_carried(result_)) {
+        if (carried_) {
+            carried_->correct(result_.status, result_.estimate, pipeline_.belief());
+        }
         recorder_.write(result_, {});
     }
     while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {

@@ -49,7 +49,8 @@ TEST_CASE("the SPI example is a whole vehicle") {
     const Vehicle v = load_vehicle(dir.write("vehicle.yaml", example("vehicle_spi.yaml")));
     CHECK(v.config.regularity.mode == RegularityMode::kSpr);
     CHECK(v.config.imu_noise.rate_hz == 200.0);
-    CHECK(v.frame_delay == Duration::from_seconds(0.02));
+    CHECK(v.odometry.rate_hz == 50.0);
+    CHECK(v.odometry.smoothing_s == 0.0);
     CHECK_FALSE(v.cameras.side_by_side);
     CHECK(v.cameras.left.capture.device == "/dev/video0");
     CHECK(v.cameras.right.capture.device == "/dev/video1");

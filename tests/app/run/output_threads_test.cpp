@@ -21,6 +21,9 @@ FrameResult frame_in(TrackingState state, int k) {
     return frame;
 }
 
+/// A pose a frame.
+const VehicleOdometry kByFrame{0.0, 0.0};
+
 class RecordingSink final : public OdometrySink {
 public:
     Status answer = Status::kOk;
@@ -31,34 +34,6 @@ public:
     }
 };
 
-TEST_CASE("odometry has the consumer's order of the covariance, rates without bias, and quality") {
-    Estimate estimate;
-    for (int i = 0; i < 9; ++i) {
-        for (int j = 0; j < 9; ++j) {
-            estimate.covariance(i, j) = 10 * i + j;
-        }
-    }
-    estimate.state.bias.gyro = {0.1, 0.0, 0.0};
-    estimate.health.state = TrackingState::kTracking;
-    estimate.health.quality = 70;
-    estimate.health.reset_counter = 258;
-    ImuNoise noise;
-    noise.gyro_noise_rad_per_s_per_sqrt_hz = 1e-3;
-    noise.rate_hz = 200.0;
-    const Odometry o = to_odometry(estimate, {0.3, 0.2, 0.1}, noise);
-    CHECK(o.pose_covariance(0, 0) == 33.0);  // p p
-    CHECK(o.pose_covariance(0, 3) == 30.0);  // p theta
-    CHECK(o.pose_covariance(4, 1) == 14.0);  // theta p
-    CHECK(o.pose_covariance(5, 5) == 22.0);  // theta theta
-    CHECK(o.v_covariance(1, 2) == 78.0);
-    CHECK(o.w_B.x() == Approx(0.2));
-    CHECK(o.w_covariance(2, 2) == Approx(2e-4));
-    CHECK(o.quality == 70);
-    CHECK(o.reset_counter == 2);
-    estimate.health.state = TrackingState::kLost;
-    CHECK(to_odometry(estimate, {0, 0, 0}, noise).quality == -1);
-}
-
 TEST_CASE("poses reach the sinks and frames the files, however early the stop comes") {
     const test::TempDir dir;
     const ManualClock clock({3'000'000'000});
@@ -66,15 +41,15 @@ TEST_CASE("poses reach the sinks and frames the files, however early the stop co
     recorder.open();
     RecordingSink sink;
     EventQueue events;
-    auto output = std::make_unique<OutputThreads>(clock, ImuNoise{}, std::vector<OdometrySink*>{&sink}, recorder,
-                                                  std::vector<EventQueue*>{&events}, 3);
+    auto output = std::make_unique<OutputThreads>(clock, ProgramConfig{}, kByFrame, std::vector<OdometrySink*>{&sink},
+                                                  recorder, std::vector<EventQueue*>{&events}, 3);
     (void)events.push(RunEvent::make("source_failed", "imu: {}", "gone"));
     output->on_report({SyncFault::kGap, SyncCamera::kLeft, {5}, 2});
-    output->on_frame(frame_in(TrackingState::kInit, 0), {}, Eigen::Vector3d::Zero());
+    output->on_frame(frame_in(TrackingState::kInit, 0), {}, Belief{}, Eigen::Vector3d::Zero());
     for (int k = 1; k <= 5; ++k) {
-        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Eigen::Vector3d::Zero());
+        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Belief{}, Eigen::Vector3d::Zero());
     }
-    output->on_frame(frame_in(TrackingState::kLost, 6), {}, Eigen::Vector3d::Zero());
+    output->on_frame(frame_in(TrackingState::kLost, 6), {}, Belief{}, Eigen::Vector3d::Zero());
     const std::atomic<bool> stopping{true};
     std::thread sender([&] { output->send_poses(stopping); });
     std::thread writer([&] { output->write_files(stopping); });
@@ -101,13 +76,51 @@ TEST_CASE("poses reach the sinks and frames the files, however early the stop co
 TEST_CASE("when nobody takes them, poses and frames are dropped and counted, and never wait") {
     const ManualClock clock;
     FrameRecorder recorder("");
-    auto output = std::make_unique<OutputThreads>(clock, ImuNoise{}, std::vector<OdometrySink*>{}, recorder,
-                                                  std::vector<EventQueue*>{}, 10);
+    auto output = std::make_unique<OutputThreads>(clock, ProgramConfig{}, kByFrame, std::vector<OdometrySink*>{},
+                                                  recorder, std::vector<EventQueue*>{}, 10);
     for (int k = 0; k < 100; ++k) {
-        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Eigen::Vector3d::Zero());
+        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Belief{}, Eigen::Vector3d::Zero());
     }
-    CHECK(output->counters().poses_dropped == 68);
+    for (int k = 0; k < 1030; ++k) {
+        output->on_sample({{k * 5'000'000LL}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+    }
+    CHECK(output->counters().poses_dropped == 68 + 6);
     CHECK(output->counters().frames_dropped == 36);
+}
+
+TEST_CASE("between frames the newest estimate goes on with the inertial samples; latency is counted once a frame") {
+    const ManualClock clock({3'000'000'000});
+    FrameRecorder recorder("");
+    RecordingSink sink;
+    auto output =
+        std::make_unique<OutputThreads>(clock, ProgramConfig{}, VehicleOdometry{200.0, 0.0},
+                                        std::vector<OdometrySink*>{&sink}, recorder, std::vector<EventQueue*>{}, 10);
+    const auto imu = [&](std::int64_t from_ms, std::int64_t to_ms) {
+        for (std::int64_t ms = from_ms; ms <= to_ms; ms += 5) {
+            output->on_sample({{ms * 1'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+        }
+    };
+    const std::atomic<bool> stopping{true};
+    for (int k = 0; k < 2; ++k) {
+        imu(1000 + 50 * k, 1045 + 50 * k);
+        const FrameResult frame = frame_in(TrackingState::kTracking, k);
+        Belief belief;
+        belief.stamp = frame.frame_stamp;
+        belief.state.p_W_B.x() = k;
+        output->on_frame(frame, {}, belief, Eigen::Vector3d::Zero());
+        output->send_poses(stopping);
+    }
+    imu(1100, 1100);
+    output->send_poses(stopping);
+    REQUIRE(sink.sent.size() == 11);
+    for (std::size_t i = 0; i < sink.sent.size(); ++i) {
+        CHECK(sink.sent[i].stamp == Timestamp{(1050 + 5 * static_cast<std::int64_t>(i)) * 1'000'000});
+        CHECK(sink.sent[i].p_W_B.x() == Approx(i < 10 ? 0.0 : 1.0));
+    }
+    CHECK(output->counters().poses_sent == 11);
+    REQUIRE(output->latencies_ms().size() == 2);
+    CHECK(output->latencies_ms()[0] == Approx(2000.0));
+    CHECK(output->latencies_ms()[1] == Approx(1950.0));
 }
 
 TEST_CASE("a full disc ends the writing, not the run") {
@@ -121,10 +134,10 @@ TEST_CASE("a full disc ends the writing, not the run") {
     recorder.open();
     RecordingSink sink;
     sink.answer = Status::kIo;
-    auto output = std::make_unique<OutputThreads>(clock, ImuNoise{}, std::vector<OdometrySink*>{&sink}, recorder,
-                                                  std::vector<EventQueue*>{}, 10);
+    auto output = std::make_unique<OutputThreads>(clock, ProgramConfig{}, kByFrame, std::vector<OdometrySink*>{&sink},
+                                                  recorder, std::vector<EventQueue*>{}, 10);
     for (int k = 0; k < 5; ++k) {
-        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Eigen::Vector3d::Zero());
+        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Belief{}, Eigen::Vector3d::Zero());
     }
     const std::atomic<bool> stopping{true};
     output->write_files(stopping);

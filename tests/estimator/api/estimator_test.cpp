@@ -12,7 +12,7 @@
 using namespace facet;
 using facet::test::StillVehicle;
 
-TEST_CASE("a still vehicle is tracked from the first frame and stays where it is", "[estimator]") {
+TEST_CASE("a still vehicle is tracked as soon as a second image confirms it, and stays where it is", "[estimator]") {
     const StillVehicle vehicle;
     Estimator estimator;
     REQUIRE(ok(estimator.configure({}, vehicle.rig)));
@@ -21,7 +21,7 @@ TEST_CASE("a still vehicle is tracked from the first frame and stays where it is
     double time_offset_s = 0.0;
     for (double t = 0.5; t < 3.9; t += 0.05) {
         REQUIRE(ok(estimator.add_frame(vehicle.frame(t), estimate)));
-        CHECK(estimate.health.state == TrackingState::kTracking);
+        CHECK(estimate.health.state == (t < 0.51 ? TrackingState::kInit : TrackingState::kTracking));
         CHECK(estimate.stamp == test::at(t) + Duration::from_seconds(time_offset_s));
         time_offset_s = estimate.health.time_offset_s;
         CHECK(std::abs(time_offset_s) < 1e-6);  // nothing moves, so nothing tells the offset
@@ -56,7 +56,32 @@ TEST_CASE("too little inertial data before the first frame means INIT, not an er
     REQUIRE(ok(estimator.add_frame(vehicle.frame(0.02), estimate)));
     CHECK(estimate.health.state == TrackingState::kInit);
     REQUIRE(ok(estimator.add_frame(vehicle.frame(0.5), estimate)));
+    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.55), estimate)));
     CHECK(estimate.health.state == TrackingState::kTracking);
+}
+
+TEST_CASE("a glide at constant speed, which the IMU takes for rest, starts as the motion that it is", "[estimator]") {
+    const int step_px = GENERATE(1, 4, 8);  // 0.14 to 1.1 m/s
+    CAPTURE(step_px);
+    const StillVehicle vehicle;
+    Estimator estimator;
+    REQUIRE(ok(estimator.configure({}, vehicle.rig)));
+    vehicle.feed_imu(estimator, 0.0, 3.1);
+    const Eigen::Vector3d v_W = 20.0 * step_px * vehicle.way_of_pixel_B();  // begins level, its yaw zero
+    Estimate estimate;
+    double tracking_after_s = INFINITY;
+    for (int k = 0; k < 50; ++k) {
+        REQUIRE(ok(estimator.add_frame(vehicle.moved_frame(0.5 + 0.05 * k, step_px * k), estimate)));
+        if (estimate.health.state == TrackingState::kTracking || estimate.health.state == TrackingState::kDegraded) {
+            tracking_after_s = std::min(tracking_after_s, 0.05 * k);
+            const Eigen::Vector3d error = estimate.state.v_W_B - v_W;
+            const double sigma = std::sqrt(estimate.covariance.diagonal().segment<3>(6).sum());
+            CHECK(error.norm() < 3.0 * sigma + 0.02);
+        }
+    }
+    CHECK(tracking_after_s < 1.0);
+    CHECK(estimate.health.reset_counter == 0);
+    CHECK((estimate.state.v_W_B - v_W).norm() < 0.05);
 }
 
 TEST_CASE("bad inertial samples are dropped and counted", "[estimator]") {
@@ -115,7 +140,8 @@ TEST_CASE("a second of darkness is bridged: landmarks are found again, nothing i
         const double t = 0.5 + 0.05 * k;
         const bool dark = k >= 40 && k < 60;
         REQUIRE(ok(estimator.add_frame(vehicle.frame(t, dark), estimate)));
-        CHECK(estimate.health.state == (dark ? TrackingState::kDegraded : TrackingState::kTracking));
+        const TrackingState seen = k == 0 ? TrackingState::kInit : TrackingState::kTracking;
+        CHECK(estimate.health.state == (dark ? TrackingState::kDegraded : seen));
         recalled += estimate.health.recalled;
     }
     CHECK(recalled > 100);
@@ -148,13 +174,14 @@ TEST_CASE("a wrong image size is refused, the estimate goes on by inertial data"
     vehicle.feed_imu(estimator, 0.0, 2.0);
     Estimate estimate;
     REQUIRE(ok(estimator.add_frame(vehicle.frame(0.5), estimate)));
-    StereoFrame small = vehicle.frame(0.55);
+    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.55), estimate)));
+    StereoFrame small = vehicle.frame(0.6);
     small.left.width = 640;
     CHECK(estimator.add_frame(small, estimate) == Status::kInvalidArgument);
     CHECK(estimate.stamp == small.stamp);
     CHECK((estimate.health.reasons & kReasonImageRejected) != 0U);
     CHECK(estimate.health.state == TrackingState::kDegraded);
-    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.6), estimate)));
+    REQUIRE(ok(estimator.add_frame(vehicle.frame(0.65), estimate)));
     CHECK(estimate.health.state == TrackingState::kTracking);
 }
 

@@ -395,4 +395,19 @@ TEST_CASE("runs without a good sample before them, and longer than the ring") {
     CHECK(pre.covariance().allFinite());
 }
 
+TEST_CASE("counts of samples go on beyond 32 bits: three weeks at 2 kHz") {
+    ImuBufferCounters counters;
+    counters.accepted = counters.overwritten = 0xffffffffU;
+    ++counters.accepted;
+    CHECK(counters.accepted > counters.overwritten);
+    counters.gaps = counters.out_of_order = counters.clipped_gyro = 0xffffffffU;
+    ++counters.gaps;
+    counters.not_finite = counters.clipped_accel = 2;
+    Health health;
+    counters.report(health);
+    CHECK(health.imu_gaps == 0x100000000U);
+    CHECK(health.imu_dropped == 0x100000001U);
+    CHECK(health.imu_clipped == 0x100000001U);
+}
+
 }  // namespace facet

@@ -36,12 +36,12 @@ void drain(FaultInjector& injector, Output& output) {
 std::uint8_t pixel_of(int frame, int camera) { return static_cast<std::uint8_t>(40 + frame + 100 * camera); }
 
 /// A log of `frames` frames with inertial samples from one frame step before to one after, as AslDataset gives it.
-Output inject(const std::vector<std::string>& specs, int frames = 100, Duration frame_delay = {}) {
+Output inject(const std::vector<std::string>& specs, int frames = 100) {
     std::vector<Fault> faults;
     for (const std::string& spec : specs) {
         faults.push_back(parse_fault(spec));
     }
-    FaultInjector injector(faults, ImuNoise{}, {kBegin}, frame_delay);
+    FaultInjector injector(faults, ImuNoise{}, {kBegin});
     Output output;
     for (int i = -10; i <= 10 * frames; ++i) {
         injector.add(ImuSample{.stamp = {kBegin + i * kImuStep}, .w_B = {0.0, 0.0, 0.1}, .a_B = {0.0, 0.0, 9.81}});
@@ -187,16 +187,6 @@ TEST_CASE("offset images are told and filed under shifted stamps, and wait for i
     }
     const Output early = inject({"time_offset=-0.012"});
     CHECK((early.frames[0].stamp - early.frames[0].log_stamp).ns == -12'000'000);
-}
-
-TEST_CASE("frames wait as long as the estimator wants them to") {
-    const Output output = inject({"time_offset=0.012"}, 100, Duration::from_seconds(0.02));
-    REQUIRE(output.frames.size() == 100);
-    for (std::size_t k = 0; k + 1 < output.frames.size(); ++k) {
-        const Timestamp wanted = output.frames[k].stamp + Duration::from_seconds(0.02);
-        CHECK(output.imu[output.imu_before_frame[k] - 1].stamp >= wanted);
-        CHECK(output.imu[output.imu_before_frame[k] - 2].stamp < wanted);
-    }
 }
 
 TEST_CASE("a jump of the clock moves all stamps, but not those of the files") {
