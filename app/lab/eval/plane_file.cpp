@@ -86,7 +86,7 @@ private:
     }
 
     Eigen::Vector3d unit_vector(const char* member) const {
-        const Eigen::Vector3d v = vector(member);
+        Eigen::Vector3d v = vector(member);
         if (!(std::abs(v.norm() - 1.0) < kUnitTolerance)) {
             fail(fmt::format("has a \"{}\" that is not a unit vector", member));
         }
