@@ -195,7 +195,8 @@ void add_eval_command(CLI::App& app, int& exit_code) {
         "5 m to the mesh (completeness), aligned by the trajectory and by ICP.\n"
         "Planes: found ones that are of a true plane (precision), and true level or upright ones, of which 1 m^2 was "
         "in\n"
-        "view from nearer than 5 m for 2 s, that were found (recall).\n"
+        "view from nearer than 5 m for 2 s, that were found (recall). Strictly: within 2 degrees and 3 cm, with true\n"
+        "surface under half of the plane's area; duplicates are wrong; all true planes of 0.5 m^2 seen are asked for.\n"
         "Exit codes: 0 done; 1 no estimate matches the ground truth; 2 bad usage or input.");
     command->callback([args, &exit_code] { exit_code = run_guarded([&] { return evaluate_files(*args); }); });
 }

@@ -91,7 +91,7 @@ void add_sim_command(CLI::App& app, int& exit_code) {
                     fmt::format("What to fly through: {}", fmt::join(sim::scene_names(), ", ")))
         ->capture_default_str();
     sub->add_option("--out", options->out, "Folder to write: mav0/ (EuRoC/ASL) and truth/")->required();
-    sub->add_option("--seed", options->seed, "Flight and noise; equal seeds give equal bytes")
+    sub->add_option("--seed", options->seed, "Flight, noise and the plan of a building; equal seeds give equal bytes")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     sub->add_option("--duration", options->duration_s, "Seconds from first to last image, standing included")

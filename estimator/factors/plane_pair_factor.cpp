@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-void weigh(const Eigen::Vector2d& r, double sigma_rad, const HuberLoss& loss, PlanePairLinearization& out) {
+void weigh(const Eigen::Vector2d& r, double sigma_rad, const CauchyLoss& loss, PlanePairLinearization& out) {
     const double s = r.squaredNorm() / (sigma_rad * sigma_rad);
     const double scale = std::sqrt(loss.weight(s)) / sigma_rad;
     out.cost = loss.cost(s);
@@ -17,7 +17,7 @@ void weigh(const Eigen::Vector2d& r, double sigma_rad, const HuberLoss& loss, Pl
 
 }  // namespace
 
-void linearize_parallel(const PlaneSide& a, const PlaneSide& b, double sigma_rad, const HuberLoss& loss,
+void linearize_parallel(const PlaneSide& a, const PlaneSide& b, double sigma_rad, const CauchyLoss& loss,
                         PlanePairLinearization& out) {
     const Eigen::Matrix<double, 3, 2> basis = a.plane->q_W_P.toRotationMatrix().leftCols<2>();
     const Eigen::Matrix3d R_lin = a.plane_lin->q_W_P.toRotationMatrix();
@@ -29,7 +29,7 @@ void linearize_parallel(const PlaneSide& a, const PlaneSide& b, double sigma_rad
     weigh(basis.transpose() * b.plane->normal_W(), sigma_rad, loss, out);
 }
 
-void linearize_orthogonal(const PlaneSide& a, const PlaneSide& b, double sigma_rad, const HuberLoss& loss,
+void linearize_orthogonal(const PlaneSide& a, const PlaneSide& b, double sigma_rad, const CauchyLoss& loss,
                           PlanePairLinearization& out) {
     out.d_r_d_a.setZero();
     out.d_r_d_b.setZero();

@@ -25,11 +25,11 @@ struct PlaneSide {
 };
 
 /// Parallel or opposite normals: r = [a_x . n_b, a_y . n_b] / sigma, a_x and a_y the basis of a's tangent space.
-void linearize_parallel(const PlaneSide& a, const PlaneSide& b, double sigma_rad, const HuberLoss& loss,
+void linearize_parallel(const PlaneSide& a, const PlaneSide& b, double sigma_rad, const CauchyLoss& loss,
                         PlanePairLinearization& out);
 
 /// Orthogonal normals: r = n_a . n_b / sigma.
-void linearize_orthogonal(const PlaneSide& a, const PlaneSide& b, double sigma_rad, const HuberLoss& loss,
+void linearize_orthogonal(const PlaneSide& a, const PlaneSide& b, double sigma_rad, const CauchyLoss& loss,
                           PlanePairLinearization& out);
 
 }  // namespace facet

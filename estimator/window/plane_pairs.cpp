@@ -11,7 +11,6 @@ namespace facet {
 namespace {
 
 constexpr double kStay = 1.5;  // a pair's gate, once it is one
-constexpr double kHuber = 1.5;
 
 /// A side that stays fixed: its normal points up.
 const Plane& vertical() {
@@ -72,12 +71,13 @@ double add_plane_pairs(const WindowPlanes& planes, const PlanePairs& pairs, cons
                        int first_row, ReducedSystem& system) {
     double cost = 0.0;
     const double sigma_rad = config.pair_sigma_deg * kRadPerDeg;
+    const CauchyLoss loss{config.pair_threshold};
     auto h = system.h();
     auto g = system.g();
     for (const PlanePair& pair : pairs) {
         PlanePairLinearization l;
         const auto linearize = pair.is_parallel ? linearize_parallel : linearize_orthogonal;
-        linearize(side(planes, pair.a), side(planes, pair.b), sigma_rad, HuberLoss{kHuber}, l);
+        linearize(side(planes, pair.a), side(planes, pair.b), sigma_rad, loss, l);
         cost += l.cost;
         const int row_a = first_row + kPlaneDim * pair.a;
         const int row_b = first_row + kPlaneDim * pair.b;

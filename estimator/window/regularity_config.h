@@ -40,7 +40,8 @@ struct RegularityConfig {
     double max_plane_chi2 = 1.0;
     bool use_pairs = true;
     bool use_gravity = true;
-    double pair_sigma_deg = 0.15;
+    double pair_sigma_deg = 0.3;
+    double pair_threshold = 1.0;
     double pair_gate_deg = 3.0;
 
     /// The condition between fields that does not hold, as a sentence; empty if all hold.
@@ -71,6 +72,8 @@ inline constexpr auto kRegularityFields = std::to_array<ParameterField<Regularit
     {FACET_FIELD(RegularityConfig, use_gravity), "-", 0, 1, "Constrain floors to be level and walls to be upright."},
     {FACET_FIELD(RegularityConfig, pair_sigma_deg), "deg", 0.01, 10,
      "Standard deviation of the angles of level, upright, parallel and orthogonal planes: how exact buildings are."},
+    {FACET_FIELD(RegularityConfig, pair_threshold), "-", 0.1, 1000,
+     "Threshold of Cauchy's robust loss on these angles, in standard deviations: what is farther off loses weight."},
     {FACET_FIELD(RegularityConfig, pair_gate_deg), "deg", 0.1, 20,
      "Two planes within this angle of parallel or orthogonal are constrained as such."},
 });

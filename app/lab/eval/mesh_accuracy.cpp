@@ -17,6 +17,7 @@ namespace {
 constexpr double kIcpGate = 0.3;  // m: farther samples do not pull
 constexpr int kIcpIterations = 30;
 constexpr std::size_t kIcpSamples = 20000;
+constexpr double kBoxMargin = 0.05;    // m: and this near to its box
 constexpr double kPlaneMargin = 0.02;  // m: true surface this near to a true plane is part of it,
 constexpr double kPlaneTurnDeg = 2.0;  // if turned like it
 
@@ -125,7 +126,8 @@ int plane_at(const std::vector<EvalPlane>& planes, const Eigen::Vector3d& p, con
     double nearest = kPlaneMargin;
     for (std::size_t k = 0; k < planes.size(); ++k) {
         const double off = std::abs(planes[k].normal.dot(p) - planes[k].distance);
-        if (off < nearest && n.dot(planes[k].normal) > least_cosine) {
+        if (off < nearest && n.dot(planes[k].normal) > least_cosine &&
+            planes[k].box.squaredExteriorDistance(p) < kBoxMargin * kBoxMargin) {
             nearest = off;
             best = static_cast<int>(k);
         }

@@ -102,6 +102,10 @@ std::string text_report(const PlaneEvaluation& e) {
             "offset median {:.1f}, p90 {:.1f} cm, {:.1f} % good\n",
             e.told, e.told_right, e.median_angle_deg, e.p90_angle_deg, 100.0 * e.good_angle, 100.0 * e.median_offset_m,
             100.0 * e.p90_offset_m, 100.0 * e.good_offset) +
+        fmt::format(
+            "    strictly {} right: precision {:.3f}; {} of {} true ones found: recall {:.3f}, by area {:.3f}\n",
+            e.strict.right, e.strict.precision(), e.strict.wanted_found, e.strict.wanted, e.strict.recall(),
+            e.strict.area_recall()) +
         "  true plane           in view m^2  for s  keyframes  ids\n";
     for (const TruePlaneResult& t : e.truths) {
         if (t.is_wanted || t.keyframes > 0) {
@@ -152,6 +156,14 @@ std::string json_report(const PlaneEvaluation& e, const std::string& planes) {
         {"wanted", e.wanted},
         {"wanted_found", e.wanted_found},
         {"recall", e.recall()},
+        {"strict",
+         {{"found", e.strict.found},
+          {"right", e.strict.right},
+          {"precision", e.strict.precision()},
+          {"wanted", e.strict.wanted},
+          {"wanted_found", e.strict.wanted_found},
+          {"recall", e.strict.recall()},
+          {"area_recall", e.strict.area_recall()}}},
         {"told", e.told},
         {"told_right", e.told_right},
         {"angle_deg", {{"median", e.median_angle_deg}, {"p90", e.p90_angle_deg}, {"good", e.good_angle}}},

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -18,7 +19,8 @@
 namespace facet {
 namespace {
 
-constexpr std::array kColumns{"stamp_ns", "id", "nx", "ny", "nz", "distance_m", "landmarks", "cx", "cy", "cz"};
+constexpr std::array kColumns{"stamp_ns",  "id",      "nx", "ny", "nz", "distance_m",
+                              "landmarks", "area_m2", "cx", "cy", "cz"};
 
 PlaneRow row_of(const std::array<double, kColumns.size()>& v, Timestamp stamp) {
     PlaneRow row;
@@ -27,7 +29,8 @@ PlaneRow row_of(const std::array<double, kColumns.size()>& v, Timestamp stamp) {
     row.normal = {v[2], v[3], v[4]};
     row.distance = v[5];
     row.landmarks = v[6];
-    row.centroid = {v[7], v[8], v[9]};
+    row.area_m2 = v[7];
+    row.centroid = {v[8], v[9], v[10]};
     return row;
 }
 
@@ -46,24 +49,30 @@ std::vector<std::vector<Eigen::Vector3d>> sample_planes(const SceneTruth& truth,
     return on;
 }
 
-/// Area of a plane in each view.
+/// Area of a plane in each view and in all together.
 TruePlaneResult look_at(const EvalPlane& plane, const std::vector<Eigen::Vector3d>& samples, const SceneTruth& truth,
                         const TriangleTree& tree, const PlaneEvalOptions& options) {
     TruePlaneResult result;
     result.name = plane.name;
     SceneTruth one{{}, {}, truth.camera, {}};
+    std::vector<bool> ever(samples.size(), false);
     for (const Se3& T_W_C0 : truth.T_W_C0) {
         if (plane.normal.dot(T_W_C0.p) < plane.distance) {
             continue;  // seen from behind
         }
         one.T_W_C0 = {T_W_C0};
-        const auto seen = std::count_if(samples.begin(), samples.end(), [&](const Eigen::Vector3d& p) {
-            return was_seen(one, tree, p, options.seen_depth_m);
-        });
-        const double area = static_cast<double>(seen) / options.samples_per_m2;
+        int seen = 0;
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            if (was_seen(one, tree, samples[i], options.seen_depth_m)) {
+                ever[i] = true;
+                ++seen;
+            }
+        }
+        const double area = seen / options.samples_per_m2;
         result.area_m2 = std::max(result.area_m2, area);
         result.seen_s += area >= options.seen_area_m2 ? options.pose_interval_s : 0.0;
     }
+    result.seen_m2 = static_cast<double>(std::count(ever.begin(), ever.end(), true)) / options.samples_per_m2;
     result.is_wanted =
         result.seen_s >= options.seen_s - 1e-9 && is_level_or_upright(plane.normal, options.max_tilt_deg);
     return result;
@@ -87,6 +96,63 @@ PlaneMatch match(const PlaneRow& row, const Se3& T_true_est, const SceneTruth& t
         }
     }
     return best;
+}
+
+/// The true plane that a report matches strictly, the nearest; -1 if none.
+int match_strictly(const PlaneRow& row, const Se3& T_true_est, const SceneTruth& truth,
+                   const std::vector<std::vector<Eigen::Vector3d>>& samples, const PlaneEvalOptions& options) {
+    const Eigen::Vector3d n = T_true_est.q * row.normal;
+    const Eigen::Vector3d c = T_true_est * row.centroid;
+    const double least_cosine = std::cos(options.strict_angle_deg * kRadPerDeg);
+    const double disc_m2 = std::max(row.area_m2, options.strict_seen_m2);
+    const double squared_radius = disc_m2 / std::numbers::pi;
+    int best = -1;
+    double nearest = options.strict_offset_m;
+    for (std::size_t k = 0; k < truth.planes.size(); ++k) {
+        const double offset = std::abs(truth.planes[k].normal.dot(c) - truth.planes[k].distance);
+        if (offset > nearest || n.dot(truth.planes[k].normal) < least_cosine) {
+            continue;
+        }
+        const auto under = std::count_if(samples[k].begin(), samples[k].end(), [&](const Eigen::Vector3d& p) {
+            return (p - c).squaredNorm() < squared_radius;
+        });
+        if (static_cast<double>(under) > options.strict_overlap * disc_m2 * options.samples_per_m2) {
+            nearest = offset;
+            best = static_cast<int>(k);
+        }
+    }
+    return best;
+}
+
+/// @param matches  of each found plane: how often each true plane was matched strictly, -1 for none
+StrictPlanes judge_strictly(const std::map<std::uint32_t, std::map<int, int>>& matches,
+                            const std::vector<TruePlaneResult>& truths, const PlaneEvalOptions& options) {
+    std::set<int> owned;
+    for (const auto& [id, counts] : matches) {
+        int total = 0;
+        for (const auto& [plane, count] : counts) {
+            total += count;
+        }
+        const auto most = std::max_element(counts.begin(), counts.end(),
+                                           [](const auto& a, const auto& b) { return a.second < b.second; });
+        if (most->first >= 0 && 2 * most->second > total) {
+            owned.insert(most->first);
+        }
+    }
+    StrictPlanes strict;
+    strict.found = static_cast<int>(matches.size());
+    strict.right = static_cast<int>(owned.size());
+    for (std::size_t k = 0; k < truths.size(); ++k) {
+        if (truths[k].seen_m2 < options.strict_seen_m2) {
+            continue;
+        }
+        const bool is_found = owned.count(static_cast<int>(k)) > 0;
+        ++strict.wanted;
+        strict.wanted_m2 += truths[k].seen_m2;
+        strict.wanted_found += is_found ? 1 : 0;
+        strict.found_m2 += is_found ? truths[k].seen_m2 : 0.0;
+    }
+    return strict;
 }
 
 double share_within(const std::vector<double>& values, double limit) {
@@ -135,12 +201,14 @@ PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const SceneTr
     const std::vector<std::vector<Eigen::Vector3d>> samples = sample_planes(truth, options);
     std::map<std::uint32_t, FoundPlaneResult> found;
     std::map<std::uint32_t, double> most;
+    std::map<std::uint32_t, std::map<int, int>> strict_matches;
     std::map<int, std::set<std::uint32_t>> ids_of;
     std::map<int, std::set<std::int64_t>> stamps_of;
     std::vector<double> angles;
     std::vector<double> offsets;
     for (const PlaneRow& row : rows) {
         const PlaneMatch m = match(row, T_true_est, truth, samples, options);
+        ++strict_matches[row.id][match_strictly(row, T_true_est, truth, samples, options)];
         FoundPlaneResult& plane = found[row.id];
         plane.id = row.id;
         ++plane.keyframes;
@@ -170,6 +238,7 @@ PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const SceneTr
         result.wanted_found += t.is_wanted && t.keyframes > 0 ? 1 : 0;
         result.truths.push_back(t);
     }
+    result.strict = judge_strictly(strict_matches, result.truths, options);
     result.told = rows.size();
     result.told_right = angles.size();
     result.good_angle = share_within(angles, options.good_angle_deg);

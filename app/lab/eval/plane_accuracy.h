@@ -17,6 +17,7 @@ struct PlaneRow {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
     double distance = 0.0;  ///< (m)
     double landmarks = 0.0;
+    double area_m2 = 0.0;                                ///< of its faces
     Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< of its landmarks (m)
 };
 
@@ -38,6 +39,11 @@ struct PlaneEvalOptions {
     // A match is good in angle or offset within these.
     double good_angle_deg = 1.0;
     double good_offset_m = 0.03;
+    // Strict matching: also of this size, and with true surface under so much of a disc of the estimate's area.
+    double strict_angle_deg = 2.0;
+    double strict_offset_m = 0.03;
+    double strict_overlap = 0.5;
+    double strict_seen_m2 = 0.5;  ///< a true plane of any tilt is wanted from so much seen surface on
 };
 
 /// The true plane that an estimate matches, and how far it is off.
@@ -51,6 +57,7 @@ struct TruePlaneResult {
     std::string name;
     double area_m2 = 0.0;  ///< most seen in one view
     double seen_s = 0.0;   ///< with at least PlaneEvalOptions::seen_area_m2 in view
+    double seen_m2 = 0.0;  ///< in all views together
     bool is_wanted = false;
     int keyframes = 0;  ///< at which an estimate that matches it was reported
     int ids = 0;        ///< different ids among these estimates
@@ -61,6 +68,20 @@ struct FoundPlaneResult {
     int keyframes = 0;
     int right = 0;    ///< of these, with a match
     PlaneMatch last;  ///< when last reported with more than half of the most landmarks it had had until then
+};
+
+/// Planes judged strictly: a found plane is of a true one if it matches it strictly at more than half of its keyframes,
+/// and all but one of several that are of the same true plane are wrong.
+struct StrictPlanes {
+    int found = 0;
+    int right = 0;
+    int wanted = 0;
+    int wanted_found = 0;
+    double wanted_m2 = 0.0;  ///< seen area of the true planes wanted,
+    double found_m2 = 0.0;   ///< and of those found
+    double precision() const { return found > 0 ? static_cast<double>(right) / found : 0.0; }
+    double recall() const { return wanted > 0 ? static_cast<double>(wanted_found) / wanted : 0.0; }
+    double area_recall() const { return wanted_m2 > 0.0 ? found_m2 / wanted_m2 : 0.0; }
 };
 
 /// Recall counts true planes, precision the planes found; `told` counts reports, one for every keyframe and plane.
@@ -78,6 +99,7 @@ struct PlaneEvaluation {
     double p90_offset_m = 0.0;
     double good_angle = 0.0;   ///< share of the reports with a match that are within good_angle_deg
     double good_offset = 0.0;  ///< likewise within good_offset_m
+    StrictPlanes strict;
     double precision() const { return found.empty() ? 0.0 : right / static_cast<double>(found.size()); }
     double recall() const { return wanted > 0 ? static_cast<double>(wanted_found) / wanted : 0.0; }
 };

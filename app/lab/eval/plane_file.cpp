@@ -16,6 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kUnitTolerance = 1e-3;
+constexpr double kFar_m = 1e9;
 
 /// One entry of the array; its errors name it.
 class PlaneEntry {
@@ -33,6 +34,9 @@ public:
         plane.normal = unit_vector("normal");
         plane.distance = number(distance);
         plane.seen_m2 = json_.contains("seen_area") ? number("seen_area") : 0.0;
+        if (json_.contains("min") && json_.contains("max")) {
+            plane.box = {vector("min"), vector("max")};
+        }
         return plane;
     }
 
@@ -65,7 +69,7 @@ private:
         return at->get<double>();
     }
 
-    Eigen::Vector3d unit_vector(const char* member) const {
+    Eigen::Vector3d vector(const char* member) const {
         const auto at = json_.find(member);
         if (at == json_.end() || !at->is_array() || at->size() != 3) {
             fail(fmt::format("has no \"{}\" of three numbers", member));
@@ -78,6 +82,11 @@ private:
             }
             v[static_cast<Eigen::Index>(i)] = component.get<double>();
         }
+        return v;
+    }
+
+    Eigen::Vector3d unit_vector(const char* member) const {
+        Eigen::Vector3d v = vector(member);
         if (!(std::abs(v.norm() - 1.0) < kUnitTolerance)) {
             fail(fmt::format("has a \"{}\" that is not a unit vector", member));
         }
@@ -98,6 +107,8 @@ Json parse_json(std::istream& stream, const std::string& path) {
 }
 
 }  // namespace
+
+const Eigen::AlignedBox3d EvalPlane::kEverywhere(Eigen::Vector3d::Constant(-kFar_m), Eigen::Vector3d::Constant(kFar_m));
 
 std::vector<EvalPlane> load_planes(const std::string& path) {
     std::ifstream file(path);

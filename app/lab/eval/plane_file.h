@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,11 @@ namespace facet {
 struct EvalPlane {
     std::string name;  ///< "plane ID" if the file has only an id; empty if it has neither
     Eigen::Vector3d normal;
-    double distance = 0.0;  ///< of the plane from the world's origin along its normal (m)
-    double seen_m2 = 0.0;   ///< area of its surface seen in the whole run; 0 if the file does not say
+    double distance = 0.0;                  ///< of the plane from the world's origin along its normal (m)
+    double seen_m2 = 0.0;                   ///< area of its surface seen in the whole run; 0 if the file does not say
+    Eigen::AlignedBox3d box = kEverywhere;  ///< around its surface; everywhere if the file does not say
+
+    static const Eigen::AlignedBox3d kEverywhere;
 };
 
 /// Reads planes.json in the format of mesh/README.md, whether the simulator or a run wrote it, and in the older form of

@@ -23,7 +23,9 @@ constexpr double kClimb_m = 0.6;
 constexpr double kClimbSpeed_m_per_s = 0.4;
 constexpr double kHoverWander_m = 0.012;  // of each of three tones an axis: 1.5 cm rms, up to 5 cm
 constexpr double kHoverYaw_rad = 0.01;    // likewise
-constexpr double kHoverNod = 0.15;        // of a tour's slow nods
+constexpr double kGateShare = 0.6;        // of legs that go to a gate where one can be reached
+constexpr double kGateReach_m = 9.0;
+constexpr double kHoverNod = 0.15;  // of a tour's slow nods
 
 /// One random flight, leg by leg: straight legs between random free points at random speeds, camera turned to where
 /// there is something to see; the spline rounds the corners.
@@ -167,27 +169,56 @@ private:
     /// A point in the flight volume that can be reached in a straight line.
     bool pick_target(Vector3d& target) {
         const FlightVolume& volume = scene_.flight_volume();
+        if (!volume.gates.empty() && random_.uniform() < kGateShare && pick_gate(target)) {
+            return true;
+        }
         for (int attempt = 0; attempt < 60; ++attempt) {
             Vector3d p;
             for (int i = 0; i < 3; ++i) {
-                p[i] = random_.uniform(volume.low[i], volume.high[i]);
+                p[i] = random_.uniform(std::max(volume.low[i], position_[i] - volume.reach_m),
+                                       std::min(volume.high[i], position_[i] + volume.reach_m));
             }
             const double length = (p - position_).norm();
             if (length < 1.0 || length > 4.5) {
                 continue;
             }
-            const int checks = static_cast<int>(length / 0.1) + 1;
-            bool free = true;
-            for (int i = 1; i <= checks && free; ++i) {
-                free = scene_.clearance(position_ + (static_cast<double>(i) / checks) * (p - position_), 2.0) >
-                       volume.clearance_m + 0.06;
-            }
-            if (free) {
+            if (is_free(p)) {
                 target = p;
                 return true;
             }
         }
         return false;
+    }
+
+    /// The gate within reach that was passed least often.
+    bool pick_gate(Vector3d& target) {
+        const std::vector<Vector3d>& gates = scene_.flight_volume().gates;
+        gate_passes_.resize(gates.size(), 0);
+        std::size_t best = gates.size();
+        for (std::size_t i = 0; i < gates.size(); ++i) {
+            const double length = (gates[i] - position_).norm();
+            if (length > 1.0 && length < kGateReach_m &&
+                (best == gates.size() || gate_passes_[i] < gate_passes_[best]) && is_free(gates[i])) {
+                best = i;
+            }
+        }
+        if (best == gates.size()) {
+            return false;
+        }
+        ++gate_passes_[best];
+        target = gates[best];
+        return true;
+    }
+
+    /// Whether the straight line to a place keeps its distance.
+    bool is_free(const Vector3d& p) const {
+        const int checks = static_cast<int>((p - position_).norm() / 0.1) + 1;
+        bool free = true;
+        for (int i = 1; i <= checks && free; ++i) {
+            free = scene_.clearance(position_ + (static_cast<double>(i) / checks) * (p - position_), 2.0) >
+                   scene_.flight_volume().clearance_m + 0.06;
+        }
+        return free;
     }
 
     /// Chooses, among random yaws, the one for which most of the view is 1.5 to 5 m away, both here and at the target.
@@ -261,6 +292,7 @@ private:
     Vector3d position_ = Vector3d::Zero();
     double yaw_ = 0.0;
     double yaw_target_ = 0.0;
+    std::vector<int> gate_passes_;
     std::vector<Vector3d> points_;
     std::vector<double> yaws_;
 };

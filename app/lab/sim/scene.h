@@ -53,11 +53,15 @@ struct Surface {
 
 /// Free volume and start of flights through a scene.
 struct FlightVolume {
+    static constexpr double kEverywhere = 1e9;
+
     Eigen::Vector3d low;
     Eigen::Vector3d high;
     Eigen::Vector3d start;
     double start_yaw_rad = 0.0;
     double clearance_m = 0.5;
+    double reach_m = kEverywhere;        ///< along each axis, of one leg of a flight
+    std::vector<Eigen::Vector3d> gates;  ///< places on both sides of doorways, for legs that lead through them
 };
 
 /// Cost of preparation: small values for tests.
@@ -172,10 +176,12 @@ private:
 
 /// Names of the scenes there are.
 std::span<const std::string_view> scene_names();
-/// The named scene; the name must be one of scene_names().
-Scene make_scene(std::string_view name, const SceneDetail& detail);
+/// The named scene; the name must be one of scene_names(). The seed decides what a building is like; the other scenes
+/// are always the same.
+Scene make_scene(std::string_view name, const SceneDetail& detail, std::uint64_t seed = 1);
 
 Scene make_room(const SceneDetail& detail);
 Scene make_hall(const SceneDetail& detail);
+Scene make_building(const SceneDetail& detail, std::uint64_t seed);
 
 }  // namespace facet::sim

@@ -156,11 +156,14 @@ Scene SceneBuilder::build(const SceneDetail& detail) {
 }
 
 std::span<const std::string_view> scene_names() {
-    static constexpr std::array<std::string_view, 2> kNames{"room", "hall"};
+    static constexpr std::array<std::string_view, 3> kNames{"room", "hall", "building"};
     return kNames;
 }
 
-Scene make_scene(std::string_view name, const SceneDetail& detail) {
+Scene make_scene(std::string_view name, const SceneDetail& detail, std::uint64_t seed) {
+    if (name == "building") {
+        return make_building(detail, seed);
+    }
     FACET_ASSERT(name == "room" || name == "hall");
     return name == "room" ? make_room(detail) : make_hall(detail);
 }

@@ -319,7 +319,7 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     FACET_TRY(check_options(options, error));
     FACET_TRY(prepare_folder(options, error));
     const Clock::time_point start = Clock::now();
-    const Scene scene = make_scene(options.scene, scene_detail(options));
+    const Scene scene = make_scene(options.scene, scene_detail(options), options.seed);
     std::vector<Timestamp> stamps = image_stamps(options);
     std::vector<double> times_s;
     times_s.reserve(stamps.size());

@@ -17,7 +17,7 @@ namespace facet::sim {
 struct SimOptions {
     std::string scene = "room";  ///< one of scene_names()
     std::string out;             ///< folder to write
-    std::uint64_t seed = 1;      ///< of flight and noise; the scene itself is always the same
+    std::uint64_t seed = 1;      ///< of flight, noise and what a building is like
     double duration_s = 30.0;    ///< from first to last image [0.1, 3600]
     double rate_hz = 20.0;       ///< of the cameras [1, 200]
     double imu_rate_hz = 200.0;  ///< of the inertial samples [100, 2000]

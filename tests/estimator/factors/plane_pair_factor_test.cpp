@@ -10,7 +10,7 @@ using namespace facet;
 namespace {
 
 constexpr double kSigma = 0.01;
-constexpr HuberLoss kNoLoss{1e9};
+constexpr CauchyLoss kNoLoss{1e6};
 using Function = decltype(&linearize_parallel);
 
 PlanePairLinearization linearize(Function function, const Plane& a, const Plane& b) {

@@ -91,6 +91,40 @@ TEST_CASE("plane pairs: gravity levels floors and stands walls upright", "[plane
     }
 }
 
+namespace {
+
+/// Tilt (deg) at which a floor comes to rest that landmarks show at `seen_deg` from level, known to `sigma_deg`.
+double tilt_at_rest(double seen_deg, double sigma_deg) {
+    constexpr double kRad = std::numbers::pi / 180.0;
+    const RegularityConfig config;
+    const WindowPlane seen =
+        make_plane(PlaneKind::kHorizontal, {std::sin(seen_deg * kRad), 0.0, std::cos(seen_deg * kRad)});
+    WindowPlanes planes;
+    planes.push_back(seen);
+    const PlanePairs pairs{{0, PlanePair::kVertical, true}};
+    const auto system = std::make_unique<ReducedSystem>();
+    const double information = 1.0 / std::pow(sigma_deg * kRad, 2);
+    for (int iteration = 0; iteration < 50; ++iteration) {
+        planes[0].plane_lin = planes[0].plane;
+        system->reset(1, kPlaneDim);
+        add_plane_pairs(planes, pairs, config, 0, *system);
+        Eigen::Matrix3d h = system->h().topLeftCorner<3, 3>().selfadjointView<Eigen::Lower>();
+        h.diagonal().array() += information;
+        const Eigen::Vector3d pull = information * planes[0].plane.box_minus_to(seen.plane);
+        planes[0].plane = planes[0].plane.box_plus(h.ldlt().solve(pull - system->g().head<3>()));
+    }
+    return std::acos(std::min(1.0, planes[0].plane.normal_W().z())) / kRad;
+}
+
+}  // namespace
+
+TEST_CASE("plane pairs: a floor is held level only as far as its landmarks agree", "[plane_pairs]") {
+    CHECK(tilt_at_rest(0.2, 0.6) < 0.07);  // little known: the prior of buildings
+    CHECK(tilt_at_rest(0.2, 0.03) > 0.19);
+    CHECK(tilt_at_rest(2.0, 0.1) > 1.97);  // a ramp is left alone
+    CHECK(tilt_at_rest(2.0, 0.3) > 1.8);
+}
+
 TEST_CASE("plane pairs can be switched off", "[plane_pairs]") {
     RegularityConfig config;
     config.use_pairs = config.use_gravity = false;

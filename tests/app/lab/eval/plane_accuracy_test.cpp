@@ -52,6 +52,7 @@ PlaneRow row(std::uint32_t id, int second, double x, double turn_deg = 0.0) {
     r.centroid = {x, 1.0, 0.0};
     r.distance = r.normal.dot(r.centroid);
     r.landmarks = 50;
+    r.area_m2 = 2.0;
     return r;
 }
 
@@ -113,10 +114,37 @@ TEST_CASE("a wall seen too briefly is not asked for; one missed lowers recall; a
     CHECK(e.found[0].last.offset_m == Approx(0.0).margin(1e-9));
 }
 
+TEST_CASE(
+    "judged strictly, a wall counts once, at its own place, within 2 degrees and 3 cm; boards of any tilt count") {
+    const auto strict = [](const std::vector<PlaneRow>& rows) {
+        return evaluate_planes(rows, scene(2.0), Se3{}, {}).strict;
+    };
+    const StrictPlanes one = strict({row(1, 1, 3.02, 1.5), row(1, 2, 2.99)});
+    CHECK(one.found == 1);
+    CHECK(one.right == 1);
+    CHECK(one.wanted == 2);  // wall and board; the panel has 0.36 m^2
+    CHECK(one.wanted_found == 1);
+    CHECK(one.recall() == 0.5);
+    CHECK(one.area_recall() > 0.85);
+    CHECK(one.area_recall() < 0.98);
+    CHECK(strict({row(1, 1, 3.0), row(2, 2, 3.0)}).precision() == 0.5);
+    CHECK(strict({row(1, 1, 3.04)}).right == 0);
+    CHECK(strict({row(1, 1, 3.0, 2.5)}).right == 0);
+    CHECK(strict({row(1, 1, 3.0), row(1, 2, 3.1)}).right == 0);  // at half of its keyframes only
+    PlaneRow border = row(1, 1, 3.0);
+    border.centroid.y() = 2.3;  // beyond the wall's end, with less than half of its area on it
+    CHECK(strict({border}).right == 0);
+    PlaneRow board = row(1, 1, 2.25);
+    board.normal = Vector3d(-1.0, 0.0, 0.5).normalized();
+    board.centroid = {2.25, 1.1, 0.0};
+    board.area_m2 = 1.0;
+    CHECK(strict({board}).wanted_found == 1);
+}
+
 TEST_CASE("planes.csv is read by its columns' names, and a broken row is named") {
     const std::string path = (std::filesystem::temp_directory_path() / "facet_planes_test.csv").string();
-    std::ofstream(path) << "stamp_ns,id,kind,nx,ny,nz,distance_m,landmarks,cx,cy,cz\n"
-                           "1000,7,vertical,-1,0,0,-3,42,3,0.5,1\n";
+    std::ofstream(path) << "stamp_ns,id,kind,nx,ny,nz,distance_m,landmarks,area_m2,cx,cy,cz\n"
+                           "1000,7,vertical,-1,0,0,-3,42,1.5,3,0.5,1\n";
     const auto rows = read_planes(path);
     REQUIRE(rows.size() == 1);
     CHECK(rows[0].stamp.ns == 1000);
@@ -124,8 +152,9 @@ TEST_CASE("planes.csv is read by its columns' names, and a broken row is named")
     CHECK(rows[0].normal.x() == -1.0);
     CHECK(rows[0].distance == -3.0);
     CHECK(rows[0].landmarks == 42.0);
+    CHECK(rows[0].area_m2 == 1.5);
     CHECK(rows[0].centroid.y() == 0.5);
-    std::ofstream(path, std::ios::app) << "2000,7,vertical,-1,0,0,nan,42,3,0.5,1\n";
+    std::ofstream(path, std::ios::app) << "2000,7,vertical,-1,0,0,nan,42,1.5,3,0.5,1\n";
     CHECK_THROWS_AS(read_planes(path), InputError);
     std::ofstream(path) << "stamp_ns,id\n";
     CHECK_THROWS_AS(read_planes(path), InputError);

@@ -34,6 +34,10 @@ TEST_CASE("planes are read in the order of the file, with what it says about the
     CHECK(planes[1].seen_m2 == 7.5);
     CHECK(planes[2].name.empty());
     CHECK(planes[2].normal == Vector3d(0.0, 0.6, 0.8));
+    CHECK(planes[2].box.contains(Vector3d(1e6, -1e6, 0.0)));
+    const auto boxed = load_text(R"([{"normal": [1, 0, 0], "distance": 1, "min": [1, -2, 0], "max": [1, 2, 3]}])");
+    CHECK(boxed.front().box.contains(Vector3d(1.0, 1.5, 3.0)));
+    CHECK_FALSE(boxed.front().box.contains(Vector3d(1.0, 2.5, 3.0)));
     CHECK(load_text("[]").empty());
 }
 

@@ -12,6 +12,10 @@ inline const Scene& draft_scene(std::string_view name) {
     if (name == "room") {
         return room;
     }
+    if (name == "building") {
+        static const Scene building = make_scene("building", kDraft);
+        return building;
+    }
     static const Scene hall = make_scene("hall", kDraft);
     return hall;
 }

@@ -46,7 +46,7 @@ TEST_CASE("Flights start standing, level within the mount, camera forward") {
     CHECK(std::abs((start.T_W_B.q * Eigen::Vector3d::UnitZ()).z()) < 0.2);  // its z, the view, nearly level
 }
 
-TEST_CASE("Planned flights keep clearance and limits in both scenes") {
+TEST_CASE("Planned flights keep clearance and limits in all scenes") {
     for (const std::string_view name : scene_names()) {
         for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
             const Scene& scene = draft_scene(name);
@@ -78,7 +78,8 @@ TEST_CASE("Long flights keep clearance and limits, and come back to where they w
         CHECK(report.max_speed_m_per_s <= 1.5);
         CHECK(report.max_rate_rad_per_s <= 1.05);
         CHECK(report.path_m > 40.0);
-        // Of the places a second apart in the second minute, most are within 1.5 m of one of the first minute.
+        // Of the places a second apart in the second minute, most are within 1.5 m of one of the first minute;
+        // in a building, which has more to see, some.
         int revisited = 0;
         for (double t = 61.0; t <= 120.0; t += 1.0) {
             bool near = false;
@@ -87,7 +88,7 @@ TEST_CASE("Long flights keep clearance and limits, and come back to where they w
             }
             revisited += near ? 1 : 0;
         }
-        CHECK(revisited > 30);
+        CHECK(revisited > (name == "building" ? 10 : 30));
     }
 }
 
