@@ -14,25 +14,6 @@ constexpr auto kLoose = std::memory_order_relaxed;
 
 }  // namespace
 
-Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const ImuNoise& noise) {
-    const NavState& state = estimate.state;
-    Odometry odometry;
-    odometry.stamp = estimate.stamp;
-    odometry.q_W_B = state.q_W_B;
-    odometry.p_W_B = state.p_W_B;
-    odometry.v_W_B = state.v_W_B;
-    odometry.w_B = w_B - state.bias.gyro;
-    // The estimate's order is [theta p v], that of sinks [p theta].
-    const auto& c = estimate.covariance;
-    odometry.pose_covariance << c.block<3, 3>(3, 3), c.block<3, 3>(3, 0), c.block<3, 3>(0, 3), c.block<3, 3>(0, 0);
-    odometry.v_covariance = c.block<3, 3>(6, 6);
-    const double density = noise.gyro_noise_rad_per_s_per_sqrt_hz;
-    odometry.w_covariance = Eigen::Matrix3d::Identity() * (density * density * noise.rate_hz);
-    odometry.quality = estimate.health.state == TrackingState::kLost ? -1 : estimate.health.quality;
-    odometry.reset_counter = static_cast<std::uint8_t>(estimate.health.reset_counter & 0xffU);
-    return odometry;
-}
-
 OutputThreads::OutputThreads(const Clock& clock, const ImuNoise& noise, std::vector<OdometrySink*> sinks,
                              FrameRecorder& recorder, std::vector<EventQueue*> events, std::size_t keep_latencies)
     : clock_(clock),
@@ -55,6 +36,7 @@ void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedF
         counters_.poses_dropped.fetch_add(ok(poses_.push(pose)) ? 0 : 1, kLoose);
         pose_wakeup_.notify();
     }
+    news_.on_frame(frame);
     std::uint64_t lost = 0;
     for (const DepartedFace& face : departed) {
         lost += ok(faces_.push(face)) ? 0 : 1;
@@ -99,9 +81,11 @@ void OutputThreads::send_poses(const std::atomic<bool>& stopping) {
             send(pose_);
         }
         if (last) {
+            news_.pass_on(sinks_);
             return;
         }
-        (void)pose_wakeup_.wait(kPoll);
+        const Duration wait = news_.pass_on(sinks_);
+        (void)pose_wakeup_.wait(std::min(wait, kPoll));
     }
 }
 

@@ -9,17 +9,15 @@
 #include <vector>
 
 #include "app/pipeline/frame_recorder.h"
+#include "app/pipeline/to_odometry.h"
 #include "app/run/estimator_loop.h"
 #include "app/run/run_event.h"
+#include "app/run/sink_news.h"
 #include "estimator/values/imu_noise.h"
 #include "platform/linux/linux_wakeup.h"
 #include "platform/port/odometry_sink.h"
 
 namespace facet {
-
-/// An estimate as sinks take it. The variance of the angular rate is that of the sensor's noise at its bandwidth.
-/// @param w_B  angular rate as measured
-Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const ImuNoise& noise);
 
 /// What the status shows of the newest frame.
 struct FrameStatus {
@@ -94,6 +92,7 @@ private:
     std::size_t keep_latencies_;
     EventQueue reports_;  ///< of the synchroniser
     SpscQueue<Pose, 32> poses_;
+    SinkNews news_;
     SpscQueue<FrameResult, 64> frame_queue_;
     SpscQueue<DepartedFace, 16384> faces_;
     LinuxWakeup pose_wakeup_;
