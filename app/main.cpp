@@ -7,6 +7,7 @@
 #include "app/commands/build_version.h"
 #include "app/commands/calibrate_command.h"
 #include "app/commands/check_calibration_command.h"
+#include "app/commands/check_config_command.h"
 #include "app/commands/eval_command.h"
 #include "app/commands/info_command.h"
 #include "app/commands/replay_command.h"
@@ -36,6 +37,7 @@ int run_program(int argc, char** argv) {
     facet::add_replay_command(app, exit_code);
     facet::add_eval_command(app, exit_code);
     facet::add_check_calibration_command(app, exit_code);
+    facet::add_check_config_command(app, exit_code);
     facet::add_calibrate_command(app, exit_code);
     facet::add_sim_command(app, exit_code);
     facet::add_info_command(app, exit_code);

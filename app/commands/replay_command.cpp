@@ -8,6 +8,7 @@
 #include <csignal>
 #include <memory>
 
+#include "app/commands/mavlink_argument.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
 #include "app/config/calibrated_config.h"
@@ -19,6 +20,8 @@
 #include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
+#include "platform/linux/linux_clock.h"
+#include "platform/linux/linux_kernel_io.h"
 
 namespace facet {
 namespace {
@@ -40,6 +43,8 @@ struct ReplayArguments {
     double min_coverage = kMinCoverage;
     std::string truth;
     std::string rate = "frames";
+    std::string mavlink;
+    bool in_real_time = false;
     bool quiet = false;
 };
 
@@ -158,7 +163,20 @@ int replay(const ReplayArguments& args, bool has_duration) {
         throw InputError("--truth: with stamps that --inject has shifted, the truth of another time would be found");
     }
     options.show_progress = !args.quiet;
-    return report(run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP})), options, args.min_coverage);
+    options.in_real_time = args.in_real_time;
+    LinuxClock clock;
+    LinuxKernelIo io;
+    const std::unique_ptr<MavlinkLink> link = open_mavlink(args.mavlink, io, clock);
+    options.sink = link.get();
+    const RunSummary run = run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
+    const int code = report(run, options, args.min_coverage);
+    if (link) {
+        print_out("mavlink      {} sent, {} dropped\n", link->counters().sent, link->counters().dropped);
+    }
+    if (args.in_real_time) {
+        print_out("real time    at most {:.3f} s behind the log\n", run.greatest_lag_s);
+    }
+    return code;
 }
 
 }  // namespace
@@ -226,6 +244,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
                      "frames: the trajectory's files have a line for every frame; imu: for every inertial sample, the "
                      "newest estimate carried on to it as on the vehicle")
         ->capture_default_str();
+    command->add_option("--mavlink", args->mavlink,
+                        "Send the estimates: udp:HOST:PORT (IPv4 address) or serial:DEVICE[:BAUD]. Stamps are those of "
+                        "the log; one ODOMETRY for every line of the trajectory");
+    command->add_flag("--realtime", args->in_real_time, "No faster than the log was recorded");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(fault_help() +
                     "\nExit codes: 0 done; 1 too few frames with an estimate, lost at the end, not finite, or "

@@ -111,10 +111,22 @@ int report(const RunSummary& run, const LiveRun& live, const std::string& folder
     return kExitFailed;
 }
 
+/// After the sinks' thread has ended.
+void print_mavlink(const MavlinkLink& link) {
+    const MavlinkCounters& out = link.counters();
+    const MavlinkParserCounters& in = link.received();
+    print_out("mavlink      {} sent, {} dropped; {} received, {} lost, {} corrupt; commands {} obeyed, {} refused\n",
+              out.sent, out.dropped, in.packets + in.unknown, in.lost, in.corrupt, out.commands, out.commands_refused);
+    if (link.timesync().ready()) {
+        print_out("             autopilot's time known to {:.2f} ms\n", link.timesync().sigma_s() * 1e3);
+    }
+}
+
 int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const RunArguments& args,
         const std::atomic<bool>& stop) {
     std::vector<OdometrySink*> sinks;
-    if (SinkMavlink* mavlink = hardware.mavlink()) {
+    MavlinkLink* const mavlink = hardware.mavlink();
+    if (mavlink != nullptr) {
         std::string problem;
         if (!ok(mavlink->open(problem))) {
             throw InputError(problem);
@@ -146,6 +158,9 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
            (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
         clock.sleep(kTick);
         notifier.progress(run.frames());
+        if (mavlink != nullptr && mavlink->take_reset_request()) {
+            run.request_reset();
+        }
         printer.update(run, notifier);
     }
     notifier.stopping();
@@ -156,6 +171,9 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
         }
     }
     const RunSummary summary = run.stop();
+    if (mavlink != nullptr) {
+        print_mavlink(*mavlink);
+    }
     return report(summary, run, vehicle.log.folder);
 }
 

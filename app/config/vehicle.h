@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/calibration/calibration.h"
+#include "app/config/obstacle_options.h"
 #include "app/config/program_config.h"
 #include "drivers/camera_v4l2/camera_v4l2.h"
 #include "drivers/imu_can/dbc_decoder.h"
@@ -15,7 +16,7 @@
 #include "drivers/imu_spi/bmi088.h"
 #include "drivers/imu_spi/icm42688.h"
 #include "drivers/imu_spi/imu_spi.h"
-#include "drivers/sink_mavlink/sink_mavlink.h"
+#include "drivers/mavlink/mavlink_link.h"
 #include "drivers/trigger_gpio/trigger_gpio.h"
 #include "drivers/trigger_gpio/trigger_output.h"
 
@@ -108,7 +109,8 @@ struct Vehicle {
     std::optional<VehicleImuSpi> imu_spi;  ///< one of the two
     std::optional<VehicleImuCan> imu_can;
     VehicleOdometry odometry;
-    std::optional<SinkMavlinkOptions> mavlink;
+    std::optional<MavlinkOptions> mavlink;
+    std::optional<ObstacleOptions> obstacles;  ///< sent by mavlink
     VehicleLog log;
     VehicleRealtime realtime;
 };

@@ -6,6 +6,7 @@
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
 #include "app/config/config_table.h"
+#include "app/config/vehicle_mavlink.h"
 #include "app/config/vehicle_sensors.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
@@ -41,33 +42,12 @@ void read_estimator(const YamlNode& node, Vehicle& vehicle) {
     section.finish();
 }
 
-SinkMavlinkOptions read_mavlink(const YamlNode& node) {
-    YamlSection section(node);
-    SinkMavlinkOptions options;
-    section.read("udp_host", options.udp_host);
-    int port = options.udp_port;
-    section.read("udp_port", port, 1, 65535);
-    options.udp_port = static_cast<std::uint16_t>(port);
-    section.read("serial", options.serial);
-    section.read("baud", options.baud, 1200, 4'000'000);
-    int system = options.address.system;
-    int component = options.address.component;
-    section.read("system", system, 1, 255);
-    section.read("component", component, 1, 255);
-    options.address = {static_cast<std::uint8_t>(system), static_cast<std::uint8_t>(component)};
-    section.finish();
-    if (!options.serial.empty() && (node.has("udp_host") || node.has("udp_port"))) {
-        node.fail("has both 'serial' and 'udp_host' or 'udp_port'; choose one");
-    }
-    return options;
-}
-
 void read_sinks(const YamlNode& node, Vehicle& vehicle) {
     YamlSection section(node);
     section.read("rate_hz", vehicle.odometry.rate_hz, 0.0, 8000.0);
     section.read("smoothing_s", vehicle.odometry.smoothing_s, 0.0, 1.0);
     if (const auto mavlink = section.find("mavlink")) {
-        vehicle.mavlink = read_mavlink(*mavlink);
+        read_mavlink(*mavlink, vehicle);
     }
     if (const auto log = section.find("log")) {
         YamlSection fields(*log);
@@ -124,32 +104,55 @@ std::string beside(const YamlNode& path) {
     return (std::filesystem::path(path.file()).parent_path() / text).string();
 }
 
-Vehicle load_vehicle(const std::string& path) {
-    Vehicle vehicle;
+std::vector<std::string> check_vehicle(const std::string& path, Vehicle& vehicle) {
+    vehicle = {};
     vehicle.source = path;
     YamlSection root(load_yaml(path));
-    vehicle.calibration = read_calibration(root.at("calibration"));
-    take_calibration(vehicle.calibration, vehicle.config);
+    std::vector<std::string> errors;
+    const auto attempt = [&errors](auto read) {
+        try {
+            read();
+            return true;
+        } catch (const InputError& e) {
+            errors.emplace_back(e.what());
+            return false;
+        }
+    };
+    const auto attempt_if_there = [&](const char* key, auto read) {
+        if (const auto node = root.find(key)) {
+            attempt([&] { read(*node); });
+        }
+    };
+    const bool is_calibrated = attempt([&] {
+        vehicle.calibration = read_calibration(root.at("calibration"));
+        take_calibration(vehicle.calibration, vehicle.config);
+    });
     vehicle.config.regularity.mode = RegularityMode::kSpr;
-    if (const auto estimator = root.find("estimator")) {
-        read_estimator(*estimator, vehicle);
+    attempt_if_there("estimator", [&](const YamlNode& node) { read_estimator(node, vehicle); });
+    if (is_calibrated) {
+        attempt([&] { require_valid(vehicle); });
     }
-    require_valid(vehicle);
-    vehicle.cameras = read_cameras(root.at("cameras"), vehicle.calibration);
-    if (const auto trigger = root.find("trigger")) {
-        vehicle.trigger = read_trigger(*trigger);
+    attempt([&] {
+        const YamlNode cameras = root.at("cameras");
+        if (is_calibrated) {  // which says how many there are and of what size
+            vehicle.cameras = read_cameras(cameras, vehicle.calibration);
+        }
+    });
+    attempt_if_there("trigger", [&](const YamlNode& node) { vehicle.trigger = read_trigger(node); });
+    attempt_if_there("trigger_output",
+                     [&](const YamlNode& node) { vehicle.pulses = read_pulses(node, vehicle.cameras.rate_hz); });
+    attempt([&] { read_imu(root.at("imu"), vehicle); });
+    attempt_if_there("sinks", [&](const YamlNode& node) { read_sinks(node, vehicle); });
+    attempt_if_there("realtime", [&](const YamlNode& node) { vehicle.realtime = read_realtime(node); });
+    attempt([&] { root.finish(); });
+    return errors;
+}
+
+Vehicle load_vehicle(const std::string& path) {
+    Vehicle vehicle;
+    if (const std::vector<std::string> errors = check_vehicle(path, vehicle); !errors.empty()) {
+        throw InputError(errors.front());
     }
-    if (const auto pulses = root.find("trigger_output")) {
-        vehicle.pulses = read_pulses(*pulses, vehicle.cameras.rate_hz);
-    }
-    read_imu(root.at("imu"), vehicle);
-    if (const auto sinks = root.find("sinks")) {
-        read_sinks(*sinks, vehicle);
-    }
-    if (const auto realtime = root.find("realtime")) {
-        vehicle.realtime = read_realtime(*realtime);
-    }
-    root.finish();
     return vehicle;
 }
 

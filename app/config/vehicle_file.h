@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/config/vehicle.h"
 
@@ -13,5 +14,9 @@ namespace facet {
 /// options state. Throws InputError, one line with file, line and field: for an unknown key, a wrong type, a value out
 /// of range, a missing field, or fields that contradict each other.
 Vehicle load_vehicle(const std::string& path);
+
+/// The same, but goes on to the next section after an error. @return the first error of every section, in the file's
+/// order as load_vehicle reads it; empty if the vehicle is whole. Throws InputError only if the file is not YAML.
+std::vector<std::string> check_vehicle(const std::string& path, Vehicle& vehicle);
 
 }  // namespace facet

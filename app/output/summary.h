@@ -58,6 +58,7 @@ struct RunSummary {
     int mesh_faces_max = 0;           ///< most ever live
     std::size_t run_mesh_faces = 0;   ///< in mesh.ply
     double wall_s = 0.0;              ///< of the whole run, decoding included
+    double greatest_lag_s = 0.0;      ///< of a replay in real time behind its log
     std::optional<LiveAccount> live;  ///< of a live run
 
     double coverage() const;  ///< estimates per listed frame

@@ -87,7 +87,22 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
             }
         }
     }
+    update_ranges(result);
     result.timing = timer_.take();
+}
+
+/// Part of the frame's time.
+void FramePipeline::update_ranges(FrameResult& result) {
+    result.has_ranges = false;
+    if (!obstacles_) {
+        return;
+    }
+    const auto begin = StageTimer::Clock::now();
+    if (mesh_is_new_) {
+        obstacles_->update(mesher_->mesh());
+    }
+    result.has_ranges = result.is_usable && obstacles_->sweep(result.estimate, result.ranges);
+    timer_.add_total(begin);
 }
 
 void FramePipeline::describe_refusal(Timestamp stamp, Status status, Health& health) const {

@@ -4,12 +4,14 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "app/calibration/calibration.h"
 #include "app/config/program_config.h"
 #include "app/output/frame_log.h"
+#include "app/pipeline/obstacle_sweep.h"
 #include "app/pipeline/stage_timer.h"
 #include "estimator/api/estimator.h"
 #include "mesh/mesher.h"
@@ -32,6 +34,8 @@ struct FrameResult {
     int mesh_faces = 0;
     MeshCounters mesh;
     FixedVector<TrackedPlane, kMaxPlanes> planes;  ///< planes, as the finder has them
+    bool has_ranges = false;                       ///< `ranges` were measured at this frame
+    ObstacleRanges ranges;
 };
 
 /// Takes samples in order of time to the estimator, and keyframes to the mesher and the plane finder, whose planes go
@@ -50,6 +54,12 @@ public:
     using PlaneSource = std::function<const PlaneProposals&(const KeyframeView& view, const PlaneProposals& found)>;
     /// For studies; without one it is given what was found.
     void set_plane_source(PlaneSource source) { plane_source_ = std::move(source); }
+
+    /// Distances to obstacles from now on, in FrameResult::ranges. Heap.
+    void measure_ranges(const ObstacleOptions& options) { obstacles_.emplace(options); }
+
+    /// See Estimator.
+    void request_reset() { estimator_.request_reset(); }
 
     void add_imu(const ImuSample& sample);
     /// What the estimator says while frames do not come; ask after each inertial sample. @return whether it said
@@ -80,6 +90,7 @@ public:
 
 private:
     void describe_refusal(Timestamp stamp, Status status, Health& health) const;
+    void update_ranges(FrameResult& result);
     bool update_mesh(const StereoFrame& frame, const Health& health);
     void update_planes(const KeyframeView& view, const Health& health);
 
@@ -88,6 +99,7 @@ private:
     std::unique_ptr<Mesher> mesher_;
     std::unique_ptr<PlaneFinder> planes_;
     PlaneSource plane_source_;
+    std::optional<ObstacleSweep> obstacles_;
     std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
     std::uint32_t last_view_ = 0;
     Health last_health_;       ///< of the newest estimate

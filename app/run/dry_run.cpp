@@ -82,7 +82,7 @@ public:
     void trigger(TriggerSource& source, const std::string& device);
     void pulses(PulseOutput& pulses);
     void imu(ImuSource& source, const std::string& device, bool has_data_ready);
-    void sinks(SinkMavlink* mavlink);
+    void sinks(MavlinkLink* mavlink);
     void log_folder();
     void system();
 
@@ -169,7 +169,7 @@ void Probe::imu(ImuSource& source, const std::string& device, bool has_data_read
     });
 }
 
-void Probe::sinks(SinkMavlink* mavlink) {
+void Probe::sinks(MavlinkLink* mavlink) {
     if (mavlink == nullptr) {
         add(Finding::kDoubtful, "mavlink", "not configured: nobody receives the estimates");
         return;

@@ -26,7 +26,7 @@ Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
     }
     sources_.imu = imu_.get();
     if (vehicle.mavlink) {
-        mavlink_ = std::make_unique<SinkMavlink>(io, clock, *vehicle.mavlink);
+        mavlink_ = std::make_unique<MavlinkLink>(io, clock, *vehicle.mavlink);
     }
 }
 

@@ -20,7 +20,7 @@ public:
     Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle);
 
     const RunSources& sources() const { return sources_; }
-    SinkMavlink* mavlink() { return mavlink_.get(); }
+    MavlinkLink* mavlink() { return mavlink_.get(); }
     /// nullptr if something else triggers the cameras.
     PulseOutput* pulses() { return pulses_.get(); }
     /// nullptr if the IMU's data-ready line is not wired.
@@ -40,7 +40,7 @@ private:
     std::unique_ptr<SpiImuChip> chip_;
     std::unique_ptr<CanDecoder> decoder_;
     std::unique_ptr<ImuSource> imu_;
-    std::unique_ptr<SinkMavlink> mavlink_;
+    std::unique_ptr<MavlinkLink> mavlink_;
     RunSources sources_;
 };
 

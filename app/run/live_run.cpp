@@ -36,6 +36,9 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
       recorder_(vehicle.log.folder, {.timed_frames = static_cast<std::size_t>(vehicle.log.timed_frames),
                                      .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}) {
     pipeline_.configure(vehicle.config, vehicle.calibration);
+    if (vehicle.obstacles) {
+        pipeline_.measure_ranges(*vehicle.obstacles);
+    }
     left_.name = vehicle.cameras.side_by_side ? "cameras" : "left";
     RunSummary& summary = recorder_.summary();
     summary.dataset = "live: " + vehicle.source;
@@ -149,6 +152,9 @@ void LiveRun::estimate(const std::atomic<bool>& stopping) {
         // Read before the step, which takes everything that arrived until then.
         const bool stopped = stopping.load(std::memory_order_acquire);
         const bool ended = sources_ended();
+        if (reset_requested_.exchange(false, std::memory_order_relaxed)) {
+            pipeline_.request_reset();
+        }
         const bool any = loop_->step();
         if (stopped || (ended && !any)) {
             break;

@@ -57,6 +57,8 @@ public:
     /// Frames used so far.
     std::uint64_t frames() const { return output_->frames(); }
     RunStatus status();
+    /// Lets the estimator begin anew at its next frame. On any thread.
+    void request_reset() { reset_requested_.store(true, std::memory_order_relaxed); }
     const std::vector<std::string>& refusals() const { return refusals_; }
     /// To be called before start(): warnings are shown in the status only, not on stderr.
     void set_quiet() { is_quiet_ = true; }
@@ -92,6 +94,7 @@ private:
     std::unique_ptr<EstimatorLoop> loop_;
     LinuxWakeup wakeup_;
     std::atomic<bool> estimated_{false};
+    std::atomic<bool> reset_requested_{false};
     Timestamp begin_;
     Timestamp last_status_;
     std::uint64_t last_frames_ = 0;

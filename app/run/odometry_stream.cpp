@@ -1,26 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/run/odometry_stream.h"
 
-namespace facet {
+#include "app/pipeline/to_odometry.h"
 
-Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const ImuNoise& noise) {
-    const NavState& state = estimate.state;
-    Odometry odometry;
-    odometry.stamp = estimate.stamp;
-    odometry.q_W_B = state.q_W_B;
-    odometry.p_W_B = state.p_W_B;
-    odometry.v_W_B = state.v_W_B;
-    odometry.w_B = w_B - state.bias.gyro;
-    // The estimate's order is [theta p v], that of sinks [p theta].
-    const auto& c = estimate.covariance;
-    odometry.pose_covariance << c.block<3, 3>(3, 3), c.block<3, 3>(3, 0), c.block<3, 3>(0, 3), c.block<3, 3>(0, 0);
-    odometry.v_covariance = c.block<3, 3>(6, 6);
-    const double density = noise.gyro_noise_rad_per_s_per_sqrt_hz;
-    odometry.w_covariance = Eigen::Matrix3d::Identity() * (density * density * noise.rate_hz);
-    odometry.quality = estimate.health.state == TrackingState::kLost ? -1 : estimate.health.quality;
-    odometry.reset_counter = static_cast<std::uint8_t>(estimate.health.reset_counter & 0xffU);
-    return odometry;
-}
+namespace facet {
 
 OdometryStream::OdometryStream(const ProgramConfig& config, const VehicleOdometry& options)
     : noise_(config.imu_noise),

@@ -8,10 +8,6 @@
 
 namespace facet {
 
-/// An estimate as sinks take it. The variance of the angular rate is that of the sensor's noise at its bandwidth.
-/// @param w_B  angular rate as measured
-Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const ImuNoise& noise);
-
 /// What became of a frame, or what is said while none comes, as far as sinks are concerned.
 struct FrameOutcome {
     Status status = Status::kOk;

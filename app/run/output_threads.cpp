@@ -38,6 +38,7 @@ void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedF
                              const Eigen::Vector3d& w_B) {
     const FrameOutcome outcome{frame.status, frame.has_frame, frame.frame_stamp, frame.estimate, belief, w_B};
     counters_.poses_dropped.fetch_add(ok(outcomes_.push(outcome)) ? 0 : 1, kLoose);
+    news_.on_frame(frame);
     pose_wakeup_.notify();
     std::uint64_t lost = 0;
     for (const DepartedFace& face : departed) {
@@ -109,9 +110,11 @@ void OutputThreads::send_poses(const std::atomic<bool>& stopping) {
         while (carry_on()) {
         }
         if (last) {
+            news_.pass_on(sinks_);
             return;
         }
-        (void)pose_wakeup_.wait(kPoll);
+        const Duration wait = news_.pass_on(sinks_);
+        (void)pose_wakeup_.wait(std::min(wait, kPoll));
     }
 }
 

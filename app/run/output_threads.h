@@ -13,6 +13,7 @@
 #include "app/run/estimator_loop.h"
 #include "app/run/odometry_stream.h"
 #include "app/run/run_event.h"
+#include "app/run/sink_news.h"
 #include "platform/linux/linux_wakeup.h"
 #include "platform/port/odometry_sink.h"
 
@@ -94,6 +95,7 @@ private:
     EventQueue reports_;  ///< of the synchroniser
     SpscQueue<ImuSample, 1024> samples_;
     SpscQueue<FrameOutcome, 32> outcomes_;
+    SinkNews news_;
     SpscQueue<FrameResult, 64> frame_queue_;
     SpscQueue<DepartedFace, 16384> faces_;
     LinuxWakeup pose_wakeup_;

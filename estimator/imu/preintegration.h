@@ -55,8 +55,8 @@ public:
     }
     Status integrate(const ImuSample& a, const ImuSample& b, const StepNoise& noise);
 
-    /// Adds an error of the attitude that does not accumulate: it occurs at the present time only, about the axes of the
-    /// present body frame. Before the first step it is an error at the beginning of the interval.
+    /// Adds an error of the attitude that does not accumulate: it occurs at the present time only, about the axes of
+    /// the present body frame. Before the first step it is an error at the beginning of the interval.
     /// @param theta_variance  (rad^2)
     void add_edge_error(const Eigen::Vector3d& theta_variance);
 

@@ -28,8 +28,8 @@ struct InertialInnovation {
 /// 1/T of zero, where motion hides it from a meter; images, however, show motion, so that the share follows from what
 /// they leave of the inertial factors.
 ///
-/// With M = covariance in the rows of the gyroscope (the first three) or of the accelerometer (the others), the factor's
-/// own noise makes up M^2 of it and the images the rest, which is less by the caution d that is in their weights:
+/// With M = covariance in the rows of the gyroscope (the first three) or of the accelerometer (the others), the
+/// factor's own noise makes up M^2 of it and the images the rest, which is less by the caution d in their weights:
 ///   E[r^T r] = e = tr(E),   E = M^2 + (M - M^2) / d.
 /// With the noise's variance times exp(x), de/dx = g = tr(M^2), and r^T r has the variance 2 tr(E^2) = 2 v, so that a
 /// factor says of x = 0

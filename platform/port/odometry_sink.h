@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "platform/base/status.h"
@@ -27,7 +29,27 @@ struct Odometry {
     std::uint8_t reset_counter = 0;                              ///< raised at every jump
 };
 
-/// A consumer. Thread-bound. No heap in send.
+/// The estimator's state, as consumers tell it apart.
+enum class SinkState : std::uint8_t { kInit, kTracking, kDegraded, kLost };
+
+/// A change of the estimator's state, for those who decide whether to fly.
+struct StateChange {
+    SinkState state = SinkState::kInit;
+    std::array<char, 51> text{};  ///< in words, zero-terminated
+};
+
+/// Distances all around the vehicle, horizontally, from the mesh.
+struct ObstacleRanges {
+    static constexpr std::size_t kSectors = 72;
+
+    Timestamp stamp;  ///< of the pose they were measured from
+    /// Sector k is 5 degrees wide; its middle lies 5 k degrees clockwise, as seen from above, of the body's x axis.
+    /// NaN: nothing is known there, which is not the same as nothing being there.
+    std::array<float, kSectors> range_m{};
+    double max_range_m = 0.0;  ///< what lies farther away was not looked for
+};
+
+/// A consumer. Thread-bound. No heap in any of these functions, none of which blocks.
 class OdometrySink {
 public:
     virtual ~OdometrySink() = default;
@@ -35,6 +57,16 @@ public:
     /// @return kInvalidArgument if a number is not finite or a variance not positive: nothing sent; kFull if the
     ///         channel is full: dropped; kIo if the channel fails.
     virtual Status send(const Odometry& odometry) = 0;
+
+    // What not every consumer has a use for:
+
+    virtual void report(const StateChange& /*change*/) {}
+    /// @return as send()
+    virtual Status send_ranges(const ObstacleRanges& /*ranges*/) { return Status::kOk; }
+    /// Does what is due between estimates, such as answering what has arrived.
+    virtual void service() {}
+    /// How soon after the last call service() has to be called again; zero: never.
+    virtual Duration service_period() const { return {}; }
 };
 
 }  // namespace facet

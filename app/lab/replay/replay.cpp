@@ -15,6 +15,7 @@
 #include "app/lab/faults/fault_injector.h"
 #include "app/lab/faults/image_faults.h"
 #include "app/lab/replay/log_options.h"
+#include "app/lab/replay/replay_output.h"
 #include "app/pipeline/carried_estimate.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
@@ -22,6 +23,7 @@
 #include "app/support/input_error.h"
 #include "app/support/progress.h"
 #include "drivers/replay_asl/asl_dataset.h"
+#include "platform/linux/linux_clock.h"
 
 namespace facet {
 namespace {
@@ -48,7 +50,10 @@ std::vector<Fault> faults_of_samples(const std::vector<Fault>& faults) {
 class Replay {
 public:
     explicit Replay(const ReplayOptions& options)
-        : options_(options), recorder_(options.out, limits(options)), summary_(recorder_.summary()) {
+        : options_(options),
+          recorder_(options.out, limits(options)),
+          summary_(recorder_.summary()),
+          output_(clock_, options.sink, options.in_real_time) {
         summary_.dataset = options.dataset;
         summary_.mode = to_string(options.config.regularity.mode);
         summary_.calibration = options.calibration.source;
@@ -63,7 +68,7 @@ public:
 private:
     static RecorderLimits limits(const ReplayOptions& options);
     void open_log();
-    bool pull();
+    bool pull(const std::atomic<bool>& stop);
     void give(ImuSample sample);
     void give(StereoFrame frame);
     void deliver_faulted();
@@ -71,12 +76,16 @@ private:
     void feed(const ImuSample& sample);
     void feed(const StereoFrame& frame, Timestamp output_stamp);
     bool offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance);
+    void pass_on();
     void give_up_waiting();
     void warn(const AslWarning& warning);
 
     const ReplayOptions& options_;
     FrameRecorder recorder_;
     RunSummary& summary_;  ///< the recorder's
+    LinuxClock clock_;
+    ReplayOutput output_;
+    Eigen::Vector3d newest_w_B_ = Eigen::Vector3d::Zero();  ///< given to the estimator
     std::optional<AslDataset> log_;
     Duration pass_shift_{};  ///< of all stamps in this pass
     Timestamp newest_;       ///< latest stamp given
@@ -141,7 +150,17 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
         carried_->correct(result_.status, result_.estimate, pipeline_.belief());
     }
     recorder_.write(result_, pipeline_.departed());
+    pass_on();
     return true;
+}
+
+/// Gives the sink the newest result, or only its state if poses go out at inertial samples.
+void Replay::pass_on() {
+    if (carried_) {
+        output_.report(result_.estimate.health);
+    } else {
+        output_.give(result_, newest_w_B_, options_.calibration.noise);
+    }
 }
 
 void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
@@ -160,14 +179,20 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
 void Replay::feed(const ImuSample& sample) {
     pipeline_.add_imu(sample);
     newest_fed_ = sample.stamp;
-    if (carried_ && carried_->add_imu(sample) && is_usable(carried_->health().state)) {
-        recorder_.write_carried(carried_->estimate());
+    newest_w_B_ = sample.w_B;
+    if (carried_ && carried_->add_imu(sample)) {
+        const Estimate estimate = carried_->estimate();
+        if (is_usable(estimate.health.state)) {
+            recorder_.write_carried(estimate);
+        }
+        output_.give(estimate, sample.w_B, options_.calibration.noise);
     }
     if (pipeline_.take_carried(result_)) {
         if (carried_) {
             carried_->correct(result_.status, result_.estimate, pipeline_.belief());
         }
         recorder_.write(result_, {});
+        pass_on();
     }
     while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {
         waiting_.pop_front();
@@ -231,12 +256,15 @@ void Replay::tell_idle_faults() {
 }
 
 /// Takes one sample from the log to the estimator. @return false at the end of the log
-bool Replay::pull() {
+bool Replay::pull(const std::atomic<bool>& stop) {
     ImuSample sample;
     StereoFrame frame;
     const AslDataset::Event event = log_->next(sample, frame);
     switch (event) {
-        case AslDataset::Event::kImu: give(sample); break;
+        case AslDataset::Event::kImu:
+            output_.wait_for(sample.stamp + pass_shift_, stop);
+            give(sample);
+            break;
         case AslDataset::Event::kFrame: give(frame); break;
         case AslDataset::Event::kEnd:
             if (injector_) {
@@ -272,7 +300,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         recorder_.warnings()->set_progress(&*progress);
     }
     for (int pass = 1;; ++pass) {
-        while (!(summary_.interrupted = stop.load()) && pull()) {
+        while (!(summary_.interrupted = stop.load()) && pull(stop)) {
             if (progress) {
                 progress->update(summary_.frames);
             }
@@ -292,6 +320,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         progress->finish();
     }
     recorder_.warnings()->set_progress(nullptr);
+    summary_.greatest_lag_s = output_.greatest_lag().seconds();
     summary_.wall_s = std::chrono::duration<double>(StageTimer::Clock::now() - begin).count();
     recorder_.finish(pipeline_);
     return summary_;

@@ -53,6 +53,51 @@ TEST_CASE("a dry run names every device that is not there") {
     CHECK(contains(probed.err, "3 of 5 devices cannot be used"));
 }
 
+TEST_CASE("check-config describes a vehicle file, or names the first mistake of each of its sections") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 3);
+    const Outcome good = run(dir, "check-config " + write_vehicle(dir));
+    CHECK(good.code == 0);
+    CHECK(contains(good.out, "/dev/no_left and /dev/no_right"));
+    CHECK(contains(good.out, "CAN, can_of_nobody"));
+    CHECK(contains(good.out, "none: nobody receives the estimates"));
+    const std::string path = dir.write("bad.yaml",
+                                       "calibration: {euroc: mav0}\n"
+                                       "cameras: {rate_hz: fast}\n"
+                                       "imu: {}\n"
+                                       "sinks: {mavlink: {baud: 1}}\n"
+                                       "sink: {}\n");
+    const Outcome bad = run(dir, "check-config " + path);
+    CHECK(bad.code == 2);
+    CHECK(bad.out.empty());
+    CHECK(count_lines(bad.err) == 4);
+    CHECK(contains(bad.err, path + ":2: cameras.rate_hz: must be a number"));
+    CHECK(contains(bad.err, path + ":3: imu: must have either 'spi' or 'can'"));
+    CHECK(contains(bad.err, path + ":4: sinks.mavlink.baud: must be within [1200, 4000000], is 1"));
+    CHECK(contains(bad.err, path + ":5: sink: unknown key"));
+}
+
+TEST_CASE("a link that cannot be opened is named before the replay begins") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 3);
+    const struct {
+        const char* link;
+        const char* complaint;
+    } cases[] = {
+        {"tcp:127.0.0.1:5760", "--mavlink tcp:127.0.0.1:5760: must be udp:HOST:PORT or serial:DEVICE[:BAUD]"},
+        {"udp:127.0.0.1:99999", "'99999' is not a number from 1 to 65535"},
+        {"udp:autopilot:14540", "'autopilot:14540' is not an IPv4 address and port"},
+        {"serial:/dev/null:9600", "/dev/null: not a serial line"},
+    };
+    for (const auto& c : cases) {
+        const Outcome refused = run(dir, "replay " + dir.path() + " --out " + dir.file("out") + " --mavlink " + c.link);
+        INFO(refused.err);
+        CHECK(refused.code == 2);
+        CHECK(contains(refused.err, c.complaint));
+        CHECK_FALSE(std::filesystem::exists(dir.file("out")));
+    }
+}
+
 TEST_CASE("help, version and info explain the program") {
     const test::TempDir dir;
     const Outcome help = run(dir, "--help");

@@ -70,7 +70,7 @@ TEST_CASE("the SPI example is a whole vehicle") {
     REQUIRE(v.imu_spi->data_ready);
     CHECK(v.imu_spi->data_ready->line.offset == 25);
     REQUIRE(v.mavlink);
-    CHECK(v.mavlink->serial == "/dev/ttyS1");
+    CHECK(v.mavlink->channel.serial == "/dev/ttyS1");
     CHECK(v.log.folder == "/var/lib/facet/log");
     CHECK(v.realtime.lock_memory);
     CHECK(v.realtime.estimator.cpu == 3);
@@ -117,6 +117,47 @@ TEST_CASE("a vehicle file needs calibration, cameras and an IMU, and has default
     CHECK_FALSE(v.mavlink);
     CHECK(v.log.folder.empty());
     CHECK_FALSE(v.realtime.lock_memory);
+}
+
+TEST_CASE("the link to the flight controller has options, and defaults that fit most vehicles") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& mavlink) {
+        return load_vehicle(dir.write("v.yaml", kHead + kCameras + kImu + "sinks: {mavlink: " + mavlink + "}\n"));
+    };
+    const Vehicle usual = load("{serial: /dev/ttyS1}");
+    REQUIRE(usual.mavlink);
+    CHECK(usual.mavlink->address == MavlinkAddress{1, 197});
+    CHECK(usual.mavlink->message == PoseMessage::kOdometry);
+    CHECK(usual.mavlink->time == MavlinkTime::kAutopilot);
+    CHECK(usual.mavlink->commands_from == 0);
+    CHECK_FALSE(usual.mavlink->send_lost);
+    CHECK_FALSE(usual.mavlink->signing);
+    CHECK_FALSE(usual.obstacles);
+    dir.write("link.key", "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1eFF\n");
+    const Vehicle other = load(
+        "{udp_port: 14580, udp_local_port: 14540, system: 7, component: 198, autopilot_component: 2, time: own, "
+        "commands_from: 255, message: vision_position_estimate, send_lost: true, "
+        "signing: {key_file: link.key, link: 4, accept_unsigned: true}, obstacles: {max_range_m: 20, rate_hz: 5}}");
+    REQUIRE(other.mavlink);
+    const MavlinkOptions& o = *other.mavlink;
+    CHECK(o.address == MavlinkAddress{7, 198});
+    CHECK(o.channel.udp_port == 14580);
+    CHECK(o.channel.udp_local_port == 14540);
+    CHECK(o.autopilot_component == 2);
+    CHECK(o.time == MavlinkTime::kOwn);
+    CHECK(o.commands_from == 255);
+    CHECK(o.message == PoseMessage::kVision);
+    CHECK(o.send_lost);
+    REQUIRE(o.signing);
+    CHECK(o.signing->key[1] == 1);
+    CHECK(o.signing->key[31] == 255);
+    CHECK(o.signing->link == 4);
+    CHECK(o.signing->accept_unsigned);
+    REQUIRE(other.obstacles);
+    CHECK(other.obstacles->max_range_m == 20.0);
+    CHECK(other.obstacles->rate_hz == 5.0);
+    CHECK(other.obstacles->below_m == 0.5);
 }
 
 TEST_CASE("trigger pulses come from a PWM or a line, at the cameras' rate") {
@@ -179,6 +220,17 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
          ":4: trigger_output.pwm.channel: must be within [0, 63], is -1"},
         {kHead + kCameras + kImu + "sinks: {mavlink: {serial: /dev/ttyS0, udp_port: 1}}\n",
          ":4: sinks.mavlink: has both 'serial'"},
+        {kHead + kCameras + kImu + "sinks:\n  mavlink:\n    time: gps\n",
+         ":6: sinks.mavlink.time: 'gps' is unknown; one of: autopilot, own"},
+        {kHead + kCameras + kImu + "sinks: {mavlink: {commands_from: 256}}\n",
+         ":4: sinks.mavlink.commands_from: must be within [0, 255], is 256"},
+        {kHead + kCameras + kImu + "sinks: {mavlink: {obstacles: {max_range_m: 0}}}\n",
+         ":4: sinks.mavlink.obstacles.max_range_m: must be within [1, 100], is 0"},
+        {kHead + kCameras + kImu + "sinks: {mavlink: {signing: {link: 1}}}\n",
+         ":4: sinks.mavlink.signing.key_file: missing"},
+        {kHead + kCameras + kImu + "sinks: {mavlink: {signing: {key_file: imu.yaml}}}\n",
+         "imu.yaml: must hold 64 hexadecimal digits"},
+        {kHead + kCameras + kImu + "sinks: {mavlink: {signing: {key_file: no.key}}}\n", "no.key: cannot be read"},
         {kHead + kCameras + kImu + "sinks: {log: {}}\n", ":4: sinks.log.folder: missing"},
         {kHead + kCameras + kImu + "realtime: {lock_memory: 3}\n", ":4: realtime.lock_memory: must be true or false"},
         {kHead + kCameras + kImu + "realtime: {threads: {imu: {priority: 100}}}\n",

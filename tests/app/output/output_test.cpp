@@ -104,8 +104,8 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
           "detected,stereo,"
           "recalled,outliers,keyframes,landmarks,"
           "iterations,map_landmarks,frame_chi2,"
-          "mean_vision_chi2,pixel_sigma_px,residual_bias_px,calibration_stretch,calibration_scale,imu_chi2,time_offset_s,"
-          "time_offset_sigma_s,imu_gaps,imu_clipped,imu_dropped");
+          "mean_vision_chi2,pixel_sigma_px,residual_bias_px,calibration_stretch,calibration_scale,imu_chi2,"
+          "time_offset_s,time_offset_sigma_s,imu_gaps,imu_clipped,imu_dropped");
     CHECK(rows[1] ==
           "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,0,0,1,0,0,1,2,3,0,4,5,6,7,10,0.75,0.5,"
           "0.35,0.02,1.5,0.4,1.25,0,0,8,0,9");

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "app/pipeline/to_odometry.h"
 #include "tests/support/allocation_guard.h"
 
 namespace facet {

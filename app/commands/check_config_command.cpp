@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/commands/check_config_command.h"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/commands/run_guarded.h"
+#include "app/config/vehicle_file.h"
+#include "app/support/console.h"
+
+namespace facet {
+namespace {
+
+std::string describe_cameras(const Vehicle& vehicle) {
+    const VehicleCameras& cameras = vehicle.cameras;
+    const CameraIntrinsics& size = vehicle.calibration.rig.left.intrinsics();
+    const std::string& left = cameras.left.capture.device;
+    const std::string devices = cameras.side_by_side                ? left + ", both views side by side"
+                                : vehicle.calibration.rig.has_right ? left + " and " + cameras.right.capture.device
+                                                                    : left + ", one camera";
+    return fmt::format("{}, {}x{} at {:g} Hz", devices, size.width, size.height, cameras.rate_hz);
+}
+
+std::string describe_imu(const Vehicle& vehicle) {
+    if (vehicle.imu_spi) {
+        return fmt::format("{} on {}, {}", vehicle.imu_spi->source.name, vehicle.imu_spi->device,
+                           vehicle.imu_spi->data_ready ? "with a data-ready line" : "polled: for the bench only");
+    }
+    return fmt::format("CAN, {}", vehicle.imu_can->source.socket.interface);
+}
+
+std::string describe_mavlink(const Vehicle& vehicle) {
+    if (!vehicle.mavlink) {
+        return "none: nobody receives the estimates";
+    }
+    const MavlinkOptions& link = *vehicle.mavlink;
+    const MavlinkChannelOptions& channel = link.channel;
+    std::string text = channel.serial.empty() ? fmt::format("udp {}:{}", channel.udp_host, channel.udp_port)
+                                              : fmt::format("{} at {} baud", channel.serial, channel.baud);
+    text += fmt::format(", system {} component {}", link.address.system, link.address.component);
+    text += link.time == MavlinkTime::kAutopilot ? ", stamps in the autopilot's time" : ", stamps in our own time";
+    text += link.commands_from == 0 ? ", obeys nobody" : fmt::format(", obeys system {}", link.commands_from);
+    text += link.signing ? ", signed" : "";
+    text += vehicle.obstacles ? ", with obstacles" : "";
+    return text;
+}
+
+int run_check(const std::string& path) {
+    Vehicle vehicle;
+    const std::vector<std::string> errors = check_vehicle(path, vehicle);
+    for (const std::string& error : errors) {
+        print_error(error.c_str());
+    }
+    if (!errors.empty()) {
+        return kExitBadInput;
+    }
+    print_out("calibration  {}\n", vehicle.calibration.source);
+    print_out("cameras      {}\n", describe_cameras(vehicle));
+    print_out("trigger      {}\n", vehicle.trigger ? "edges are stamped" : "none");
+    print_out("imu          {}\n", describe_imu(vehicle));
+    print_out("mavlink      {}\n", describe_mavlink(vehicle));
+    print_out("files        {}\n", vehicle.log.folder.empty() ? "none" : vehicle.log.folder);
+    print_out("{}: can be used; facet run --dry-run tries the hardware\n", path);
+    return kExitDone;
+}
+
+}  // namespace
+
+void add_check_config_command(CLI::App& app, int& exit_code) {
+    CLI::App* command =
+        app.add_subcommand("check-config", "Read a vehicle file and name its mistakes, without hardware");
+    auto path = std::make_shared<std::string>();
+    command->add_option("VEHICLE", *path, "Vehicle file (YAML), as for facet run --config")->required();
+    command->footer(
+        "Reports the first mistake of each section with file, line and field, or else what the file describes.\n"
+        "Exit codes: 0 the file can be used; 2 it cannot.");
+    command->callback([path, &exit_code] { exit_code = run_guarded([&] { return run_check(*path); }); });
+}
+
+}  // namespace facet

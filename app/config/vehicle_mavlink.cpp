@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/config/vehicle_mavlink.h"
+
+#include <array>
+#include <charconv>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include "app/config/vehicle_sensors.h"
+#include "app/support/yaml_section.h"
+
+namespace facet {
+namespace {
+
+void read_byte(YamlSection& section, const char* key, std::uint8_t& value, int low, int high) {
+    int number = value;
+    section.read(key, number, low, high);
+    value = static_cast<std::uint8_t>(number);
+}
+
+void read_port(YamlSection& section, const char* key, std::uint16_t& value, int low) {
+    int number = value;
+    section.read(key, number, low, 65535);
+    value = static_cast<std::uint16_t>(number);
+}
+
+/// 64 hexadecimal digits.
+MavlinkKey read_key(const YamlNode& path) {
+    const std::string name = beside(path);
+    std::ifstream file(name);
+    std::string text;
+    if (!(file >> text)) {
+        path.fail(name + ": cannot be read");
+    }
+    MavlinkKey key{};
+    bool good = text.size() == 2 * key.size();
+    for (std::size_t i = 0; good && i < key.size(); ++i) {
+        const char* const digits = text.data() + 2 * i;
+        good = std::from_chars(digits, digits + 2, key[i], 16).ptr == digits + 2;
+    }
+    if (!good) {
+        path.fail(name + ": must hold 64 hexadecimal digits");
+    }
+    return key;
+}
+
+MavlinkSigningOptions read_signing(const YamlNode& node) {
+    MavlinkSigningOptions signing;
+    YamlSection section(node);
+    signing.key = read_key(section.at("key_file"));
+    read_byte(section, "link", signing.link, 0, 255);
+    section.read("accept_unsigned", signing.accept_unsigned);
+    section.finish();
+    return signing;
+}
+
+ObstacleOptions read_obstacles(const YamlNode& node) {
+    ObstacleOptions obstacles;
+    YamlSection section(node);
+    section.read("max_range_m", obstacles.max_range_m, 1.0, 100.0);
+    section.read("below_m", obstacles.below_m, 0.0, 10.0);
+    section.read("above_m", obstacles.above_m, 0.0, 10.0);
+    section.read("rate_hz", obstacles.rate_hz, 0.1, 30.0);
+    section.finish();
+    return obstacles;
+}
+
+void read_channel(YamlSection& section, MavlinkChannelOptions& channel) {
+    section.read("udp_host", channel.udp_host);
+    read_port(section, "udp_port", channel.udp_port, 1);
+    read_port(section, "udp_local_port", channel.udp_local_port, 0);
+    section.read("serial", channel.serial);
+    section.read("baud", channel.baud, 1200, 4'000'000);
+    const YamlNode& node = section.node();
+    if (!channel.serial.empty() && (node.has("udp_host") || node.has("udp_port") || node.has("udp_local_port"))) {
+        node.fail("has both 'serial' and a 'udp_' field; choose one");
+    }
+}
+
+}  // namespace
+
+void read_mavlink(const YamlNode& node, Vehicle& vehicle) {
+    YamlSection section(node);
+    MavlinkOptions options;
+    read_channel(section, options.channel);
+    read_byte(section, "system", options.address.system, 1, 255);
+    read_byte(section, "component", options.address.component, 1, 255);
+    read_byte(section, "autopilot_component", options.autopilot_component, 1, 255);
+    read_byte(section, "commands_from", options.commands_from, 0, 255);
+    constexpr std::array<std::string_view, 2> kMessages{"odometry", "vision_position_estimate"};
+    options.message = static_cast<PoseMessage>(section.choice("message", kMessages, 0));
+    constexpr std::array<std::string_view, 2> kTimes{"autopilot", "own"};
+    options.time = static_cast<MavlinkTime>(section.choice("time", kTimes, 0));
+    section.read("send_lost", options.send_lost);
+    if (const auto signing = section.find("signing")) {
+        options.signing = read_signing(*signing);
+    }
+    if (const auto obstacles = section.find("obstacles")) {
+        vehicle.obstacles = read_obstacles(*obstacles);
+    }
+    section.finish();
+    vehicle.mavlink = options;
+}
+
+}  // namespace facet

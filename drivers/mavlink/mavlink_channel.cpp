@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/mavlink/mavlink_channel.h"
+
+#include <arpa/inet.h>
+#include <asm/ioctls.h>
+#include <asm/termbits.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace facet {
+
+MavlinkChannel::MavlinkChannel(KernelIo& io, MavlinkChannelOptions options) : io_(io), options_(std::move(options)) {}
+
+std::string MavlinkChannel::name() const {
+    return is_serial() ? options_.serial : options_.udp_host + ":" + std::to_string(options_.udp_port);
+}
+
+Status MavlinkChannel::open(std::string& problem) {
+    close();
+    const Status status = is_serial() ? open_serial(problem) : open_udp(problem);
+    if (!ok(status)) {
+        close();
+    }
+    return status;
+}
+
+Status MavlinkChannel::open_udp(std::string& problem) {
+    sockaddr_in remote{};
+    remote.sin_family = AF_INET;
+    remote.sin_port = htons(options_.udp_port);
+    if (inet_pton(AF_INET, options_.udp_host.c_str(), &remote.sin_addr) != 1 || options_.udp_port == 0) {
+        problem = "mavlink: '" + name() + "' is not an IPv4 address and port";
+        return Status::kInvalidArgument;
+    }
+    fd_ = io_.socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK, 0);
+    int result = fd_;
+    if (result >= 0 && options_.udp_local_port != 0) {
+        sockaddr_in local{};
+        local.sin_family = AF_INET;
+        local.sin_port = htons(options_.udp_local_port);
+        result = io_.bind(fd_, &local, sizeof local);
+    }
+    if (result >= 0) {
+        result = io_.connect(fd_, &remote, sizeof remote);
+    }
+    if (result < 0) {
+        problem = "mavlink: " + options_.udp_host + ": " + std::strerror(-result);
+        return Status::kIo;
+    }
+    return Status::kOk;
+}
+
+Status MavlinkChannel::open_serial(std::string& problem) {
+    fd_ = io_.open(options_.serial.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
+    if (fd_ < 0) {
+        problem = "mavlink: " + options_.serial + ": cannot be opened: " + std::strerror(-fd_);
+        return fd_ == -ENOENT || fd_ == -ENODEV || fd_ == -ENXIO ? Status::kNotFound : Status::kIo;
+    }
+    // termios2 accepts any baud rate as a number. Raw mode: bytes pass unchanged, and a read does not wait.
+    termios2 line{};
+    int result = io_.ioctl(fd_, TCGETS2, &line);
+    if (result >= 0) {
+        line.c_iflag = IGNBRK | IGNPAR;
+        line.c_oflag = 0;
+        line.c_lflag = 0;
+        line.c_cflag = static_cast<tcflag_t>(CS8 | CREAD | CLOCAL | BOTHER);
+        line.c_ispeed = line.c_ospeed = static_cast<speed_t>(options_.baud);
+        line.c_cc[VMIN] = 1;
+        line.c_cc[VTIME] = 0;
+        result = io_.ioctl(fd_, TCSETS2, &line);
+    }
+    if (result < 0) {
+        problem = "mavlink: " + options_.serial + ": " +
+                  (result == -ENOTTY ? std::string("not a serial line") : std::string(std::strerror(-result)));
+        return result == -ENOTTY ? Status::kInvalidArgument : Status::kIo;
+    }
+    return Status::kOk;
+}
+
+void MavlinkChannel::close() {
+    if (fd_ >= 0) {
+        (void)io_.close(fd_);
+    }
+    fd_ = -1;
+}
+
+Status MavlinkChannel::write(std::span<const std::uint8_t> bytes) {
+    const std::int64_t result = fd_ < 0 ? -EBADF : io_.write(fd_, bytes.data(), bytes.size());
+    if (result == static_cast<std::int64_t>(bytes.size())) {
+        return Status::kOk;
+    }
+    return result >= 0 || result == -EAGAIN || result == -ENOBUFS ? Status::kFull : Status::kIo;
+}
+
+Status MavlinkChannel::read(std::span<std::uint8_t> bytes, std::size_t& size) {
+    const std::int64_t result = fd_ < 0 ? -EBADF : io_.read(fd_, bytes.data(), bytes.size());
+    if (result > 0) {
+        size = static_cast<std::size_t>(result);
+        return Status::kOk;
+    }
+    // Nobody may be listening at the other end yet, which a socket reports here.
+    const bool is_quiet = result == -EAGAIN || (!is_serial() && (result == 0 || result == -ECONNREFUSED));
+    return is_quiet ? Status::kNotReady : Status::kIo;
+}
+
+}  // namespace facet

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/mavlink/mavlink_link.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace facet {
+namespace {
+
+constexpr Duration kTextPeriod = Duration::from_seconds(0.5);  // a state that flutters does not fill the line
+constexpr Duration kQuestionPeriod = Duration::from_seconds(0.1);
+constexpr Duration kAutopilotSilence = Duration::from_seconds(5.0);
+constexpr int kReadsAtATime = 16;
+constexpr std::size_t kReadSize = 512;
+
+std::uint8_t mav_state(SinkState state) {
+    switch (state) {
+        case SinkState::kInit: return kMavStateCalibrating;
+        case SinkState::kTracking:
+        case SinkState::kDegraded: return kMavStateActive;
+        case SinkState::kLost: return kMavStateCritical;
+    }
+    return kMavStateCritical;
+}
+
+MavSeverity severity_of(SinkState state) {
+    return state == SinkState::kLost       ? MavSeverity::kCritical
+           : state == SinkState::kDegraded ? MavSeverity::kWarning
+                                           : MavSeverity::kInfo;
+}
+
+}  // namespace
+
+MavlinkLink::MavlinkLink(KernelIo& io, const Clock& clock, MavlinkOptions options)
+    : clock_(clock), options_(std::move(options)), channel_(io, options_.channel), retry_(options_.retry_period) {
+    if (options_.signing) {
+        signer_.emplace(options_.signing->key, options_.signing->link);
+    }
+}
+
+Status MavlinkLink::open(std::string& problem) {
+    FACET_TRY(channel_.open(problem));
+    next_heartbeat_ = next_question_ = next_text_ = clock_.now();
+    return Status::kOk;
+}
+
+/// A serial line that was unplugged.
+void MavlinkLink::reopen() {
+    if (!channel_.is_open() && channel_.is_serial() && retry_.pass(clock_.now())) {
+        std::string unused;
+        (void)channel_.open(unused);  // if it fails, so do the writes, which are counted
+    }
+}
+
+/// Sends payload_.
+Status MavlinkLink::send_message(MavlinkId id) {
+    reopen();
+    pack_mavlink(id, {payload_.data(), payload_.size()}, options_.address, sequence_++, frame_);
+    if (signer_) {
+        signer_->sign(frame_, clock_.read_pair().realtime);
+    }
+    const Status status = channel_.write({frame_.data(), frame_.size()});
+    ++(ok(status) ? counters_.sent : counters_.dropped);
+    if (status == Status::kIo && channel_.is_serial() && channel_.is_open()) {
+        channel_.close();
+        retry_.close(clock_.now());
+    }
+    return status;
+}
+
+/// The time that the other side is told: the same in stamps and in answers to TIMESYNC, or it would correct twice.
+Timestamp MavlinkLink::link_time(Timestamp own) const {
+    return options_.time == MavlinkTime::kAutopilot && timesync_.ready() ? timesync_.to_remote(own) : own;
+}
+
+std::uint64_t MavlinkLink::time_us(Timestamp stamp) const {
+    return static_cast<std::uint64_t>(std::max<std::int64_t>(link_time(stamp).ns / 1000, 0));
+}
+
+Status MavlinkLink::send(const Odometry& odometry) {
+    send_due();
+    if (odometry.quality < 0 && !options_.send_lost) {
+        ++counters_.lost_poses;
+        return Status::kOk;
+    }
+    FrdOdometry frd;
+    FACET_TRY(to_frd(odometry, local_, frd));
+    newest_ = odometry;
+    frd.reset_counter = static_cast<std::uint8_t>(frd.reset_counter + local_changes_);
+    if (options_.message == PoseMessage::kOdometry) {
+        encode_odometry(frd, time_us(frd.stamp), payload_);
+        return send_message(MavlinkId::kOdometry);
+    }
+    encode_vision_position(frd, time_us(frd.stamp), payload_);
+    FACET_TRY(send_message(MavlinkId::kVisionPositionEstimate));
+    encode_vision_speed(frd, time_us(frd.stamp), payload_);
+    return send_message(MavlinkId::kVisionSpeedEstimate);
+}
+
+Status MavlinkLink::send_ranges(const ObstacleRanges& ranges) {
+    encode_obstacles(ranges, time_us(ranges.stamp), payload_);
+    return send_message(MavlinkId::kObstacleDistance);
+}
+
+void MavlinkLink::report(const StateChange& change) {
+    state_ = change.state;
+    change_ = change;
+    has_text_ = true;
+    send_due();
+}
+
+void MavlinkLink::service() {
+    reopen();
+    receive();
+    send_due();
+}
+
+/// Heartbeat, text and question whose time has come. Failures are counted.
+void MavlinkLink::send_due() {
+    const Timestamp now = clock_.now();
+    if (now >= next_heartbeat_) {
+        next_heartbeat_ = now + options_.heartbeat_period;
+        encode(MavHeartbeat{.system_status = mav_state(state_)}, payload_);
+        (void)send_message(MavlinkId::kHeartbeat);
+        if (now - last_autopilot_ > kAutopilotSilence) {
+            arming_.store(Arming::kUnknown, std::memory_order_relaxed);
+        }
+    }
+    if (has_text_ && now >= next_text_) {
+        next_text_ = now + kTextPeriod;
+        has_text_ = false;
+        encode_status_text(severity_of(state_), change_.text.data(), payload_);
+        (void)send_message(MavlinkId::kStatusText);
+    }
+    if (options_.time == MavlinkTime::kAutopilot && now >= next_question_) {
+        next_question_ = now + kQuestionPeriod;
+        const MavTimesync question{0, now.ns, {options_.address.system, options_.autopilot_component}};
+        encode(question, payload_);
+        if (ok(send_message(MavlinkId::kTimesync))) {
+            asked_.push(now);
+        }
+    }
+}
+
+void MavlinkLink::receive() {
+    std::array<std::uint8_t, kReadSize> bytes;
+    for (int i = 0; i < kReadsAtATime && channel_.is_open(); ++i) {
+        std::size_t size = 0;
+        const Status status = channel_.read(bytes, size);
+        if (status == Status::kNotReady) {
+            return;
+        }
+        if (!ok(status)) {
+            ++counters_.reads_failed;
+            if (channel_.is_serial()) {
+                channel_.close();
+                retry_.close(clock_.now());
+            }
+            return;
+        }
+        const Timestamp arrival = clock_.now();
+        (void)parser_.feed(std::span(bytes).first(size));  // takes it all: what is left of before is one frame at most
+        for (std::span<const std::uint8_t> raw; ok(parser_.next(packet_, raw));) {
+            if (is_trusted(raw)) {
+                handle(packet_, arrival);
+            }
+        }
+        if (!channel_.is_serial()) {
+            parser_.end_datagram();
+        }
+    }
+}
+
+/// Without a key every frame is; signatures are then not looked at.
+bool MavlinkLink::is_trusted(std::span<const std::uint8_t> raw) {
+    if (!signer_) {
+        return true;
+    }
+    packet_.is_signed = (raw[2] & kMavlinkSigned) != 0 && ok(signer_->verify(raw, clock_.read_pair().realtime));
+    const bool is_plain = (raw[2] & kMavlinkSigned) == 0;
+    const bool trusted = packet_.is_signed || (is_plain && options_.signing->accept_unsigned);
+    counters_.signature_faults += trusted ? 0 : 1;
+    return trusted;
+}
+
+}  // namespace facet

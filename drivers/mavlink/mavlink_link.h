@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The link to a flight controller: estimates out; time, arming and commands in.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <optional>
+#include <string>
+
+#include "drivers/common/retry_gate.h"
+#include "drivers/mavlink/frd.h"
+#include "drivers/mavlink/mavlink_channel.h"
+#include "drivers/mavlink/mavlink_messages.h"
+#include "drivers/mavlink/mavlink_parser.h"
+#include "drivers/mavlink/mavlink_signing.h"
+#include "drivers/mavlink/timesync_filter.h"
+#include "platform/base/ring_buffer.h"
+#include "platform/port/clock.h"
+
+namespace facet {
+
+enum class PoseMessage : std::uint8_t {
+    kOdometry,
+    kVision,  ///< VISION_POSITION_ESTIMATE and VISION_SPEED_ESTIMATE
+};
+
+/// The clock of the stamps that are sent.
+enum class MavlinkTime : std::uint8_t {
+    kAutopilot,  ///< the flight controller's, once its offset is found by TIMESYNC; ours until then
+    kOwn,        ///< ours; the flight controller may find the offset, since we answer its TIMESYNC
+    kStamps,     ///< those of the estimates, as they are: for logs. TIMESYNC is not answered
+};
+
+struct MavlinkSigningOptions {
+    MavlinkKey key{};
+    std::uint8_t link = 0;
+    bool accept_unsigned = false;
+};
+
+struct MavlinkOptions {
+    MavlinkAddress address;
+    MavlinkChannelOptions channel;
+    PoseMessage message = PoseMessage::kOdometry;
+    bool send_lost = false;  ///< poses of an estimator that is lost, with quality -1
+    MavlinkTime time = MavlinkTime::kAutopilot;
+    std::uint8_t autopilot_component = 1;  ///< MAV_COMP_ID_AUTOPILOT1, of our own system
+    std::uint8_t commands_from = 0;        ///< system whose commands are obeyed; 0: none
+    std::optional<MavlinkSigningOptions> signing;
+    Duration heartbeat_period = Duration::from_seconds(1.0);
+    Duration retry_period = Duration::from_seconds(1.0);  ///< pause before a failed serial line is reopened
+};
+
+enum class Arming : std::uint8_t { kUnknown, kDisarmed, kArmed };
+
+struct MavlinkCounters {
+    std::uint64_t sent = 0;
+    std::uint64_t dropped = 0;           ///< frames that the channel did not take
+    std::uint64_t lost_poses = 0;        ///< poses held back because the estimator was lost
+    std::uint64_t signature_faults = 0;  ///< frames received unsigned, wrongly signed or played back, and ignored
+    std::uint64_t commands = 0;          ///< obeyed
+    std::uint64_t commands_refused = 0;  ///< from the wrong system, or not possible now
+    std::uint64_t reads_failed = 0;
+};
+
+/// What is sent, what is answered and when: drivers/mavlink/README.md. A channel that is full or gone is no obstacle:
+/// what it does not take is dropped and counted, and a serial line is reopened. Thread-bound, except arming() and
+/// take_reset_request(). Heap only if open fails.
+class MavlinkLink final : public OdometrySink {
+public:
+    MavlinkLink(KernelIo& io, const Clock& clock, MavlinkOptions options);
+
+    /// See MavlinkChannel.
+    Status open(std::string& problem);
+    void close() { channel_.close(); }
+
+    /// Status::kOk also if the pose is held back on purpose.
+    Status send(const Odometry& odometry) override;
+    void report(const StateChange& change) override;
+    Status send_ranges(const ObstacleRanges& ranges) override;
+    void service() override;
+    /// Answers to TIMESYNC wait that long at most, which the other side takes for half as much of an offset.
+    Duration service_period() const override { return Duration::from_seconds(0.002); }
+
+    std::string name() const { return channel_.name(); }
+    const MavlinkCounters& counters() const { return counters_; }
+    const MavlinkParserCounters& received() const { return parser_.counters(); }
+    const TimesyncFilter& timesync() const { return timesync_; }
+
+    // On any thread:
+    Arming arming() const { return arming_.load(std::memory_order_relaxed); }
+    /// Whether the estimator was asked to begin anew since the last call.
+    bool take_reset_request() { return reset_requested_.exchange(false, std::memory_order_relaxed); }
+
+private:
+    Status send_message(MavlinkId id);
+    void send_due();
+    void receive();
+    bool is_trusted(std::span<const std::uint8_t> raw);
+    void handle(const MavlinkPacket& packet, Timestamp arrival);
+    void handle_timesync(const MavTimesync& timesync, const MavlinkAddress& from, Timestamp arrival);
+    void handle_command(const MavCommand& command, const MavlinkPacket& packet);
+    MavResult obey(const MavCommand& command);
+    bool is_autopilot(const MavlinkAddress& from) const;
+    Timestamp link_time(Timestamp own) const;
+    std::uint64_t time_us(Timestamp stamp) const;
+    void reopen();
+
+    const Clock& clock_;
+    MavlinkOptions options_;
+    MavlinkChannel channel_;
+    MavlinkParser parser_;
+    std::optional<MavlinkSigner> signer_;
+    TimesyncFilter timesync_;
+    RingBuffer<Timestamp, 8> asked_;  ///< TIMESYNC questions without an answer
+    MavlinkPayload payload_;
+    MavlinkFrame frame_;
+    MavlinkPacket packet_;
+    std::uint8_t sequence_ = 0;
+    MavlinkCounters counters_;
+    RetryGate retry_;
+    Timestamp next_heartbeat_;
+    Timestamp next_question_;
+    Timestamp next_text_;
+    Timestamp last_autopilot_;  ///< heartbeat
+    SinkState state_ = SinkState::kInit;
+    StateChange change_;
+    bool has_text_ = false;  ///< change_ has not been sent yet
+    LocalFrame local_;
+    std::uint8_t local_changes_ = 0;  ///< added to the estimator's reset counter
+    std::optional<Odometry> newest_;  ///< the last pose that was good enough to be sent
+    std::atomic<Arming> arming_{Arming::kUnknown};
+    std::atomic<bool> reset_requested_{false};
+};
+
+}  // namespace facet
