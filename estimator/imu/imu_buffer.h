@@ -80,9 +80,9 @@ struct ImuSpan {
 /// Vibration (see vibration.h). Every sample stores the level of vibration at its time, so that integrating an interval
 /// again gives the same noise. If white noise has more than twice the configured variance, the share of it that is
 /// believed to accumulate replaces the configured one if it is more, axis by axis. The rest, and tones, come and go
-/// within a period: an error of the attitude is added at the beginning and the end of the interval. The velocity's is in
-/// no interval. It is the same at the end of one and the beginning of the next, and images see none of it: the velocity
-/// that consecutive intervals have in common is the motion's with this ripple.
+/// within a period: an error of the attitude is added at the beginning and the end of the interval. The velocity's is
+/// in no interval. It is the same at the end of one and the beginning of the next, and images see none of it: the
+/// velocity that consecutive intervals have in common is the motion's with this ripple.
 ///
 /// About 550 KiB: a member or static, not a local. Thread-bound. No heap.
 class ImuBuffer {
