@@ -185,7 +185,8 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     predicted.reset_wanted = reset_wanted || rest_claim == RestClaim::kRefuted;
     predicted.inertial_data_poor = span.has_gap || span.clipped != 0;
     predicted.rests = rests;
-    predicted.is_starting = monitor.state() == TrackingState::kInit && is_confirmed && rest_claim == RestClaim::kNone;
+    predicted.is_starting = monitor.state() == TrackingState::kInit && is_confirmed && !frame.right.empty() &&
+                            rest_claim == RestClaim::kNone;
     predicted.keyframe_age_s = (stamp - newest.stamp).seconds();
     const Status tracked = track(frame, before, wants_keyframe(predicted));
     last_image = frame.stamp;

@@ -92,7 +92,7 @@ void check_figures(const test::FlightFigures& flight) {
                                         << text_report(flight.planes));
     CHECK(flight.trajectory.se3.translation_m.rmse < kMaxAte_m);
     const NeesStatistics& pose = flight.claims.parts[0];
-    CHECK(pose.count == 100);
+    CHECK(pose.count == 99);
     CHECK(flight.claims.unusable == 0);
     CHECK(pose.mean > 2.5);
     CHECK(pose.mean < 9.0);
