@@ -19,17 +19,13 @@ constexpr double kMost = 0.7;
 template <int kRows>
 void VibrationLearner::Logarithm::learn(const Eigen::Matrix<double, kRows, 1>& r,
                                         const Eigen::Matrix<double, kRows, kRows>& m, const InertialInnovation& of) {
-    const Eigen::Matrix<double, kRows, kRows> own = m * m;
-    const Eigen::Matrix<double, kRows, kRows> all = own + (m - own) / of.caution;
-    const double expected = all.trace();
-    const double slope = own.trace();
-    const double variance = 2.0 * all.squaredNorm();
-    if (!(expected > 0.0 && variance > 0.0) || !r.allFinite()) {
+    const double expected = m.trace();
+    if (!(expected > 0.0) || !r.allFinite()) {
         return;
     }
-    const double excess = std::min(r.squaredNorm(), kMostOfExpected * expected) - expected;
-    information = information * std::exp(-of.dt_s / kMemoryS) + slope * slope / variance;
-    x = std::clamp(x + slope * excess / variance / (kPriorInformation + information), kLeast, kMost);
+    information = information * std::exp(-of.dt_s / kMemoryS) + 0.5 * m.squaredNorm();
+    const double score = 0.5 * (std::min(r.squaredNorm(), kMostOfExpected * expected) - expected);
+    x = std::clamp(x + score / (kPriorInformation + information), kLeast, kMost);
 }
 
 void VibrationLearner::learn_gyro(const InertialInnovation& innovation) {

@@ -20,24 +20,19 @@ struct InertialInnovation {
     /// Covariance of r: I - A C A^T, with the Jacobian A of the residual and the covariance C of the states that it
     /// depends on. Its trace is the factor's redundancy.
     Eigen::Matrix<double, 9, 9> covariance;
-    /// What the variance of the images' errors is overstated by, for errors that change from keyframe to keyframe.
-    double caution = 1.0;
 };
 
 /// Learns the share of the vibration that accumulates. A sum of samples over T is wrong by what the spectrum has within
 /// 1/T of zero, where motion hides it from a meter; images, however, show motion, so that the share follows from what
 /// they leave of the inertial factors.
 ///
-/// With M = covariance in the rows of the gyroscope (the first three) or of the accelerometer (the others), the
-/// factor's own noise makes up M^2 of it and the images the rest, which is less by the caution d in their weights:
-///   E[r^T r] = e = tr(E),   E = M^2 + (M - M^2) / d.
-/// With the noise's variance times exp(x), de/dx = g = tr(M^2), and r^T r has the variance 2 tr(E^2) = 2 v, so that a
-/// factor says of x = 0
-///   score  g (r^T r - e) / (2 v),     information  g^2 / (2 v)
-/// (for d = 1 those of the restricted likelihood [Patterson71]). Each factor moves x by its score over the information
-/// gathered so far, which fades with a time constant of 10 s and is never below that of the prior, x = 0 with a
-/// deviation of 2: a factor of seven either way. r^T r counts up to four times what is expected of it: a blunder is no
-/// noise. Thread-bound. No heap.
+/// With the noise's variance times exp(x), the restricted likelihood [Patterson71] of the rows r of the gyroscope (the
+/// first three) or of the accelerometer (the others) has at x = 0, M being their covariance,
+///   score  1/2 (r^T r - tr(M)),     information  1/2 tr(M^2),
+/// so that factors of which the images say little count for little. Each factor moves x by its score over the
+/// information gathered so far, which fades with a time constant of 10 s and is never below that of the prior, x = 0
+/// with a deviation of 2: a factor of seven either way. r^T r counts up to four times what is expected of it: a blunder
+/// is no noise. Thread-bound. No heap.
 class VibrationLearner {
 public:
     /// Goes back to x = 0: what the meter sees accumulates like white noise.

@@ -33,11 +33,12 @@ void CalibrationQuality::learn(const Correction& correction, const Covariance& c
 
 double CalibrationQuality::scale() const { return std::sqrt(squared_scale_); }
 
-CalibrationMatrix CalibrationQuality::scaled(const CalibrationMatrix& information) const {
+CalibrationMatrix CalibrationQuality::scaled(const CalibrationMatrix& information, int first) const {
     CalibrationMatrix out = information;
-    const int cameras = std::min(static_cast<int>(out.rows()), kImuScale) - kRigTheta;
-    if (cameras > 0) {
-        out.block(kRigTheta, kRigTheta, cameras, cameras) /= squared_scale_;
+    const int end = std::min(static_cast<int>(out.rows()), kImuScale);
+    if (end > first) {
+        out.block(first, 0, end - first, end) /= scale();
+        out.block(0, first, end, end - first) /= scale();
     }
     return out;
 }

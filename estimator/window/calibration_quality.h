@@ -30,7 +30,8 @@ public:
     /// K.
     double scale() const;
     /// The information of what was given, for the present K. @param information  for K = 1
-    CalibrationMatrix scaled(const CalibrationMatrix& information) const;
+    /// @param first  of the parameters that K applies to, up to those of the IMU
+    CalibrationMatrix scaled(const CalibrationMatrix& information, int first) const;
 
 private:
     Covariance given_information_ = Covariance::Identity();

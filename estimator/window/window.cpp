@@ -118,7 +118,7 @@ void Window::replace_prior() {
                 emergency_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();
         }
     }
-    state_.given = quality_.scaled(given_information_);
+    state_.given = scaled_given();
     keeps_given_ = true;
     fill_calibration_prior(CalibrationMatrix::Zero(calibration_config_.dim(), calibration_config_.dim()));
 }
@@ -135,8 +135,13 @@ CalibrationMatrix Window::begin_calibration(CalibrationStart start) {
         state_.calibration = {};
         quality_.forget();
     }
-    state_.given = keeps_given_ ? quality_.scaled(given_information_) : nothing;
+    state_.given = keeps_given_ ? scaled_given() : nothing;
     return keeps_given_ ? nothing : information;
+}
+
+CalibrationMatrix Window::scaled_given() const {
+    // How the pair is mounted is a camera's pose, unless it is known roughly only, which says nothing of the cameras.
+    return quality_.scaled(given_information_, calibration_config_.estimate_extrinsics ? kRigDim : kRigTheta);
 }
 
 void Window::learn_calibration_quality() {
@@ -145,7 +150,7 @@ void Window::learn_calibration_quality() {
     }
     const RigCalibration::Tangent correction = RigCalibration{}.box_minus_to(state_.calibration);
     quality_.learn(correction.segment<kCameraTermsDim>(kRigDim), cameras_covariance());
-    state_.given = quality_.scaled(given_information_);
+    state_.given = scaled_given();
 }
 
 void Window::let_calibration_wander(Timestamp stamp) {
@@ -313,7 +318,6 @@ Status Window::newest_innovation(InertialInnovation& innovation) const {
     innovation.r = l.r.head<9>();
     innovation.covariance.setIdentity();
     innovation.covariance -= a * workspace_.solver.last_pair_covariance() * a.transpose();
-    innovation.caution = VisionNoise::kDependence;
     return Status::kOk;
 }
 

@@ -144,6 +144,8 @@ private:
     /// Sets what a new window begins with of the calibration: its estimate, what was given of it, and, returned, the
     /// prior's information about the estimate.
     CalibrationMatrix begin_calibration(CalibrationStart start);
+    /// Information about the calibration, if it is as good as has been learnt.
+    CalibrationMatrix scaled_given() const;
     /// Judges from the last optimization how good the given calibration is.
     void learn_calibration_quality();
     /// Lets the calibration in the prior wander up to a time.

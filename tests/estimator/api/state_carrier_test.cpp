@@ -37,7 +37,7 @@ struct Carried {
         return carrier->add_imu(sample);
     }
     Belief belief(double t) const {
-        Belief b{at(t), flight.state(t), StateCovariance::Identity() * 1e-4, {}};
+        Belief b{at(t), flight.state(t), StateCovariance::Identity() * 1e-4, {}, {}};
         b.state.bias.gyro.x() += 1e-3;
         return b;
     }

@@ -2,6 +2,7 @@
 // Camera models: round trips and Jacobians over the whole image, limits of validity.
 #include "estimator/geometry/camera_model.h"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>

@@ -98,11 +98,16 @@ TEST_CASE("the scale is that of the cameras' deviations, not of the time offset 
     quality.learn(2.0 * of_cameras(all).diagonal().cwiseSqrt(), Covariance::Zero());
     const double squared = std::pow(quality.scale(), 2);
     CHECK(squared > 2.0);
-    const CalibrationMatrix scaled = quality.scaled(information);
+    const CalibrationMatrix scaled = quality.scaled(information, kRigTheta);
     CHECK(scaled(kTimeOffset, kTimeOffset) == information(kTimeOffset, kTimeOffset));
     CHECK(scaled(kRigPos, kRightPos) == Approx(information(kRigPos, kRightPos) / squared));
     CHECK(scaled(kRightLens, kRightLens) == Approx(information(kRightLens, kRightLens) / squared));
     CHECK(scaled(kImuScale, kImuScale) == information(kImuScale, kImuScale));
+
+    const CalibrationMatrix but_pair = quality.scaled(information, kRigDim);
+    CHECK(but_pair(kRigPos, kRigPos) == information(kRigPos, kRigPos));
+    CHECK(but_pair(kRigPos, kRightPos) == Approx(information(kRigPos, kRightPos) / quality.scale()));
+    CHECK(but_pair(kRightPos, kRightPos) == Approx(information(kRightPos, kRightPos) / squared));
 }
 
 }  // namespace facet
