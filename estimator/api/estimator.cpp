@@ -20,6 +20,7 @@ constexpr int kRestTracks = 8;
 void Estimator::Impl::reset() {
     imu.clear(config.imu_noise.rate_hz, config.imu_limits);
     vibration.reset();
+    imu.believe(vibration.share());
     frontend.reset();
     other_frontend.reset();
     window.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity);

@@ -29,13 +29,13 @@ struct InertialInnovation {
 /// With the noise's variance times exp(x), the restricted likelihood [Patterson71] of the rows r of the gyroscope (the
 /// first three) or of the accelerometer (the others) has at x = 0, M being their covariance,
 ///   score  1/2 (r^T r - tr(M)),     information  1/2 tr(M^2),
-/// so that factors of which the images say little count for little. Each factor moves x by its score over the
-/// information gathered so far, which fades with a time constant of 10 s and is never below that of the prior, x = 0
-/// with a deviation of 2: a factor of seven either way. r^T r counts up to four times what is expected of it: a blunder
-/// is no noise. Thread-bound. No heap.
+/// so that factors of which the images say little count for little. Each moves the share's logarithm by its score over
+/// the information gathered so far, which fades with a time constant of 10 s and is never below that of the prior: a
+/// share of a tenth, since rotors have little near zero, and a factor of seven either way. r^T r counts up to four
+/// times what is expected of it: a blunder is no noise. Thread-bound. No heap.
 class VibrationLearner {
 public:
-    /// Goes back to x = 0: what the meter sees accumulates like white noise.
+    /// Goes back to the prior.
     void reset() { *this = {}; }
     /// Of a factor whose noise was raised for vibration by the present share.
     void learn_gyro(const InertialInnovation& innovation);
@@ -45,7 +45,7 @@ public:
 
 private:
     struct Logarithm {
-        double x = 0.0;
+        double x = -2.3;           ///< of the share
         double information = 0.0;  ///< beyond the prior's
 
         template <int kRows>
