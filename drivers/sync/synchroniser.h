@@ -58,8 +58,8 @@ struct SynchroniserOptions {
 
 /// A pair, or the view that there is, ready for the estimator.
 struct SyncedFrame {
-    Timestamp stamp;    ///< exposure midpoint: edge + trigger delay + exposure / 2, or the left frame's own
-    CameraFrame left;   ///< the image of one of them is empty if it is missing
+    Timestamp stamp;   ///< exposure midpoint: edge + trigger delay + exposure / 2, or the left frame's own
+    CameraFrame left;  ///< the image of one of them is empty if it is missing
     CameraFrame right;
     std::uint32_t event = 0;
 };
