@@ -26,9 +26,10 @@ bool triangulate_landmark(const WindowState& state, const WindowCameras& cameras
     options.rho_prior_sigma = kRhoPriorSigma;
     std::optional<PlaneChart> plane;
     if (landmark.plane != Landmark::kNoPlane) {
-        plane.emplace(state.planes[static_cast<std::size_t>(landmark.plane)].plane, cameras.left(host));
+        const WindowPlane& holder = state.planes[static_cast<std::size_t>(landmark.plane)];
+        plane.emplace(holder.plane, cameras.left(host));
         options.plane = &*plane;
-        options.plane_sigma_m = regularity.sigma_m;
+        options.plane_sigma_m = holder.sigma_m;
         options.plane_huber_threshold = regularity.huber_threshold;
     }
     options.max_iterations = steps;

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 
 #include "estimator/window/plane_pairs.h"
 #include "estimator/window/point_fit.h"
@@ -189,6 +190,20 @@ void PlaneSet::assign(const PlaneProposals& proposals, WindowState& state, const
     }
 }
 
+/// How much each height counts, by the number of landmarks on its plane.
+void PlaneSet::weigh(WindowState& state) const {
+    std::array<int, kMaxPlanes> counts{};
+    for (int i = 0; i < state.landmarks.size(); ++i) {
+        const Landmark& landmark = state.landmarks[i];
+        if (landmark.plane != Landmark::kNoPlane && landmark.is_active) {
+            ++counts[static_cast<std::size_t>(landmark.plane)];
+        }
+    }
+    for (std::size_t p = 0; p < state.planes.size(); ++p) {
+        state.planes[p].sigma_m = config_.weigh_m(counts[p]);
+    }
+}
+
 void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const WindowCameras& cameras) {
     for (int p = static_cast<int>(state.planes.size()) - 1; p >= 0; --p) {
         WindowPlane& plane = state.planes[static_cast<std::size_t>(p)];
@@ -208,6 +223,7 @@ void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const
         }
     }
     assign(proposals, state, cameras);
+    weigh(state);
 }
 
 void PlaneSet::judge(WindowState& state) {

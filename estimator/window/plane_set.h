@@ -16,6 +16,8 @@ namespace facet {
 /// is marginalized and its landmarks are free again.
 ///   A landmark joins a plane whose proposal lists it if its distance is below join_sigmas of its own and the plane's
 /// uncertainty; it leaves beyond leave_sigmas, and does not rejoin after the second time.
+///   The heights of many landmarks above one plane count less than as many independent ones
+/// (RegularityConfig::weigh_m); their number is that at the begin of the optimization.
 /// Thread-bound. No heap.
 class PlaneSet {
 public:
@@ -43,6 +45,7 @@ private:
     bool make_room(WindowState& state) const;
     void admit(const PlaneProposal& proposal, WindowState& state, const WindowCameras& cameras);
     void assign(const PlaneProposals& proposals, WindowState& state, const WindowCameras& cameras) const;
+    void weigh(WindowState& state) const;
 
     RegularityConfig config_;
     boost::container::static_vector<PlaneId, 4 * kMaxPlanes> refused_;

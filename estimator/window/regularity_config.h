@@ -2,7 +2,9 @@
 // Parameters of structural regularities: planes in the window.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -31,6 +33,7 @@ constexpr std::string_view to_string(RegularityMode mode) {
 struct RegularityConfig {
     RegularityMode mode = RegularityMode::kS;  ///< chosen with the run, not among the parameters
     double sigma_m = 0.01;
+    double height_correlation = 0.1;
     double huber_threshold = 1.5;
     int min_constraints = 20;
     int keep_constraints = 8;
@@ -44,6 +47,10 @@ struct RegularityConfig {
     double pair_threshold = 1.0;
     double pair_gate_deg = 3.0;
 
+    /// Standard deviation with which the height of each of `count` landmarks on one plane counts (m). If any two
+    /// have the correlation c, their mean has the variance sigma^2 (1 + c (count - 1)) / count.
+    double weigh_m(int count) const { return sigma_m * std::sqrt(1.0 + height_correlation * std::max(0, count - 1)); }
+
     /// The condition between fields that does not hold, as a sentence; empty if all hold.
     std::string_view broken_rule() const;
     /// kInvalidArgument if a field is outside its range or a condition between fields does not hold.
@@ -53,6 +60,9 @@ struct RegularityConfig {
 inline constexpr auto kRegularityFields = std::to_array<ParameterField<RegularityConfig>>({
     {FACET_FIELD(RegularityConfig, sigma_m), "m", 1e-3, 0.5,
      "Standard deviation of a landmark's distance from the plane that holds it: how flat real surfaces are."},
+    {FACET_FIELD(RegularityConfig, height_correlation), "-", 0, 1,
+     "Correlation of the errors of two landmarks' distances from one plane: surfaces bend, and tracks on them drift "
+     "alike."},
     {FACET_FIELD(RegularityConfig, huber_threshold), "-", 0.5, 10,
      "Threshold of Huber's robust loss on a landmark's distance from its plane, in standard deviations."},
     {FACET_FIELD(RegularityConfig, min_constraints), "-", 6, kMaxPlaneLandmarks,

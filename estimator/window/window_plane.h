@@ -16,6 +16,7 @@ struct WindowPlane {
     Plane plane;
     Plane plane_lin;
     bool is_bound = false;     ///< it is part of the prior
+    double sigma_m = 0.01;     ///< of a height above it as it counts in the estimate: see RegularityConfig::weigh_m
     int constraints = 0;       ///< landmarks held on it at the last linearization
     double mean_chi2 = 0.0;    ///< of these landmarks' heights if they were free
     int misfit_keyframes = 0;  ///< in a row, with too large a mean_chi2

@@ -104,16 +104,17 @@ double WindowProblem::add_plane_height(Landmark& landmark) {
     const HuberLoss loss{regularity_config_->huber_threshold};
     const CameraPose& host = cameras_->left(landmark.observations.front().keyframe);
     CoplanarityLinearization l;
-    if (!ok(linearize_coplanarity(plane.plane, plane.linearization_point(), host, landmark.point,
-                                  regularity_config_->sigma_m, loss, l))) {
+    if (!ok(linearize_coplanarity(plane.plane, plane.linearization_point(), host, landmark.point, plane.sigma_m, loss,
+                                  l))) {
         return 0.0;
     }
     // At the optimum the images pull the point off the plane as strongly as the plane pulls it back. With
     // q = w s / sigma^2, s the height's variance by images alone, the free height is therefore e = r (1 + q); its
-    // variance is sigma^2 + s, s as measured.
+    // variance is f^2 + s, f how flat surfaces are, s as measured. A single height is judged by f, not by sigma.
     const double q = schur_.point_variance(l.d_r_d_point);
+    const double flat = std::pow(regularity_config_->sigma_m / plane.sigma_m, 2);
     landmark.plane_chi2 =
-        l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (1.0 + cameras_->observation_variance() * q / l.weight);
+        l.r * l.r / l.weight * (1.0 + q) * (1.0 + q) / (flat + cameras_->observation_variance() * q / l.weight);
     schur_.add_plane(plane_row(landmark.plane), l);
     return l.cost;
 }

@@ -153,6 +153,27 @@ TEST_CASE("planes: the estimate gains by them and stays consistent", "[plane_set
     CHECK(nees / count < 10.5);  // 99.9 % of the mean of 6 chi-squares of 6 degrees of freedom
 }
 
+TEST_CASE("planes: heights above one plane share errors, which more landmarks do not average out", "[plane_set]") {
+    const RegularityConfig config;
+    CHECK(config.weigh_m(0) == config.sigma_m);
+    CHECK(config.weigh_m(1) == config.sigma_m);
+    double mean_variance_m2 = std::pow(config.sigma_m, 2);
+    for (int count = 2; count <= kMaxPlaneLandmarks; ++count) {
+        const double less = std::pow(config.weigh_m(count), 2) / count;
+        CHECK(less < mean_variance_m2);  // one more landmark always tells something
+        mean_variance_m2 = less;
+    }
+    CHECK(mean_variance_m2 > config.height_correlation * std::pow(config.sigma_m, 2));
+
+    Flight flight(RegularityMode::kSpr);
+    flight.fly(2.0, flight.truth().planes());
+    REQUIRE_FALSE(flight.planes().empty());
+    for (const WindowPlane& plane : flight.planes()) {
+        CHECK(plane.constraints > 1);
+        CHECK(plane.sigma_m >= config.weigh_m(plane.constraints));  // those that have left since counted then
+    }
+}
+
 TEST_CASE("planes: without any, SPR is S to the bit", "[plane_set]") {
     Flight s(RegularityMode::kS);
     Flight spr(RegularityMode::kSpr);
