@@ -69,7 +69,21 @@ void Synchroniser::add_imu(Timestamp stamp) {
     }
 }
 
-Status Synchroniser::add_edge(const TriggerEdge& edge) {
+/// Edges before this one that left no trace: its stamp lies on the grid of the pulses, further on than its count. Off
+/// that grid, or after so long that the cameras' stamps are compared anew, nothing is known.
+std::uint32_t Synchroniser::unnoticed_before(const TriggerEdge& edge) const {
+    constexpr double kOnGrid = 0.2;  // periods
+    if (edge.numbered || !any_edge_) {
+        return 0;
+    }
+    const double periods = (edge.stamp - last_edge_.stamp).seconds() / options_.period.seconds();
+    const double whole = std::round(periods);
+    const auto arrived = static_cast<double>(edge.sequence + edge_base_ - last_edge_.sequence);
+    const bool is_lost = whole > arrived && whole < static_cast<double>(CountMatcher::kEvents);
+    return is_lost && std::abs(periods - whole) < kOnGrid ? static_cast<std::uint32_t>(whole - arrived) : 0;
+}
+
+Status Synchroniser::add_edge(TriggerEdge edge) {
     if (any_imu_ && is_far(edge.stamp, newest_imu_, options_.epoch_limit)) {
         report(SyncFault::kEpochMismatch, SyncCamera::kNone, edge.stamp, (edge.stamp - newest_imu_).ns);
         return Status::kInvalidArgument;
@@ -82,6 +96,8 @@ Status Synchroniser::add_edge(const TriggerEdge& edge) {
     }
     clear(SyncFault::kDuplicate, SyncCamera::kNone);
     clear(SyncFault::kOutOfOrder, SyncCamera::kNone);
+    edge_base_ += unnoticed_before(edge);
+    edge.sequence += edge_base_;
     if (any_edge_ && edge.sequence - last_edge_.sequence > 1) {
         report(SyncFault::kGap, SyncCamera::kNone, edge.stamp,
                static_cast<std::int64_t>(edge.sequence - last_edge_.sequence) - 1);

@@ -67,8 +67,8 @@ struct SyncedFrame {
 /// All stamps are on one clock (ClockMap). A CountMatcher assigns each camera's frames to events (edges, or the left
 /// camera's frames); images of one event are a pair. An image whose partner does not come is delivered alone; without a
 /// trigger, the right camera is the reference while the left one is silent. When a camera's count falls back (its node
-/// was reopened), it is continued by the time that has passed. Add everything as it arrives, in any interleaving of the
-/// streams, then:
+/// was reopened), it is continued by the time that has passed; so is a count of edges that misses the lost ones.
+/// Add everything as it arrives, in any interleaving of the streams, then:
 ///   while (ok(sync.pop(pair))) { ... }
 ///   while (ok(sync.pop_report(report))) { ... }
 /// A pair is delivered once an inertial stamp at or after its own has been added; stamps strictly increase. When
@@ -85,7 +85,7 @@ public:
     Status add_left(CameraFrame frame) { return add(SyncCamera::kLeft, std::move(frame)); }
     Status add_right(CameraFrame frame) { return add(SyncCamera::kRight, std::move(frame)); }
     /// @return kOutOfOrder or kInvalidArgument: ignored.
-    Status add_edge(const TriggerEdge& edge);
+    Status add_edge(TriggerEdge edge);
     /// The stamp of the newest inertial sample that the estimator has.
     void add_imu(Timestamp stamp);
 
@@ -117,6 +117,7 @@ private:
     Stream& stream(SyncCamera camera) { return streams_[static_cast<std::size_t>(camera)]; }
     const Stream& stream(SyncCamera camera) const { return streams_[static_cast<std::size_t>(camera)]; }
     Status add(SyncCamera camera, CameraFrame frame);
+    std::uint32_t unnoticed_before(const TriggerEdge& edge) const;
     std::uint32_t base_for(const Stream& stream, const CameraFrame& frame) const;
     Status check(SyncCamera camera, const CameraFrame& frame);
     void assign(SyncCamera camera);
@@ -136,7 +137,8 @@ private:
     bool any_frame_ = false;
     Timestamp first_frame_;
     bool any_edge_ = false;
-    TriggerEdge last_edge_;
+    TriggerEdge last_edge_;        ///< its count as carried on
+    std::uint32_t edge_base_ = 0;  ///< added to the source's own count: edges that left no trace
     bool any_given_ = false;
     Timestamp last_given_;
     RingBuffer<SyncReport, kReports> reports_;
