@@ -14,7 +14,7 @@ ImuCan::ImuCan(KernelIo& io, const Clock& clock, CanDecoder& decoder, ImuCanOpti
       options_(std::move(options)),
       socket_(io),
       assembler_(options_.max_force_gap),
-      life_(*this, clock, options_.retry_period, counters_) {}
+      life_(*this, clock, options_.retry_period, counters_, options_.silence) {}
 
 Status ImuCan::open(std::string& problem) {
     decoder_.reset();
@@ -92,7 +92,7 @@ Status ImuCan::next(Duration timeout, ImuSample& sample) {
             return received;
         }
         if (received == Status::kNotReady) {
-            return received;
+            return life_.not_ready(options_.socket.interface);
         }
         if (const Status taken = take(frame); taken != Status::kNotReady) {
             return taken;

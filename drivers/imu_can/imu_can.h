@@ -20,6 +20,7 @@ struct ImuCanOptions {
     Duration latency;
     Duration max_force_gap = Duration::from_seconds(0.05);  ///< see ImuAssembler
     Duration retry_period = Duration::from_seconds(0.5);
+    Duration silence;  ///< without a measurement for this long the socket is reopened; zero: never
 };
 
 /// Counters beyond those of every source.

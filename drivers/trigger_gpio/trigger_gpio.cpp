@@ -12,7 +12,8 @@ TriggerGpio::TriggerGpio(KernelIo& io, const Clock& clock, TriggerGpioOptions op
     : io_(io),
       options_(std::move(options)),
       line_(make_gpio_line(options_.line.backend, io)),
-      life_(*this, clock, options_.retry_period, counters_) {}
+      label_(describe(options_.line)),
+      life_(*this, clock, options_.retry_period, counters_, options_.silence) {}
 
 Status TriggerGpio::open(std::string& problem) {
     waiting_.clear();
@@ -67,8 +68,11 @@ Status TriggerGpio::next(Duration timeout, TriggerEdge& edge) {
     if (take(edge)) {
         return Status::kOk;
     }
-    FACET_TRY(read(timeout));
-    return take(edge) ? Status::kOk : Status::kNotReady;
+    const Status status = read(timeout);
+    if (ok(status) && take(edge)) {
+        return Status::kOk;
+    }
+    return status == Status::kIo ? status : life_.not_ready(label_);
 }
 
 }  // namespace facet

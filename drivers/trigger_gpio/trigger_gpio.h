@@ -17,6 +17,7 @@ struct TriggerGpioOptions {
     GpioLineName line;
     GpioInputSettings input;
     Duration retry_period = Duration::from_seconds(0.5);
+    Duration silence{};  ///< without an edge for this long the line is requested anew; zero: never
 };
 
 /// The kernel stamps edges in the interrupt and numbers them (line_seqno), including those that did not fit into its
@@ -45,6 +46,7 @@ private:
     std::unique_ptr<GpioLine> line_;
     RingBuffer<TriggerEdge, GpioLine::kEventsPerRead> waiting_;
     SourceCounters counters_;
+    std::string label_;
     DeviceLife life_;
     IncreasingStamps order_;
     std::uint32_t kernel_sequence_ = 0;  ///< of the last edge since the line was opened

@@ -40,7 +40,8 @@ public:
     double self_test_force_mg = 400.0;
     bool floating = false;  ///< nobody drives the data line
 
-private:
+    bool is_on() const { return banks[0][0x4E] != 0; }
+    /// Back to the defaults, as after a dip of the supply.
     void reset() {
         for (auto& bank : banks) {
             bank.fill(0);
@@ -48,6 +49,8 @@ private:
         banks[0][0x75] = 0x47;
         fifo.clear();
     }
+
+private:
     void on_write(std::uint8_t address, std::uint8_t value) override {
         if (address == 0x76) {
             banks[0][0x76] = value;
@@ -92,8 +95,10 @@ private:
 
 class IcmHarness final : public test::SpiHarness {
 public:
-    explicit IcmHarness(const Icm42688Options& options = {}) : chip(device, clock, options) {
-        imu = std::make_unique<ImuSpi>(chip, &edges, clock, ImuSpiOptions{});
+    explicit IcmHarness(const Icm42688Options& options = {}, Duration silence = {}) : chip(device, clock, options) {
+        ImuSpiOptions source;
+        source.silence = silence;
+        imu = std::make_unique<ImuSpi>(chip, &edges, clock, source);
         edges.one_by_one = false;
         edges.period_ns = 1'000'000;
         edges.on_edge = [this](Timestamp) {
@@ -103,6 +108,14 @@ public:
         };
     }
     void set_present(bool present) override { device.present = present; }
+    /// As offer, but a chip that is off makes no interrupts.
+    void run(int samples) {
+        if (device.is_on()) {
+            offer(samples);
+        } else {
+            clock.advance({samples * edges.period_ns});
+        }
+    }
 
     FakeIcm device;
     Icm42688 chip;
@@ -219,6 +232,29 @@ TEST_CASE("a chip that comes back in flight is not tested again, one that is sta
     CHECK(h.imu->counters().delivered > 0);
     h.imu->stop();
     CHECK(h.imu->start() == Status::kIo);
+}
+
+TEST_CASE("a chip that a brown-out has reset makes no interrupts: it is set up again, in a tenth of a second") {
+    IcmHarness h({}, Duration::from_seconds(0.1));
+    REQUIRE(ok(h.imu->start()));
+    h.run(50);
+    CHECK(test::drain(h).stamps.size() > 40);
+    h.device.reset();
+    const Timestamp dip = h.clock.now();
+    Timestamp back;
+    for (int i = 0; i < 200 && back.ns == 0; ++i) {
+        h.run(10);
+        ImuSample sample;
+        Status status = Status::kOk;
+        while ((status = h.imu->next({}, sample)) == Status::kOk) {
+            back = sample.stamp.ns > dip.ns ? sample.stamp : back;
+        }
+    }
+    CHECK(back.ns > 0);
+    CHECK((back - dip).seconds() < 0.5);
+    CHECK(h.imu->problem().find("no data for 1") != std::string_view::npos);
+    CHECK(h.imu->counters().errors == 1);
+    CHECK(h.imu->counters().recoveries == 1);
 }
 
 TEST_CASE("a bus that comes loose gives corrupt readings, not samples") {

@@ -9,6 +9,7 @@
 using facet::test::FakeGpio;
 using facet::test::GpioRequest;
 
+// NOLINTBEGIN(readability-identifier-naming): names of the library
 struct gpiod_line {
     gpiod_chip* chip = nullptr;
     unsigned offset = 0;
@@ -99,3 +100,4 @@ int gpiod_line_event_read_multiple(gpiod_line* line, gpiod_line_event* events, u
 int gpiod_line_set_value(gpiod_line* line, int value) { return result_of(line->chip->gpio->set_level(value != 0)); }
 
 }  // extern "C"
+// NOLINTEND(readability-identifier-naming)

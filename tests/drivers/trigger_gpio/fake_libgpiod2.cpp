@@ -10,6 +10,7 @@ using facet::ClockDomain;
 using facet::test::FakeGpio;
 using facet::test::GpioRequest;
 
+// NOLINTBEGIN(readability-identifier-naming): names of the library
 struct gpiod_chip {
     FakeGpio* gpio = nullptr;
 };
@@ -150,3 +151,4 @@ std::uint64_t gpiod_edge_event_get_timestamp_ns(gpiod_edge_event* event) {
 unsigned long gpiod_edge_event_get_line_seqno(gpiod_edge_event* event) { return event->event.sequence; }
 
 }  // extern "C"
+// NOLINTEND(readability-identifier-naming)

@@ -149,6 +149,28 @@ TEST_CASE("the count goes on when the line is opened again") {
     CHECK(h.trigger.counters().lost == 0);
 }
 
+TEST_CASE("a line without edges is requested anew, and its count goes on") {
+    const auto backend = GENERATE(GpioBackend::kLibgpiod, GpioBackend::kChardev);
+    CAPTURE(static_cast<int>(backend));
+    TriggerGpioOptions options = options_for(backend);
+    options.silence = Duration::from_seconds(0.5);
+    GpioHarness h(options);
+    REQUIRE(ok(h.trigger.start()));
+    h.offer(5);
+    CHECK(test::drain(h).stamps.size() == 5);
+    h.kernel.requested = {};
+    h.clock.advance(Duration::from_seconds(0.6));
+    TriggerEdge edge;
+    CHECK(h.trigger.next({}, edge) == Status::kIo);
+    CHECK(h.trigger.problem() == "/dev/gpiochip0 line 1: no data for 600 ms");
+    CHECK(h.trigger.next({}, edge) == Status::kNotReady);
+    CHECK(h.kernel.requested.offset == 1);
+    h.offer(1);
+    REQUIRE(h.trigger.next({}, edge) == Status::kOk);
+    CHECK(edge.sequence == 6);
+    CHECK(h.trigger.counters().recoveries == 1);
+}
+
 TEST_CASE("GPIO failures have the same words by every backend") {
     const auto backend = GENERATE(GpioBackend::kLibgpiod, GpioBackend::kChardev);
     CAPTURE(static_cast<int>(backend));

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+// NOLINTBEGIN(readability-identifier-naming): names of the library
 extern "C" {
 
 struct gpiod_chip;
@@ -74,3 +75,4 @@ std::uint64_t gpiod_edge_event_get_timestamp_ns(gpiod_edge_event* event);
 unsigned long gpiod_edge_event_get_line_seqno(gpiod_edge_event* event);
 
 }  // extern "C"
+// NOLINTEND(readability-identifier-naming)
