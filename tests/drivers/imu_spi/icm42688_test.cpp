@@ -185,6 +185,39 @@ TEST_CASE("the ratio of the clocks is learnt") {
     CHECK(h.imu->counters().lost == 0);
 }
 
+TEST_CASE("edges that the kernel has merged carry the later one's stamp: no sample moves by a period") {
+    for (const int watermark : {1, 2}) {
+        CAPTURE(watermark);
+        IcmHarness h({1000, static_cast<std::uint8_t>(watermark), false});
+        int edge = 0;
+        const auto add = [&] {
+            for (int i = 0; i < watermark; ++i) {
+                h.time_us = static_cast<std::uint16_t>(h.time_us + 1000);
+                h.device.fifo.push_back(make_packet(0, 0, h.time_us));
+            }
+        };
+        h.edges.period_ns = watermark * 1'000'000;
+        h.edges.on_edge = [&](Timestamp) { add(); };
+        REQUIRE(ok(h.imu->start()));
+        test::Drained all;
+        for (; edge < 200; ++edge) {
+            if (edge % 7 == 6) {
+                add();  // its edge was merged with the next one
+                h.clock.advance({h.edges.period_ns});
+            }
+            h.offer(1);
+            for (const Timestamp stamp : test::drain(h).stamps) {
+                all.stamps.push_back(stamp);
+            }
+        }
+        REQUIRE(all.stamps.size() > 200);
+        for (std::size_t i = 1; i < all.stamps.size(); ++i) {
+            CAPTURE(i);
+            REQUIRE(std::abs((all.stamps[i] - all.stamps[i - 1]).ns - 1'000'000) < 1'000);
+        }
+    }
+}
+
 TEST_CASE("packets lost to a full FIFO show as a gap") {
     IcmHarness h;
     REQUIRE(ok(h.imu->start()));
