@@ -41,7 +41,7 @@ known_preset() {
     # Two single OpenCV modules: libopencv-dev, or features2d alone, would pull in several hundred packages.
     LIBRARY_PACKAGES=(
         libeigen3-dev libboost-dev libopencv-core-dev libopencv-imgproc-dev libpng-dev
-        libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libfmt-dev
+        libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libfmt-dev libgpiod-dev
     )
     TEST_LIBRARY_PACKAGES=(catch2 libbenchmark-dev)
 }

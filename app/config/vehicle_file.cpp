@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/config/vehicle_file.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "app/config/calibrated_config.h"
@@ -94,6 +95,25 @@ void require_valid(const Vehicle& vehicle) {
     }
 }
 
+/// A device without data for ten of its periods is opened anew.
+void set_silences(Vehicle& vehicle) {
+    constexpr double kPeriods = 10.0;
+    constexpr double kLeastForImu_s = 0.1;  // more than a reader may be kept from running
+    const Duration frames = Duration::from_seconds(kPeriods / vehicle.cameras.rate_hz);
+    const Duration samples =
+        Duration::from_seconds(std::max(kLeastForImu_s, kPeriods / vehicle.calibration.noise.rate_hz));
+    vehicle.cameras.left.silence = vehicle.cameras.right.silence = frames;
+    if (vehicle.trigger) {
+        vehicle.trigger->input.silence = frames;
+    }
+    if (vehicle.imu_spi) {
+        vehicle.imu_spi->source.silence = samples;
+    }
+    if (vehicle.imu_can) {
+        vehicle.imu_can->source.silence = samples;
+    }
+}
+
 }  // namespace
 
 std::string beside(const YamlNode& path) {
@@ -145,6 +165,7 @@ std::vector<std::string> check_vehicle(const std::string& path, Vehicle& vehicle
     attempt_if_there("sinks", [&](const YamlNode& node) { read_sinks(node, vehicle); });
     attempt_if_there("realtime", [&](const YamlNode& node) { vehicle.realtime = read_realtime(node); });
     attempt([&] { root.finish(); });
+    set_silences(vehicle);
     return errors;
 }
 

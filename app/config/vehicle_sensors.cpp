@@ -73,6 +73,8 @@ GpioLineName read_line_name(YamlSection& section) {
     } else {
         name.name = line.text();
     }
+    constexpr std::array<std::string_view, 2> kBackends{"libgpiod", "chardev"};
+    name.backend = static_cast<GpioBackend>(section.choice("backend", kBackends, 0));
     return name;
 }
 

@@ -22,6 +22,7 @@ SynchroniserOptions synchroniser_options(const Vehicle& vehicle) {
     options.has_right = vehicle.calibration.rig.has_right;
     if (vehicle.trigger) {
         options.trigger_delay = vehicle.trigger->delay;
+        options.trigger_silence = Duration{5 * options.period.ns};
     } else if (vehicle.cameras.side_by_side) {
         options.votes = 1;  // halves of one image need no evidence that they belong together
     }

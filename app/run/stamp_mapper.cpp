@@ -4,9 +4,10 @@
 namespace facet {
 namespace {
 
-constexpr Duration kPairPeriod = Duration::from_seconds(0.5);
-constexpr Duration kFirstPairPeriod = Duration::from_seconds(0.02);
-constexpr std::uint64_t kFirstPairs = 5;
+/// So often that a step of the wall clock, which takes five pairs to be believed, is followed within 0.15 s.
+constexpr Duration kPairPeriod = Duration::from_seconds(0.03);
+/// How far in the future a stamp may seem to be, by the estimate's error.
+constexpr Duration kAhead = Duration::from_seconds(0.005);
 
 }  // namespace
 
@@ -32,11 +33,10 @@ Status StampMapper::map(Timestamp& stamp) {
     } else if (clock_.now() >= next_pair_) {
         const ClockPair pair = clock_.read_pair();
         (void)clock_map_.add(pair.realtime, pair.monotonic);
-        const bool first = clock_map_.counters().pairs < kFirstPairs;
-        next_pair_ = clock_.now() + (first ? kFirstPairPeriod : kPairPeriod);
+        next_pair_ = clock_.now() + kPairPeriod;
     }
     Timestamp mapped;
-    FACET_TRY(clock_map_.map(stamp, mapped));
+    FACET_TRY(clock_map_.map(stamp, clock_.now() + kAhead, mapped));
     stamp = mapped;
     return Status::kOk;
 }

@@ -7,16 +7,16 @@
 
 namespace facet {
 
-/// Monotonic stamps pass unchanged. Wall-clock stamps are mapped by pairs of both host clocks, read together about
-/// twice a second; stamps of hardware and devices by pairs of stamp and arrival, of which those with little delay count
+/// Monotonic stamps pass unchanged. Wall-clock stamps are mapped by pairs of both host clocks, read together some thirty
+/// times a second; stamps of hardware and devices by pairs of stamp and arrival, of which those with little delay count
 /// most. Thread-bound. No heap.
 class StampMapper {
 public:
     StampMapper(const Clock& clock, ClockDomain domain);
 
     /// To be called for every sample as it arrives.
-    /// @return kNotReady until there are enough pairs, kOutOfOrder if the result is not after the one before: drop the
-    ///         sample
+    /// @return kNotReady until there are enough pairs, kOutOfOrder if the result is not after the one before, kCorrupt
+    ///         if it lies in the future: drop the sample
     Status map(Timestamp& stamp);
 
 private:

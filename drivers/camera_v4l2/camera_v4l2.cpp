@@ -7,7 +7,9 @@
 namespace facet {
 
 CameraV4l2::CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options)
-    : options_(std::move(options)), capture_(io), life_(*this, clock, options_.retry_period, counters_) {
+    : options_(std::move(options)),
+      capture_(io),
+      life_(*this, clock, options_.retry_period, counters_, options_.silence) {
     if (options_.capture.width > 0 && options_.capture.height > 0) {
         image_bytes_ =
             static_cast<std::size_t>(options_.capture.width) * static_cast<std::size_t>(options_.capture.height);
@@ -127,7 +129,9 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
 Status CameraV4l2::next(Duration timeout, CameraFrame& frame) {
     FACET_TRY(life_.check());
     V4l2Buffer newest;
-    FACET_TRY(take_all(timeout, newest));
+    if (const Status taken = take_all(timeout, newest); !ok(taken)) {
+        return taken == Status::kNotReady ? life_.not_ready(options_.capture.device) : taken;
+    }
     const Status delivered = deliver(newest, frame);
     std::string words;
     if (!ok(capture_.queue(newest.index, words)) && !ok(delivered)) {

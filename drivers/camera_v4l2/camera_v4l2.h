@@ -34,6 +34,7 @@ struct CameraV4l2Options {
     Duration readout;   ///< from the end of exposure to the stamp; for end-of-frame stamps
     StampSource stamp_source = StampSource::kAsFlagged;
     Duration retry_period = Duration::from_seconds(0.5);
+    Duration silence;  ///< without an image for this long the node is reopened; zero: never
 };
 
 /// Counters beyond those of every source.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/common/device_life.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace facet {
@@ -14,6 +15,8 @@ Status DeviceLife::open() {
         return status;
     }
     state_ = State::kOpen;
+    heard_ = clock_.now();
+    any_heard_ = false;
     return Status::kOk;
 }
 
@@ -55,7 +58,20 @@ Status DeviceLife::fail_without_closing(std::string problem) {
     return Status::kIo;
 }
 
+Status DeviceLife::not_ready(const std::string& name) {
+    const Duration quiet = clock_.now() - heard_;
+    const Duration limit = any_heard_ ? silence_ : std::max(silence_, kFirstSample);
+    if (silence_.ns == 0 || state_ != State::kOpen || quiet <= limit) {
+        return Status::kNotReady;
+    }
+    device_.close();
+    state_ = State::kWaiting;
+    return fail_without_closing(name + ": no data for " + std::to_string(quiet.ns / 1'000'000) + " ms");
+}
+
 void DeviceLife::works() {
+    heard_ = clock_.now();
+    any_heard_ = true;
     counters_.recoveries += is_failing_ ? 1 : 0;
     is_failing_ = false;
 }

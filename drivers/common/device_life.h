@@ -27,14 +27,17 @@ protected:
 };
 
 /// The life cycle that Source promises, for any device:
-///   stopped  --start()-->  open  --fail()-->  waiting  --check(), once every retry period-->  open
+///   stopped  --start()-->  open  --fail(), not_ready()-->  waiting  --check(), once every retry period-->  open
 /// An error is counted when an outage begins, a recovery when a good sample ends it. A source calls check() at the
-/// beginning of every next() and works() at every good sample. Thread-bound. Heap for problem texts only.
+/// beginning of every next(), not_ready() where it returns kNotReady, and works() at every good sample.
+/// Thread-bound. Heap for problem texts only.
 class DeviceLife {
 public:
     /// Everything is borrowed and must outlive this object. @param counters  errors and recoveries are counted here
-    DeviceLife(Reopenable& device, const Clock& clock, Duration retry_period, SourceCounters& counters)
-        : device_(device), clock_(clock), counters_(counters), retry_(retry_period) {}
+    /// @param silence  without a good sample for this long the device counts as silent; zero: never
+    DeviceLife(Reopenable& device, const Clock& clock, Duration retry_period, SourceCounters& counters,
+               Duration silence = {})
+        : device_(device), clock_(clock), counters_(counters), retry_(retry_period), silence_(silence) {}
     DeviceLife(const DeviceLife&) = delete;
     DeviceLife& operator=(const DeviceLife&) = delete;
 
@@ -51,8 +54,14 @@ public:
     Status fail(std::string problem);
     /// The device has failed but recovers by itself: it stays open. @return kIo
     Status fail_without_closing(std::string problem);
+    /// The device was asked and has nothing. One that has been silent for too long, as after a brown-out that reset it,
+    /// is closed, to be reopened in the next call if the last attempt is a retry period ago; one that was just opened
+    /// has kFirstSample at least. @param name  the device's, for the problem. @return kNotReady; kIo if closed
+    Status not_ready(const std::string& name);
     /// A good sample came: an outage has ended.
     void works();
+
+    static constexpr Duration kFirstSample = Duration::from_seconds(2.0);
 
     /// From a successful start() to stop(), whether or not the device is failing.
     bool is_started() const { return state_ != State::kStopped; }
@@ -70,6 +79,9 @@ private:
     RetryGate retry_;
     State state_ = State::kStopped;
     bool is_failing_ = false;
+    Duration silence_;
+    Timestamp heard_;         ///< when the last good sample came, or the device was opened
+    bool any_heard_ = false;  ///< a good sample since it was opened
     std::string problem_;
 };
 

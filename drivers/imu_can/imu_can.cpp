@@ -7,6 +7,12 @@
 #include <utility>
 
 namespace facet {
+namespace {
+
+/// A frame cannot have come after it was read; this much is the noise of reading two clocks.
+constexpr Duration kClockNoise = Duration::from_seconds(0.001);
+
+}  // namespace
 
 ImuCan::ImuCan(KernelIo& io, const Clock& clock, CanDecoder& decoder, ImuCanOptions options)
     : clock_(clock),
@@ -14,7 +20,7 @@ ImuCan::ImuCan(KernelIo& io, const Clock& clock, CanDecoder& decoder, ImuCanOpti
       options_(std::move(options)),
       socket_(io),
       assembler_(options_.max_force_gap),
-      life_(*this, clock, options_.retry_period, counters_) {}
+      life_(*this, clock, options_.retry_period, counters_, options_.silence) {}
 
 Status ImuCan::open(std::string& problem) {
     decoder_.reset();
@@ -41,11 +47,31 @@ Status ImuCan::take_error(const CanFrame& frame) {
     return Status::kNotReady;
 }
 
+/// The wall clock may step or be slewed at any time: both clocks are read together for every frame. Frames that waited
+/// in the socket while it stepped get stamps that are ahead, or behind the one before: neither is used.
+Status ImuCan::to_monotonic(Timestamp& stamp) {
+    const ClockPair pair = clock_.read_pair();
+    if (stamp.ns == 0) {
+        ++can_counters_.unstamped;
+        stamp = pair.monotonic;
+        return Status::kOk;
+    }
+    if (stamp > pair.realtime + kClockNoise) {
+        ++counters_.discarded;
+        ++can_counters_.ahead;
+        return Status::kNotReady;
+    }
+    stamp = pair.monotonic + (stamp - pair.realtime);
+    return Status::kOk;
+}
+
 Status ImuCan::take(CanFrame& frame) {
     if (frame.error) {
         return take_error(frame);
     }
-    if (frame.stamp.ns == 0) {
+    if (!options_.socket.hardware_stamps) {
+        FACET_TRY(to_monotonic(frame.stamp));
+    } else if (frame.stamp.ns == 0) {
         ++can_counters_.unstamped;
         frame.stamp = clock_.read_pair().realtime;
     }
@@ -92,7 +118,7 @@ Status ImuCan::next(Duration timeout, ImuSample& sample) {
             return received;
         }
         if (received == Status::kNotReady) {
-            return received;
+            return life_.not_ready(options_.socket.interface);
         }
         if (const Status taken = take(frame); taken != Status::kNotReady) {
             return taken;

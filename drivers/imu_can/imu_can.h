@@ -20,6 +20,7 @@ struct ImuCanOptions {
     Duration latency;
     Duration max_force_gap = Duration::from_seconds(0.05);  ///< see ImuAssembler
     Duration retry_period = Duration::from_seconds(0.5);
+    Duration silence;  ///< without a measurement for this long the socket is reopened; zero: never
 };
 
 /// Counters beyond those of every source.
@@ -27,11 +28,14 @@ struct ImuCanCounters {
     std::uint64_t error_frames = 0;  ///< controller warnings, error-passive states, timeouts
     std::uint64_t bus_off = 0;       ///< times the controller left the bus
     std::uint64_t unstamped = 0;     ///< frames without a kernel time stamp: stamped on arrival
+    std::uint64_t ahead = 0;         ///< frames stamped after they were read, by a wall clock set back: dropped
     std::uint64_t overflows = 0;     ///< frames lost because the socket was full
 };
 
 /// Frames -> decoder -> ImuAssembler -> samples. After bus-off the kernel restarts the controller (`ip link set can0
 /// type can ... restart-ms 100`); the source reports that in problem(), waits, and continues with the first good frame.
+/// SocketCAN stamps by the wall clock; each stamp is brought onto the monotonic clock as it arrives, so that steps of
+/// the wall clock cost the frames that waited meanwhile and nothing else. Hardware stamps are passed on as they are.
 /// If the interface goes down or disappears, the socket is reopened once every retry period. Thread-bound. Heap in
 /// start() and for problem texts.
 class ImuCan final : public ImuSource, private Reopenable {
@@ -43,7 +47,7 @@ public:
     void stop() override { life_.stop(); }
     Status next(Duration timeout, ImuSample& sample) override;
     ClockDomain clock() const override {
-        return options_.socket.hardware_stamps ? ClockDomain::kHardware : ClockDomain::kRealtime;
+        return options_.socket.hardware_stamps ? ClockDomain::kHardware : ClockDomain::kMonotonic;
     }
     SourceCounters counters() const override;
     std::string_view problem() const override { return life_.problem(); }
@@ -53,6 +57,7 @@ public:
 private:
     Status open(std::string& problem) override;
     void close() override { socket_.close(); }
+    Status to_monotonic(Timestamp& stamp);
     Status take(CanFrame& frame);
     Status take_error(const CanFrame& frame);
 

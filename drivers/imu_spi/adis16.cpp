@@ -236,9 +236,15 @@ Status Adis16::count(const Words& words, const TriggerEdge& edge, SpiMeasurement
         measurement.lost = any_read_ ? step - 1U : 0;
         if (any_read_ && edges > 0 && step == edges + 1) {
             // Read so late that the next sample had replaced the one of this edge; the next edge will find nothing new.
-            measurement.stamp = measurement.stamp + Duration::from_seconds(1.0 / rate_hz());
+            // Or two edges were one event with the later one's stamp: that is told by when the sample was due.
+            const Duration half{static_cast<std::int64_t>(0.5e9 / rate_hz())};
+            const Timestamp due = last_stamp_ + Duration{2 * half.ns * step};
+            if (due - measurement.stamp > half) {
+                measurement.stamp = measurement.stamp + Duration{2 * half.ns};
+            }
         }
         counter_ = counter;
+        last_stamp_ = measurement.stamp;
     }
     edge_sequence_ = edge.sequence;
     any_read_ = true;

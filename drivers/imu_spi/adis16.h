@@ -77,6 +77,7 @@ private:
     bool any_read_ = false;
     std::uint16_t counter_ = 0;
     std::uint32_t edge_sequence_ = 0;
+    Timestamp last_stamp_;  ///< of the last sample
 };
 
 }  // namespace facet

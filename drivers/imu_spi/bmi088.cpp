@@ -231,9 +231,14 @@ Status Bmi088::read_force(SpiMeasurement& measurement) {
 }
 
 Status Bmi088::read(const TriggerEdge& edge, SpiMeasurements& out) {
-    std::array<std::uint8_t, 6> bytes{};
-    if (!ok(gyro_.read(gyro::kData, bytes))) {
+    // From the chip's identity on, two registers before the rates, which look the same on a dead line and at rest.
+    std::array<std::uint8_t, 8> bytes{};
+    static_assert(gyro::kData == gyro::kChipId + 2);
+    if (!ok(gyro_.read(gyro::kChipId, bytes))) {
         return failed(gyro_.device());
+    }
+    if (bytes[0] != gyro::kIdentity) {
+        return Status::kCorrupt;
     }
     SpiMeasurement force;
     const Status force_status = read_force(force);
@@ -252,7 +257,7 @@ Status Bmi088::read(const TriggerEdge& edge, SpiMeasurements& out) {
     }
     SpiMeasurement rate;
     rate.stamp = edge.stamp;
-    rate.rate = vector_at(bytes, gyro::kScale);
+    rate.rate = vector_at(std::span(bytes).last<6>(), gyro::kScale);
     rate.temperature_c = temperature_c_;
     const std::uint32_t edges = edge.sequence - edge_sequence_;
     rate.lost = any_rate_ && edges > 1 ? edges - 1 : 0;

@@ -58,6 +58,8 @@ constexpr double kMinRateResponse = 60.0 * kRadPerDeg;
 constexpr double kMinForceResponse = 0.050 * kStandardGravity;
 constexpr double kMaxForceResponse = 1.200 * kStandardGravity;
 constexpr int kSelfTestSamples = 50;
+constexpr int kMergedAtMost = 10;  // edges in a row
+constexpr double kPredictedPeriods = 10.5;
 // Share of a new measurement of the clock ratio, and how far off nominal the oscillator may be.
 constexpr double kRatioGain = 0.02;
 constexpr double kMaxRatioError = 0.08;
@@ -163,6 +165,7 @@ Status Icm42688::self_test(std::string& problem) {
 Status Icm42688::flush() {
     any_packet_ = false;
     any_edge_ = false;
+    merged_in_a_row_ = 0;
     return bus_.write(kSignalPathReset, kFlushFifo);
 }
 
@@ -202,6 +205,28 @@ Status Icm42688::configure(SelfTest test, std::string& problem) {
         problem = bus_.device().problem();
     }
     return status;
+}
+
+/// Which packet made the edge: the one that filled the watermark. But two edges that come before the kernel's thread
+/// has run are one event with the later one's stamp: if that packet's time is off by more than half a period and
+/// another one's fits, it was that one. An assumption that goes wrong is dropped after kMergedAtMost times.
+std::size_t Icm42688::packet_at(const TriggerEdge& edge, std::span<const std::int64_t> times_us) {
+    const std::size_t usual = std::min<std::size_t>(options_.watermark, times_us.size()) - 1;
+    // Beyond some periods the ratio of the clocks is not known well enough for a prediction.
+    if (!any_edge_ || static_cast<double>(times_us[usual] - edge_time_us_) > kPredictedPeriods * nominal_us()) {
+        return usual;
+    }
+    const auto off_us = [&](std::size_t i) {
+        const double predicted_us = static_cast<double>(times_us[i] - edge_time_us_) * ratio_;
+        return std::abs(static_cast<double>((edge.stamp - edge_stamp_).ns) * 1e-3 - predicted_us);
+    };
+    std::size_t best = usual;
+    for (std::size_t i = usual + 1; i < times_us.size(); ++i) {
+        best = off_us(i) < off_us(best) ? i : best;
+    }
+    const bool is_merged = off_us(usual) > 0.5 * nominal_us() && off_us(best) < 0.25 * nominal_us();
+    merged_in_a_row_ = is_merged ? merged_in_a_row_ + 1 : 0;
+    return is_merged && merged_in_a_row_ <= kMergedAtMost ? best : usual;
 }
 
 void Icm42688::follow_clock(const TriggerEdge& edge, std::int64_t time_us) {
@@ -262,7 +287,7 @@ Status Icm42688::read(const TriggerEdge& edge, SpiMeasurements& out) {
     if (got == 0) {
         return corrupt ? Status::kCorrupt : Status::kNotReady;
     }
-    const std::size_t at_edge = std::min<std::size_t>(options_.watermark, got) - 1;
+    const std::size_t at_edge = packet_at(edge, std::span(times_us).first(got));
     follow_clock(edge, times_us[at_edge]);
     for (std::size_t i = 0; i < got; ++i) {
         const double offset_ns = static_cast<double>(times_us[i] - times_us[at_edge]) * ratio_ * 1e3;

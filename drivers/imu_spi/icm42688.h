@@ -58,6 +58,7 @@ private:
     Status set_up(std::string& problem);
     Status flush();
     double nominal_us() const { return 1e6 / options_.rate_hz; }
+    std::size_t packet_at(const TriggerEdge& edge, std::span<const std::int64_t> times_us);
     void follow_clock(const TriggerEdge& edge, std::int64_t time_us);
 
     RegisterBus bus_;
@@ -67,6 +68,7 @@ private:
     bool any_edge_ = false;
     Timestamp edge_stamp_;
     std::int64_t edge_time_us_ = 0;
+    int merged_in_a_row_ = 0;
     bool any_packet_ = false;
     std::int64_t time_us_ = 0;  ///< of the last packet, unwrapped
 };

@@ -12,7 +12,7 @@ ImuSpi::ImuSpi(SpiImuChip& chip, TriggerSource* data_ready, Clock& clock, ImuSpi
       clock_(clock),
       options_(std::move(options)),
       assembler_(options_.max_force_gap),
-      life_(*this, clock, options_.retry_period, counters_) {}
+      life_(*this, clock, options_.retry_period, counters_, options_.silence) {}
 
 Status ImuSpi::open(std::string& problem) {
     assembler_.clear();
@@ -123,6 +123,9 @@ Status ImuSpi::next(Duration timeout, ImuSample& sample) {
         const Status waited = wait_for_edge(deadline, edge);
         if (waited == Status::kIo) {
             return fail("data-ready line: " + std::string(data_ready_->problem()));
+        }
+        if (waited == Status::kNotReady) {
+            return life_.not_ready(options_.name);
         }
         FACET_TRY(waited);
         if (const Status taken = read(edge); taken != Status::kNotReady) {

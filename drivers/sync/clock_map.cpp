@@ -77,11 +77,14 @@ Timestamp ClockMap::to_host(Timestamp source) const {
     return Timestamp{source.ns + base_ns_ + std::llround(shift_s * 1e9)};
 }
 
-Status ClockMap::map(Timestamp source, Timestamp& host) {
+Status ClockMap::map(Timestamp source, Timestamp latest, Timestamp& host) {
     if (!ready()) {
         return Status::kNotReady;
     }
     const Timestamp mapped = to_host(source);
+    if (mapped > latest) {
+        return Status::kCorrupt;
+    }
     if (any_mapped_ && mapped <= last_mapped_) {
         return Status::kOutOfOrder;
     }

@@ -46,8 +46,10 @@ public:
     /// Contract: ready().
     Timestamp to_host(Timestamp source) const;
     /// As to_host, for the stamps of one stream, which stay in order although the estimate moves.
-    /// @return kNotReady before ready(); kOutOfOrder if the result is not after the previous one: drop the sample
-    Status map(Timestamp source, Timestamp& host);
+    /// @param latest  the result cannot be after this: the present
+    /// @return kNotReady before ready(); kOutOfOrder if the result is not after the previous one, kCorrupt if it is
+    ///         after `latest`, as while a step is not yet known: drop the sample
+    Status map(Timestamp source, Timestamp latest, Timestamp& host);
 
     double drift() const { return drift_; }
     const ClockMapCounters& counters() const { return counters_; }

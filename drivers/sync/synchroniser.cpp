@@ -12,7 +12,6 @@ bool is_far(Timestamp a, Timestamp b, Duration limit) { return a - b > limit || 
 
 /// Whether event a comes after event b, on the circle of counts.
 bool is_after(std::uint32_t a, std::uint32_t b) { return static_cast<std::int32_t>(a - b) > 0; }
-
 }  // namespace
 
 const char* to_string(SyncFault fault) {
@@ -27,6 +26,7 @@ const char* to_string(SyncFault fault) {
         case SyncFault::kDoubtful: return "count and time disagree";
         case SyncFault::kPairingCorrected: return "pairing corrected";
         case SyncFault::kTriggerSilent: return "no trigger edges";
+        case SyncFault::kUnsynchronised: return "cameras expose at different times";
         case SyncFault::kUncovered: return "no inertial samples";
         case SyncFault::kCount: break;
     }
@@ -69,7 +69,21 @@ void Synchroniser::add_imu(Timestamp stamp) {
     }
 }
 
-Status Synchroniser::add_edge(const TriggerEdge& edge) {
+/// Edges before this one that left no trace: its stamp lies on the grid of the pulses, further on than its count. Off
+/// that grid, or after so long that the cameras' stamps are compared anew, nothing is known.
+std::uint32_t Synchroniser::unnoticed_before(const TriggerEdge& edge) const {
+    constexpr double kOnGrid = 0.2;  // periods
+    if (edge.numbered || !any_edge_) {
+        return 0;
+    }
+    const double periods = (edge.stamp - last_edge_.stamp).seconds() / options_.period.seconds();
+    const double whole = std::round(periods);
+    const auto arrived = static_cast<double>(edge.sequence + edge_base_ - last_edge_.sequence);
+    const bool is_lost = whole > arrived && whole < static_cast<double>(CountMatcher::kEvents);
+    return is_lost && std::abs(periods - whole) < kOnGrid ? static_cast<std::uint32_t>(whole - arrived) : 0;
+}
+
+Status Synchroniser::add_edge(TriggerEdge edge) {
     if (any_imu_ && is_far(edge.stamp, newest_imu_, options_.epoch_limit)) {
         report(SyncFault::kEpochMismatch, SyncCamera::kNone, edge.stamp, (edge.stamp - newest_imu_).ns);
         return Status::kInvalidArgument;
@@ -82,6 +96,15 @@ Status Synchroniser::add_edge(const TriggerEdge& edge) {
     }
     clear(SyncFault::kDuplicate, SyncCamera::kNone);
     clear(SyncFault::kOutOfOrder, SyncCamera::kNone);
+    edge_base_ += unnoticed_before(edge);
+    edge.sequence += edge_base_;
+    if (by_stamps_) {
+        // The count goes on where stamps have brought it: a line that was requested anew does not know of the gap.
+        const std::uint32_t carried = count_at(last_by_stamp_, edge.stamp + options_.trigger_delay);
+        edge_base_ += carried - edge.sequence;
+        edge.sequence = carried;
+        by_stamps_ = false;
+    }
     if (any_edge_ && edge.sequence - last_edge_.sequence > 1) {
         report(SyncFault::kGap, SyncCamera::kNone, edge.stamp,
                static_cast<std::int64_t>(edge.sequence - last_edge_.sequence) - 1);
@@ -172,6 +195,11 @@ Status Synchroniser::add(SyncCamera camera, CameraFrame frame) {
     const bool silent = options_.has_trigger && added.stamp - since > options_.trigger_silence;
     if (silent) {
         report(SyncFault::kTriggerSilent, SyncCamera::kNone, added.stamp, (added.stamp - since).ns);
+        if (!by_stamps_) {
+            by_stamps_ = true;
+            last_by_stamp_ = any_edge_ ? SyncEvent{last_edge_.sequence, last_edge_.stamp + options_.trigger_delay}
+                                       : SyncEvent{0, added.stamp};
+        }
     }
     return Status::kOk;
 }
@@ -181,6 +209,11 @@ void Synchroniser::assign(SyncCamera camera) {
     for (std::size_t i = 0; i < s.pending.size();) {
         Pending& p = s.pending[i];
         if (p.assigned) {
+            ++i;
+            continue;
+        }
+        if (by_stamps_) {
+            assign_by_stamp(camera, p);
             ++i;
             continue;
         }
@@ -219,18 +252,9 @@ void Synchroniser::assign(SyncCamera camera) {
         }
         p.event = {match.event.sequence, match.event.stamp + half};
         p.assigned = true;
+        follow_lag(s, p);
         ++i;
     }
-}
-
-/// The image is an event of its own, its count the one that the left camera's image would have.
-void Synchroniser::assign_without_left(Pending& right) const {
-    const Stream& l = stream(SyncCamera::kLeft);
-    right.event.stamp = right.frame.stamp - options_.right_delay;
-    const Duration passed = right.event.stamp - (l.any ? l.last.stamp - options_.left_delay : first_frame_);
-    const std::int64_t periods = std::llround(passed.seconds() / options_.period.seconds());
-    right.event.sequence = l.last.sequence + static_cast<std::uint32_t>(periods);
-    right.assigned = true;
 }
 
 bool Synchroniser::is_silent(SyncCamera camera) const {
@@ -265,6 +289,12 @@ Synchroniser::Turn Synchroniser::turn() const {
 void Synchroniser::deliver(Turn turn, SyncedFrame& frame) {
     frame.left = {};
     frame.right = {};
+    if (turn == Turn::kBoth &&
+        !is_pair(stream(SyncCamera::kLeft).pending.front(), stream(SyncCamera::kRight).pending.front())) {
+        frame.left = take_front(stream(SyncCamera::kLeft));
+        (void)take_front(stream(SyncCamera::kRight));
+        return;
+    }
     if (turn != Turn::kRight) {
         frame.left = take_front(stream(SyncCamera::kLeft));
         clear(SyncFault::kMissingLeft, SyncCamera::kLeft);

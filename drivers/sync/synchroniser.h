@@ -27,7 +27,8 @@ enum class SyncFault : std::uint8_t {
     kEdgeInterpolated,  ///< the edge was lost; its instant is interpolated between its neighbours
     kDoubtful,          ///< count and time disagree, or no assignment is accepted yet: dropped
     kPairingCorrected,  ///< frames had been assigned to the wrong edges; value: how many corrections
-    kTriggerSilent,     ///< frames but no edges
+    kTriggerSilent,     ///< frames but no edges: the cameras' own stamps count meanwhile; value: for how long (ns)
+    kUnsynchronised,    ///< without edges, the cameras expose at different times: delivered alone; value: skew (ns)
     kUncovered,         ///< dropped because no inertial samples arrived
     kCount
 };
@@ -52,8 +53,9 @@ struct SynchroniserOptions {
     Duration pair_wait = Duration::from_seconds(0.1);    ///< longest wait for the other image, in inertial time
     Duration silence = Duration::from_seconds(0.5);      ///< a camera without an image for this long is not waited for
     Duration epoch_limit = Duration::from_seconds(5.0);  ///< a larger difference means different epochs
-    Duration trigger_silence = Duration::from_seconds(0.5);
-    int votes = 5;  ///< see CountMatcher
+    Duration trigger_silence = Duration::from_seconds(0.5);  ///< without an edge for this long: the cameras' stamps
+    Duration skew_limit = Duration::from_seconds(0.003);     ///< of pairs by stamps alone; beyond, they are none
+    int votes = 5;                                           ///< see CountMatcher
 };
 
 /// A pair, or the view that there is, ready for the estimator.
@@ -66,9 +68,11 @@ struct SyncedFrame {
 
 /// All stamps are on one clock (ClockMap). A CountMatcher assigns each camera's frames to events (edges, or the left
 /// camera's frames); images of one event are a pair. An image whose partner does not come is delivered alone; without a
-/// trigger, the right camera is the reference while the left one is silent. When a camera's count falls back (its node
-/// was reopened), it is continued by the time that has passed. Add everything as it arrives, in any interleaving of the
-/// streams, then:
+/// trigger, the right camera is the reference while the left one is silent. When the trigger falls silent, the cameras'
+/// own stamps take its place, less the lag behind the edges that was seen until then; exposures that lie further apart
+/// than skew_limit are not paired, here and without a trigger. When a camera's count falls back (its node
+/// was reopened), it is continued by the time that has passed; so is a count of edges that misses the lost ones.
+/// Add everything as it arrives, in any interleaving of the streams, then:
 ///   while (ok(sync.pop(pair))) { ... }
 ///   while (ok(sync.pop_report(report))) { ... }
 /// A pair is delivered once an inertial stamp at or after its own has been added; stamps strictly increase. When
@@ -85,13 +89,17 @@ public:
     Status add_left(CameraFrame frame) { return add(SyncCamera::kLeft, std::move(frame)); }
     Status add_right(CameraFrame frame) { return add(SyncCamera::kRight, std::move(frame)); }
     /// @return kOutOfOrder or kInvalidArgument: ignored.
-    Status add_edge(const TriggerEdge& edge);
+    Status add_edge(TriggerEdge edge);
     /// The stamp of the newest inertial sample that the estimator has.
     void add_imu(Timestamp stamp);
 
     /// @return kNotReady if no pair is ready.
     Status pop(SyncedFrame& frame);
     Status pop_report(SyncReport& report);
+
+    /// By how much the right camera's exposures lie after the left one's, as far as stamps tell: mean over some 16
+    /// pairs that were made by stamps alone; zero before the first.
+    Duration skew() const { return {static_cast<std::int64_t>(skew_ns_)}; }
 
     /// Number of findings of a kind since construction, reported or not.
     std::uint64_t count(SyncFault fault) const { return counts_[static_cast<std::size_t>(fault)]; }
@@ -108,6 +116,8 @@ private:
         SyncEvent last;  ///< newest image taken, its count as carried on
         bool any = false;
         std::uint32_t base = 0;  ///< added to the camera's own count
+        double lag_ns = 0.0;     ///< from an exposure's midpoint by the edges to the image's stamp, mean of some 16
+        bool any_lag = false;
         std::uint32_t corrections = 0;
     };
 
@@ -117,9 +127,14 @@ private:
     Stream& stream(SyncCamera camera) { return streams_[static_cast<std::size_t>(camera)]; }
     const Stream& stream(SyncCamera camera) const { return streams_[static_cast<std::size_t>(camera)]; }
     Status add(SyncCamera camera, CameraFrame frame);
+    std::uint32_t unnoticed_before(const TriggerEdge& edge) const;
+    std::uint32_t count_at(const SyncEvent& known, Timestamp stamp) const;
     std::uint32_t base_for(const Stream& stream, const CameraFrame& frame) const;
     Status check(SyncCamera camera, const CameraFrame& frame);
     void assign(SyncCamera camera);
+    void assign_by_stamp(SyncCamera camera, Pending& pending);
+    void follow_lag(Stream& stream, const Pending& pending) const;
+    bool is_pair(const Pending& left, const Pending& right);
     static CameraFrame take_front(Stream& stream);
     void assign_without_left(Pending& right) const;
     bool is_silent(SyncCamera camera) const;
@@ -136,7 +151,12 @@ private:
     bool any_frame_ = false;
     Timestamp first_frame_;
     bool any_edge_ = false;
-    TriggerEdge last_edge_;
+    TriggerEdge last_edge_;        ///< its count as carried on
+    std::uint32_t edge_base_ = 0;  ///< added to the source's own count: edges that left no trace
+    bool by_stamps_ = false;       ///< the trigger is silent
+    SyncEvent last_by_stamp_;
+    double skew_ns_ = 0.0;
+    int skews_ = 0;
     bool any_given_ = false;
     Timestamp last_given_;
     RingBuffer<SyncReport, kReports> reports_;

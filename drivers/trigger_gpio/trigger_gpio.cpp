@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/trigger_gpio/trigger_gpio.h"
 
-#include <linux/gpio.h>
-
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -11,36 +9,40 @@
 namespace facet {
 
 TriggerGpio::TriggerGpio(KernelIo& io, const Clock& clock, TriggerGpioOptions options)
-    : io_(io), options_(std::move(options)), line_(io), life_(*this, clock, options_.retry_period, counters_) {}
+    : io_(io),
+      options_(std::move(options)),
+      line_(make_gpio_line(options_.line.backend, io)),
+      label_(describe(options_.line)),
+      life_(*this, clock, options_.retry_period, counters_, options_.silence) {}
 
 Status TriggerGpio::open(std::string& problem) {
     waiting_.clear();
     kernel_sequence_ = 0;
     base_ = last_sequence_;
-    return line_.open_input(options_.line, options_.input, problem);
+    return line_->open_input(options_.line, options_.input, problem);
 }
 
 Status TriggerGpio::read(Duration timeout) {
-    const int ready = io_.wait_readable(line_.fd(), timeout);
+    const int ready = io_.wait_readable(line_->fd(), timeout);
     if (ready == 0) {
         return Status::kNotReady;
     }
-    std::array<gpio_v2_line_event, kEventsPerRead> events{};
-    const std::int64_t size = ready < 0 ? ready : io_.read(line_.fd(), events.data(), sizeof events);
-    if (size == -EAGAIN) {
+    std::array<GpioEvent, GpioLine::kEventsPerRead> events{};
+    const int count = ready < 0 ? ready : line_->read(events);
+    if (count == -EAGAIN || count == -EINTR) {
         return Status::kNotReady;
     }
-    if (size <= 0) {
-        return life_.fail(options_.line.chip + ": " + (size < 0 ? std::strerror(static_cast<int>(-size)) : "closed"));
+    if (count <= 0) {
+        return life_.fail(options_.line.chip + ": " + (count < 0 ? std::strerror(-count) : "closed"));
     }
-    for (std::size_t i = 0; i < static_cast<std::size_t>(size) / sizeof(gpio_v2_line_event); ++i) {
-        const gpio_v2_line_event& event = events[i];
-        // The kernel counts from 1 when the line is requested.
-        counters_.lost += event.line_seqno - kernel_sequence_ - 1U;
-        kernel_sequence_ = event.line_seqno;
-        waiting_.push({{static_cast<std::int64_t>(event.timestamp_ns)},
-                       base_ + event.line_seqno,
-                       event.id == GPIO_V2_LINE_EVENT_RISING_EDGE});
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+        const GpioEvent& event = events[i];
+        // The kernel counts from 1 when the line is requested. Without its numbers we count what arrives.
+        const bool numbered = event.sequence != 0;
+        const std::uint32_t sequence = numbered ? event.sequence : kernel_sequence_ + 1U;
+        counters_.lost += sequence - kernel_sequence_ - 1U;
+        kernel_sequence_ = sequence;
+        waiting_.push({{event.stamp_ns}, base_ + sequence, event.rising, numbered});
     }
     return Status::kOk;
 }
@@ -66,8 +68,11 @@ Status TriggerGpio::next(Duration timeout, TriggerEdge& edge) {
     if (take(edge)) {
         return Status::kOk;
     }
-    FACET_TRY(read(timeout));
-    return take(edge) ? Status::kOk : Status::kNotReady;
+    const Status status = read(timeout);
+    if (ok(status) && take(edge)) {
+        return Status::kOk;
+    }
+    return status == Status::kIo ? status : life_.not_ready(label_);
 }
 
 }  // namespace facet

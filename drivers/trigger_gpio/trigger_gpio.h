@@ -2,6 +2,7 @@
 // Edges of a GPIO line with the kernel's stamps: camera triggers, strobes, data-ready lines.
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "drivers/common/device_life.h"
@@ -16,14 +17,14 @@ struct TriggerGpioOptions {
     GpioLineName line;
     GpioInputSettings input;
     Duration retry_period = Duration::from_seconds(0.5);
+    Duration silence{};  ///< without an edge for this long the line is requested anew; zero: never
 };
 
 /// The kernel stamps edges in the interrupt and numbers them (line_seqno), including those that did not fit into its
-/// buffer of 64: gaps are counted as lost. Thread-bound. Heap on failure only.
+/// buffer: gaps are counted as lost. Where the numbers do not reach us (libgpiod 1.6), edges that arrive are counted,
+/// and TriggerEdge::numbered says so. Thread-bound. Heap when the line is opened and on failure only.
 class TriggerGpio final : public TriggerSource, private Reopenable {
 public:
-    static constexpr std::size_t kEventsPerRead = 16;
-
     /// Borrowed: io and clock (monotonic), which must outlive the source.
     TriggerGpio(KernelIo& io, const Clock& clock, TriggerGpioOptions options);
 
@@ -36,15 +37,16 @@ public:
 
 private:
     Status open(std::string& problem) override;
-    void close() override { line_.close(); }
+    void close() override { line_->close(); }
     Status read(Duration timeout);
     bool take(TriggerEdge& edge);
 
     KernelIo& io_;
     TriggerGpioOptions options_;
-    GpioLine line_;
-    RingBuffer<TriggerEdge, kEventsPerRead> waiting_;
+    std::unique_ptr<GpioLine> line_;
+    RingBuffer<TriggerEdge, GpioLine::kEventsPerRead> waiting_;
     SourceCounters counters_;
+    std::string label_;
     DeviceLife life_;
     IncreasingStamps order_;
     std::uint32_t kernel_sequence_ = 0;  ///< of the last edge since the line was opened

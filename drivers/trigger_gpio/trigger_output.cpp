@@ -61,7 +61,7 @@ void PwmTrigger::stop() {
 }
 
 Status GpioTriggerOutput::open(std::string& problem) {
-    return line_.is_open() ? Status::kOk : line_.open_output(name_, problem);
+    return line_->is_open() ? Status::kOk : line_->open_output(name_, problem);
 }
 
 Status GpioTriggerOutput::run(const TriggerPulse& pulse, const std::atomic<bool>& stopping, std::string& problem) {
@@ -80,15 +80,15 @@ Status GpioTriggerOutput::run(const TriggerPulse& pulse, const std::atomic<bool>
             skipped_.fetch_add(static_cast<std::uint64_t>(periods), std::memory_order_relaxed);
             rise = rise + Duration{periods * pulse.period.ns};
         }
-        status = line_.set(true, problem);
+        status = line_->set(true, problem);
         if (ok(status)) {
             clock_.sleep_until(clock_.now() + pulse.width);
-            status = line_.set(false, problem);
+            status = line_->set(false, problem);
             pulses_.fetch_add(1, std::memory_order_relaxed);
         }
         rise = rise + pulse.period;
     }
-    line_.close();
+    line_->close();
     return status;
 }
 

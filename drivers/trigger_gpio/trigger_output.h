@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "drivers/trigger_gpio/gpio_line.h"
@@ -42,7 +43,7 @@ private:
 class GpioTriggerOutput {
 public:
     GpioTriggerOutput(KernelIo& io, Clock& clock, GpioLineName line)
-        : clock_(clock), name_(std::move(line)), line_(io) {}
+        : clock_(clock), name_(std::move(line)), line_(make_gpio_line(name_.backend, io)) {}
 
     /// Requests the line, so that problems show before run(), which otherwise requests it itself.
     Status open(std::string& problem);
@@ -57,7 +58,7 @@ public:
 private:
     Clock& clock_;
     GpioLineName name_;
-    GpioLine line_;
+    std::unique_ptr<GpioLine> line_;
     std::atomic<std::uint64_t> pulses_{0};
     std::atomic<std::uint64_t> skipped_{0};
 };

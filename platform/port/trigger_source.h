@@ -13,6 +13,7 @@ struct TriggerEdge {
     Timestamp stamp;
     std::uint32_t sequence = 0;  ///< count of edges of this line; gaps are lost edges
     bool rising = true;
+    bool numbered = true;  ///< false: only edges that arrived are counted, so that a lost one leaves no gap
 };
 
 class TriggerSource : public Source {

@@ -74,6 +74,7 @@ THIRD_PARTY = (
     (re.compile(r"^png\.h$"), ("app", "drivers/replay_asl")),
     (re.compile(r"^opencv2/"), ("estimator/frontend",)),
     (re.compile(r"^ceres/"), ("app/lab/calibrate",)),
+    (re.compile(r"^gpiod\.h$"), ("drivers/trigger_gpio",)),
 )
 
 

@@ -30,7 +30,7 @@ SENSOR_CONFIG = {
     "icm42688": "spi: {chip: icm42688, device: /dev/spidev0.0, rate_hz: 200, "
                 "data_ready: {chip: /run/gpiochip, line: imu-ready}}",
     "adis16475": "spi: {chip: adis16475-2, device: /dev/spidev0.0, decimation: 9,"
-    " data_ready: {chip: /run/gpiochip, line: imu-ready}}",
+    " data_ready: {chip: /run/gpiochip, line: imu-ready, backend: chardev}}",  # the other lines use libgpiod
     "dronecan": "can: {interface: vcan0, decoder: dronecan, use_integrals: true}",
     "openimu300": "can: {interface: vcan0, decoder: openimu300}",
 }

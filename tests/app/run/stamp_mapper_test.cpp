@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/run/stamp_mapper.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
@@ -38,6 +39,33 @@ TEST_CASE("wall-clock stamps come onto the monotonic clock within a tenth of a s
     }
     CHECK(refused > 0);
     CHECK(refused < 20);
+}
+
+TEST_CASE("a wall clock that is set forward or back, by seconds or an hour, costs a fifth of a second of stamps") {
+    for (const double step_s : {30.0, 3600.0, -10.0, 1.0}) {
+        CAPTURE(step_s);
+        ManualClock clock({1'000'000'000}, Duration::from_seconds(1.7e9));
+        StampMapper mapper(clock, ClockDomain::kRealtime);
+        Timestamp last_good;
+        double longest_s = 0.0;
+        for (int i = 0; i < 1000; ++i) {
+            if (i == 500) {
+                clock.set_realtime_offset(Duration::from_seconds(1.7e9 + step_s));
+            }
+            clock.advance({5'000'000});
+            Timestamp stamp = clock.read_pair().realtime;
+            if (ok(mapper.map(stamp))) {
+                CHECK(stamp <= clock.now() + Duration{5'000'000});
+                if (i < 500 || i > 540) {
+                    CHECK(std::abs((stamp - clock.now()).ns) < 50'000);
+                }
+                longest_s = i > 100 ? std::max(longest_s, (clock.now() - last_good).seconds()) : 0.0;
+                last_good = clock.now();
+            }
+        }
+        CHECK(longest_s < 0.2);
+        CHECK((clock.now() - last_good).seconds() < 0.01);
+    }
 }
 
 TEST_CASE("stamps of a hardware clock come onto the monotonic clock by their earliest arrivals") {

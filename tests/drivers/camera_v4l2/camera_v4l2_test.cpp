@@ -281,5 +281,36 @@ TEST_CASE("waiting for a buffer lasts as long as asked") {
     CHECK(clock.now().ns == 3'000'000);
 }
 
+TEST_CASE("a node that is there but gives no more images is opened anew, also when that does not help at first") {
+    CameraV4l2Options options = small_options();
+    options.silence = Duration::from_seconds(0.5);
+    CameraV4l2Harness h(false, options);
+    REQUIRE(ok(h.camera.start()));
+    CameraFrame frame;
+    const auto run = [&](double seconds, bool exposing) {
+        int frames = 0;
+        for (int i = 0; i < static_cast<int>(seconds * 20.0 + 0.5); ++i) {
+            h.waiting = exposing ? 1 : 0;
+            h.expose_one();
+            frames += ok(h.camera.next({}, frame)) ? 1 : 0;
+            frame = {};
+            h.clock.advance(Duration::from_seconds(0.05));
+        }
+        return frames;
+    };
+    CHECK(run(1.0, true) == 20);
+    const int opened = h.kernel.opened;
+    // A dead sensor behind a bridge that lives: never an error, never an image.
+    CHECK(run(0.7, false) == 0);
+    CHECK(h.kernel.opened == opened + 1);
+    CHECK(h.camera.problem() == "/dev/video0: no data for 550 ms");
+    CHECK(run(5.0, false) == 0);
+    CHECK(h.kernel.opened == opened + 3);
+    CHECK(h.camera.counters().errors == 1);
+    CHECK(run(1.0, true) >= 19);
+    CHECK(h.camera.counters().recoveries == 1);
+    CHECK(h.kernel.mapped > 0);
+}
+
 }  // namespace
 }  // namespace facet

@@ -69,6 +69,47 @@ TEST_CASE("a start that fails passes on why, leaves nothing open and is not retr
     CHECK(d.life.problem().empty());
 }
 
+TEST_CASE("a device that is open but silent is reopened at once, then every retry period") {
+    constexpr std::int64_t kFirst = DeviceLife::kFirstSample.ns;
+    ManualClock clock{{1'000}};
+    FakeDevice device;
+    SourceCounters counters;
+    DeviceLife life(device, clock, {100}, counters, {50});
+    REQUIRE(ok(life.start()));
+    // GIVEN a device that has just been opened, it has time for its first sample
+    clock.advance({kFirst});
+    CHECK(life.not_ready("dev0") == Status::kNotReady);
+    life.works();
+    clock.advance({50});
+    CHECK(life.not_ready("dev0") == Status::kNotReady);
+    // WHEN it has worked and says nothing more THEN it is reopened without a pause
+    clock.advance({2'000'000});
+    CHECK(life.not_ready("dev0") == Status::kIo);
+    CHECK(life.problem() == "dev0: no data for 2 ms");
+    CHECK_FALSE(device.is_open);
+    CHECK(life.not_ready("dev0") == Status::kNotReady);
+    CHECK(life.check() == Status::kOk);
+    CHECK(device.attempts == 2);
+    CHECK(counters.errors == 1);
+    // AND again only when it has had time, at most once every retry period
+    clock.advance({kFirst + 1});
+    CHECK(life.not_ready("dev0") == Status::kIo);
+    CHECK(life.check() == Status::kOk);
+    life.works();
+    clock.advance({51});
+    CHECK(life.not_ready("dev0") == Status::kIo);
+    CHECK(life.check() == Status::kNotReady);
+    clock.advance({49});
+    CHECK(life.check() == Status::kOk);
+    CHECK(counters.errors == 2);
+    CHECK(counters.recoveries == 1);
+    // Without a limit nothing is silent.
+    DeviceLife patient(device, clock, {100}, counters);
+    REQUIRE(ok(patient.start()));
+    clock.advance({100 * kFirst});
+    CHECK(patient.not_ready("dev0") == Status::kNotReady);
+}
+
 TEST_CASE("a device that fails is closed and reopened, at most once every retry period") {
     DeviceUnderTest d;
     REQUIRE(ok(d.life.start()));

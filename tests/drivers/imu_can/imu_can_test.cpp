@@ -4,8 +4,11 @@
 #include <linux/can/error.h>
 #include <linux/net_tstamp.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "drivers/imu_can/dbc_decoder.h"
 #include "drivers/imu_can/dronecan.h"
@@ -41,6 +44,7 @@ public:
     void offer(int count) override {
         for (int i = 0; i < count; ++i) {
             t_ns += kPeriodNs;
+            clock.advance({kPeriodNs});
             rate(t_ns);
             force(t_ns + 1'000'000);
         }
@@ -86,12 +90,12 @@ TEST_CASE("rates and forces of different frames are put together by time") {
     h.rate(kEpochNs + 10'000'000);
     ImuSample sample;
     REQUIRE(h.imu.next({}, sample) == Status::kOk);
-    CHECK(sample.stamp.ns == kEpochNs + 2'000'000);
+    CHECK(sample.stamp.ns == 2'000'000);
     CHECK((sample.w_B - Eigen::Vector3d(std::numbers::pi / 180.0, 0.0, 0.0)).norm() < 1e-12);
     CHECK((sample.a_B - Eigen::Vector3d(0.0, -0.25, 9.81)).norm() < 1e-9);
     REQUIRE(h.imu.next({}, sample) == Status::kOk);
     CHECK((sample.a_B - Eigen::Vector3d(0.0, -1.0, 9.81)).norm() < 1e-9);
-    CHECK(h.imu.clock() == ClockDomain::kRealtime);
+    CHECK(h.imu.clock() == ClockDomain::kMonotonic);
     CHECK((h.bus.stamping_flags & SOF_TIMESTAMPING_RX_HARDWARE) == 0);
 }
 
@@ -116,7 +120,7 @@ TEST_CASE("DroneCAN samples come out through the same source") {
     ImuSample sample;
     REQUIRE(imu.next({}, sample) == Status::kOk);
     CHECK(sample.w_B.x() == 0.5);
-    CHECK(sample.stamp.ns == kEpochNs);
+    CHECK(sample.stamp.ns == 0);
 }
 
 TEST_CASE("only frames of the decoder pass the kernel's filter") {
@@ -209,8 +213,57 @@ TEST_CASE("stamps: hardware ones if asked for and there, our own clock if the ke
     bare.clock.advance({kPeriodNs});
     bare.force(0);
     REQUIRE(bare.imu.next({}, sample) == Status::kOk);
-    CHECK(sample.stamp.ns == kEpochNs + 1'000'000'000 + kPeriodNs);
+    CHECK(sample.stamp.ns == 1'000'000'000 + kPeriodNs);
     CHECK(bare.imu.can_counters().unstamped == 3);
+}
+
+/// Plays samples at 200 Hz, read 2 ms after their reception; the wall clock changes by `change` at the 400th, while two
+/// samples wait in the socket, and by ppm afterwards. @return the largest gap between samples and error of a stamp
+std::pair<double, double> gap_and_error_s(Duration change, double ppm) {
+    OpenImuHarness h;
+    REQUIRE(ok(h.imu.start()));
+    double gap_s = 0.0;
+    double error_s = 0.0;
+    Timestamp last = h.clock.now();
+    Duration offset{kEpochNs};
+    for (int i = 0; i < 1000; ++i) {
+        offset.ns += i > 400 ? static_cast<std::int64_t>(ppm * 1e-6 * kPeriodNs) : 0;
+        h.clock.set_realtime_offset(offset);
+        h.clock.advance({kPeriodNs});
+        const Timestamp measured = h.clock.now();
+        h.rate(h.clock.read_pair().realtime.ns);
+        h.force(h.clock.read_pair().realtime.ns + 1000);
+        if (i == 400 || i == 401) {
+            offset.ns += i == 401 ? change.ns : 0;
+            continue;  // the reader was away
+        }
+        h.clock.set_realtime_offset(offset);
+        h.clock.advance({2'000'000});
+        ImuSample sample;
+        while (ok(h.imu.next({}, sample))) {
+            gap_s = std::max(gap_s, (sample.stamp - last).seconds());
+            last = sample.stamp;
+            if (i < 400 || i > 403) {
+                error_s = std::max(error_s, std::abs((sample.stamp - measured).seconds()));
+            }
+        }
+        h.clock.advance({-2'000'000});
+    }
+    CHECK((h.clock.now() - last).seconds() < 0.02);
+    return {gap_s, error_s};
+}
+
+TEST_CASE(
+    "steps of the wall clock cost the samples that waited, whichever way and however far; slewing costs nothing") {
+    for (const double step_s : {30.0, 3600.0, -10.0, -0.5, 0.05, 0.0}) {
+        CAPTURE(step_s);
+        const auto [gap_s, error_s] = gap_and_error_s(Duration::from_seconds(step_s), 0.0);
+        CHECK(gap_s < 0.03);
+        CHECK(error_s < 20e-6);
+    }
+    const auto [gap_s, error_s] = gap_and_error_s({}, 500.0);
+    CHECK(gap_s < 0.03);
+    CHECK(error_s < 20e-6);
 }
 
 TEST_CASE("frames of impossible size and full sockets are counted") {

@@ -271,6 +271,25 @@ TEST_CASE("a sample read too late gets the stamp of its own edge, and is not giv
     CHECK((sample.stamp - first.stamp).ns == 7'500'000);
 }
 
+TEST_CASE("edges that the kernel has merged carry the later one's stamp: the sample keeps it") {
+    AdisHarness h(Adis16Model::k16470);
+    h.edges.period_ns = 2'500'000;
+    h.edges.on_edge = [&](Timestamp) { h.device.sample(1); };
+    REQUIRE(ok(h.imu->start()));
+    h.offer(1);
+    ImuSample first;
+    REQUIRE(h.imu->next({}, first) == Status::kOk);
+    h.device.sample(1);
+    h.clock.advance({2'500'000});
+    h.offer(1);
+    ImuSample sample;
+    REQUIRE(h.imu->next({}, sample) == Status::kOk);
+    CHECK((sample.stamp - first.stamp).ns == 5'000'000);
+    h.offer(1);
+    REQUIRE(h.imu->next({}, sample) == Status::kOk);
+    CHECK((sample.stamp - first.stamp).ns == 7'500'000);
+}
+
 TEST_CASE("failure flags and a dead bus drop samples, and many in a row reset the chip") {
     AdisHarness h(Adis16Model::k16470);
     REQUIRE(ok(h.imu->start()));

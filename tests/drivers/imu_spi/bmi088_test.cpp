@@ -59,8 +59,13 @@ class FakeGyro final : public test::ByteRegisterChip {
 public:
     FakeGyro() { registers()[0x00] = 0x0F; }
     bool failing_self_test = false;
+    bool is_dead = false;  ///< its line says nothing but ones, or zeros
+    std::uint8_t dead_byte = 0;
 
 private:
+    std::uint8_t on_read(std::uint8_t address, std::size_t index) override {
+        return is_dead ? dead_byte : test::ByteRegisterChip::on_read(address, index);
+    }
     void on_write(std::uint8_t address, std::uint8_t) override {
         if (address == 0x3C) {
             registers()[0x3C] = failing_self_test ? 0x06 : 0x12;
@@ -147,6 +152,28 @@ TEST_CASE("both dies are set up and identified") {
     CHECK(problem == "BMI088 gyroscope: self-test failed");
     BmiHarness settings({333, 2, true});
     CHECK(settings.chip.configure(SelfTest::kRun, problem) == Status::kInvalidArgument);
+}
+
+TEST_CASE("a gyroscope whose line is dead gives no rates of zero, and is set up again") {
+    for (const int byte : {0x00, 0xFF}) {
+        CAPTURE(byte);
+        BmiHarness h;
+        REQUIRE(ok(h.imu->start()));
+        h.offer(10);
+        CHECK(test::drain(h).stamps.size() >= 8);
+        h.gyro.dead_byte = static_cast<std::uint8_t>(byte);
+        h.gyro.is_dead = true;
+        h.offer(30);
+        const test::Drained dead = test::drain(h);
+        CHECK(dead.stamps.size() <= 1);  // the one that waited for a force
+        CHECK(h.imu->counters().corrupt >= 20);
+        CHECK(h.imu->counters().errors == 1);
+        h.gyro.is_dead = false;
+        h.pass_time();
+        h.offer(10);
+        CHECK(test::drain(h).stamps.size() >= 6);
+        CHECK(h.imu->counters().recoveries == 1);
+    }
 }
 
 TEST_CASE("lost edges are counted") {

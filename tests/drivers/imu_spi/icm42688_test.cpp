@@ -40,7 +40,8 @@ public:
     double self_test_force_mg = 400.0;
     bool floating = false;  ///< nobody drives the data line
 
-private:
+    bool is_on() const { return banks[0][0x4E] != 0; }
+    /// Back to the defaults, as after a dip of the supply.
     void reset() {
         for (auto& bank : banks) {
             bank.fill(0);
@@ -48,6 +49,8 @@ private:
         banks[0][0x75] = 0x47;
         fifo.clear();
     }
+
+private:
     void on_write(std::uint8_t address, std::uint8_t value) override {
         if (address == 0x76) {
             banks[0][0x76] = value;
@@ -92,8 +95,10 @@ private:
 
 class IcmHarness final : public test::SpiHarness {
 public:
-    explicit IcmHarness(const Icm42688Options& options = {}) : chip(device, clock, options) {
-        imu = std::make_unique<ImuSpi>(chip, &edges, clock, ImuSpiOptions{});
+    explicit IcmHarness(const Icm42688Options& options = {}, Duration silence = {}) : chip(device, clock, options) {
+        ImuSpiOptions source;
+        source.silence = silence;
+        imu = std::make_unique<ImuSpi>(chip, &edges, clock, source);
         edges.one_by_one = false;
         edges.period_ns = 1'000'000;
         edges.on_edge = [this](Timestamp) {
@@ -103,6 +108,14 @@ public:
         };
     }
     void set_present(bool present) override { device.present = present; }
+    /// As offer, but a chip that is off makes no interrupts.
+    void run(int samples) {
+        if (device.is_on()) {
+            offer(samples);
+        } else {
+            clock.advance({samples * edges.period_ns});
+        }
+    }
 
     FakeIcm device;
     Icm42688 chip;
@@ -172,6 +185,39 @@ TEST_CASE("the ratio of the clocks is learnt") {
     CHECK(h.imu->counters().lost == 0);
 }
 
+TEST_CASE("edges that the kernel has merged carry the later one's stamp: no sample moves by a period") {
+    for (const int watermark : {1, 2}) {
+        CAPTURE(watermark);
+        IcmHarness h({1000, static_cast<std::uint8_t>(watermark), false});
+        int edge = 0;
+        const auto add = [&] {
+            for (int i = 0; i < watermark; ++i) {
+                h.time_us = static_cast<std::uint16_t>(h.time_us + 1000);
+                h.device.fifo.push_back(make_packet(0, 0, h.time_us));
+            }
+        };
+        h.edges.period_ns = watermark * 1'000'000;
+        h.edges.on_edge = [&](Timestamp) { add(); };
+        REQUIRE(ok(h.imu->start()));
+        test::Drained all;
+        for (; edge < 200; ++edge) {
+            if (edge % 7 == 6) {
+                add();  // its edge was merged with the next one
+                h.clock.advance({h.edges.period_ns});
+            }
+            h.offer(1);
+            for (const Timestamp stamp : test::drain(h).stamps) {
+                all.stamps.push_back(stamp);
+            }
+        }
+        REQUIRE(all.stamps.size() > 200);
+        for (std::size_t i = 1; i < all.stamps.size(); ++i) {
+            CAPTURE(i);
+            REQUIRE(std::abs((all.stamps[i] - all.stamps[i - 1]).ns - 1'000'000) < 1'000);
+        }
+    }
+}
+
 TEST_CASE("packets lost to a full FIFO show as a gap") {
     IcmHarness h;
     REQUIRE(ok(h.imu->start()));
@@ -219,6 +265,29 @@ TEST_CASE("a chip that comes back in flight is not tested again, one that is sta
     CHECK(h.imu->counters().delivered > 0);
     h.imu->stop();
     CHECK(h.imu->start() == Status::kIo);
+}
+
+TEST_CASE("a chip that a brown-out has reset makes no interrupts: it is set up again, in a tenth of a second") {
+    IcmHarness h({}, Duration::from_seconds(0.1));
+    REQUIRE(ok(h.imu->start()));
+    h.run(50);
+    CHECK(test::drain(h).stamps.size() > 40);
+    h.device.reset();
+    const Timestamp dip = h.clock.now();
+    Timestamp back;
+    for (int i = 0; i < 200 && back.ns == 0; ++i) {
+        h.run(10);
+        ImuSample sample;
+        Status status = Status::kOk;
+        while ((status = h.imu->next({}, sample)) == Status::kOk) {
+            back = sample.stamp.ns > dip.ns ? sample.stamp : back;
+        }
+    }
+    CHECK(back.ns > 0);
+    CHECK((back - dip).seconds() < 0.5);
+    CHECK(h.imu->problem().find("no data for 1") != std::string_view::npos);
+    CHECK(h.imu->counters().errors == 1);
+    CHECK(h.imu->counters().recoveries == 1);
 }
 
 TEST_CASE("a bus that comes loose gives corrupt readings, not samples") {

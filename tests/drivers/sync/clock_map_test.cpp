@@ -99,20 +99,25 @@ TEST_CASE("mapped streams stay in order, whatever the estimate does") {
     options.step = Duration::from_seconds(0.1);
     ClockMap map(options);
     Timestamp mapped;
-    CHECK(map.map({0}, mapped) == Status::kNotReady);
+    CHECK(map.map({0}, {0}, mapped) == Status::kNotReady);
     Timestamp last;
     std::int64_t t = 0;
     int given = 0;
     for (int i = 0; i < 2000; ++i) {
         t += 200'000;
         (void)map.add({t}, Timestamp{t + kEpochNs} + Duration::from_seconds(noise(random)));
-        if (ok(map.map({t}, mapped))) {
+        if (ok(map.map({t}, {t + kEpochNs + 1'000'000'000}, mapped))) {
             REQUIRE((given == 0 || mapped > last));
             last = mapped;
             ++given;
         }
     }
     CHECK(given > 1800);
+    // What would lie in the future is not given, and does not count as the last one.
+    Timestamp untouched{5};
+    CHECK(map.map({t + 3'600'000'000'000}, {t + kEpochNs}, untouched) == Status::kCorrupt);
+    CHECK(untouched.ns == 5);
+    CHECK(ok(map.map({t + 20'000'000}, {t + kEpochNs + 1'000'000'000}, mapped)));
 }
 
 TEST_CASE("a source that was reset starts a new epoch") {

@@ -40,6 +40,7 @@ struct World {
     std::function<bool(std::int64_t)> imu = [](std::int64_t) { return true; };
     std::function<std::int64_t(int)> left_stamp_error = [](int) { return 0; };
     bool trigger = true;
+    bool edges_numbered = true;  ///< else lost edges are not counted either
     bool sequence = true;
 };
 
@@ -123,10 +124,12 @@ inline Outcome run(const World& world, Synchroniser& sync, unsigned seed = 1) {
         if (world.edge_vanished.contains(event)) {
             continue;
         }
-        const std::uint32_t own = ++edge_sequence;
-        if (!world.edge_lost.contains(event)) {
+        const bool is_lost = world.edge_lost.contains(event);
+        edge_sequence += world.edges_numbered || !is_lost ? 1 : 0;
+        const std::uint32_t own = edge_sequence;
+        if (!is_lost) {
             const std::int64_t stamp = kStartNs + event * kPeriodNs;
-            arrivals.push_back({stamp + kMs, Kind::kEdge, {{stamp}, own, true}, {}});
+            arrivals.push_back({stamp + kMs, Kind::kEdge, {{stamp}, own, true, world.edges_numbered}, {}});
         }
     }
     for (std::int64_t t = kStartNs - 500 * kMs; t < midpoint(world.events) + 500 * kMs; t += 5 * kMs) {

@@ -86,6 +86,37 @@ TEST_CASE("an edge, or a frame, that vanishes without being counted shifts the c
     }
 }
 
+TEST_CASE("edges without numbers: a lost one is known by its time, and costs nothing") {
+    World world;
+    world.edges_numbered = false;
+    world.edge_lost = {60, 100, 101, 102, 150};
+    world.first_count = 0xFFFFFFF0U;  // the counts go round
+    Synchroniser sync;
+    const Outcome outcome = run(world, sync);
+    check_no_wrong_pair(outcome, 0);
+    CHECK(outcome.given.size() == 200 - 4);
+    CHECK(views(outcome, 0, 200, true, true) == 200 - 4);
+    CHECK(sync.count(SyncFault::kPairingCorrected) == 0);
+    CHECK(sync.count(SyncFault::kEdgeInterpolated) == 10);  // five of each camera
+    CHECK(sync.count(SyncFault::kGap) == 3);
+    CHECK(outcome.allocations == 0);
+}
+
+TEST_CASE("edges without numbers: pulses that were not made are taken for lost, found out and corrected") {
+    World world;
+    world.edges_numbered = false;
+    for (int event = 100; event < 110; ++event) {  // nothing was triggered meanwhile
+        world.edge_lost.insert(event);
+        world.left_vanished.insert(event);
+        world.right_vanished.insert(event);
+    }
+    Synchroniser sync;
+    const Outcome outcome = run(world, sync);
+    check_no_wrong_pair(outcome, 0);
+    CHECK(sync.count(SyncFault::kPairingCorrected) == 2);
+    CHECK(views(outcome, 116, 200, true, true) == 200 - 116);
+}
+
 TEST_CASE("without a trigger the right camera is paired with the left one by count and time, stale frames too") {
     World world;
     world.trigger = false;
