@@ -12,12 +12,21 @@ endforeach()
 install(DIRECTORY platform/base DESTINATION include/facet/platform COMPONENT development FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY estimator mesh DESTINATION include/facet COMPONENT development FILES_MATCHING PATTERN "*.h")
 
+# A front-end on OpenCV makes the library need its modules.
+set(_find_opencv "")
+if(FACET_OPENCV_FRONTEND)
+  install(FILES toolchains/FindOpenCVModules.cmake DESTINATION lib/cmake/facet COMPONENT development)
+  set(_find_opencv "list(APPEND CMAKE_MODULE_PATH \"\${CMAKE_CURRENT_LIST_DIR}\")
+find_dependency(OpenCVModules 4.5 COMPONENTS core imgproc features2d video)")
+endif()
+
 # The very versions the library was compiled with: their classes are in its interface, their functions on both sides.
 set(_config "${CMAKE_BINARY_DIR}/install_library")
 file(CONFIGURE OUTPUT "${_config}/facetConfig.cmake" @ONLY CONTENT [[
 include(CMakeFindDependencyMacro)
 find_dependency(Eigen3 @Eigen3_VERSION@ EXACT NO_MODULE)
 find_dependency(Boost @Boost_VERSION_STRING@ EXACT)
+@_find_opencv@
 include("${CMAKE_CURRENT_LIST_DIR}/facetTargets.cmake")
 ]])
 write_basic_package_version_file("${_config}/facetConfigVersion.cmake" COMPATIBILITY SameMinorVersion)

@@ -17,6 +17,7 @@
 #include "app/run/dry_run.h"
 #include "app/run/hardware.h"
 #include "app/run/live_run.h"
+#include "app/run/reset_count.h"
 #include "app/run/service_notifier.h"
 #include "app/run/status_text.h"
 #include "app/support/console.h"
@@ -122,14 +123,34 @@ void print_mavlink(const MavlinkLink& link) {
     }
 }
 
+/// The state folder that systemd gives, or else the log's.
+std::string state_folder(const Vehicle& vehicle) {
+    const std::string given = environment("STATE_DIRECTORY");
+    return given.empty() ? vehicle.log.folder : given.substr(0, given.find(':'));
+}
+
+/// Keeps the counter of poses that are sent, so that a restarted program can announce its jump.
+void keep_resets(const MavlinkLink* link, ResetCount& resets) {
+    if (link != nullptr) {
+        if (const std::string problem = resets.keep(link->sent_resets()); !problem.empty()) {
+            print_err("warning: the reset counter will begin anew after a restart: {}\n", problem);
+        }
+    }
+}
+
 int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const RunArguments& args,
         const std::atomic<bool>& stop) {
     std::vector<OdometrySink*> sinks;
     MavlinkLink* const mavlink = hardware.mavlink();
+    ResetCount resets(state_folder(vehicle));
     if (mavlink != nullptr) {
         std::string problem;
         if (!ok(mavlink->open(problem))) {
             throw InputError(problem);
+        }
+        mavlink->begin_resets_at(resets.first());
+        if (resets.is_restart()) {
+            print_err("reset counter begins at {}: the pose begins anew at the origin\n", resets.first());
         }
         sinks.push_back(mavlink);
     }
@@ -158,6 +179,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
            (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
         clock.sleep(kTick);
         notifier.progress(run.frames());
+        keep_resets(mavlink, resets);
         if (mavlink != nullptr && mavlink->take_reset_request()) {
             run.request_reset();
         }

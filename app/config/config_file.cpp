@@ -2,6 +2,7 @@
 #include "app/config/config_file.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,6 +29,10 @@ const ConfigEntry* find_entry(const std::string& key) {
 void read_entry(const YamlNode& node, const ConfigEntry& entry, ProgramConfig& config) {
     if (entry.type == ParameterType::kBool) {
         entry.set(config, node.boolean() ? 1.0 : 0.0);
+        return;
+    }
+    if (!entry.choices.empty()) {
+        entry.set(config, static_cast<double>(node.choice(entry.choices)));
         return;
     }
     const double value = node.number();
@@ -90,7 +95,9 @@ std::string print_config(const ProgramConfig& config) {
             text += entry.section + ":\n";
         }
         const std::string setting = fmt::format("  {}: {}", entry.name, value_text(entry, config));
-        text += fmt::format("{:<48} # {} [{}, {}] {}\n", setting, entry.unit, entry.min, entry.max, entry.meaning);
+        const std::string range = entry.choices.empty() ? fmt::format("[{}, {}]", entry.min, entry.max)
+                                                        : fmt::format("[{}]", fmt::join(entry.choices, ", "));
+        text += fmt::format("{:<48} # {} {} {}\n", setting, entry.unit, range, entry.meaning);
     }
     return text;
 }

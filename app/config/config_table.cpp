@@ -23,6 +23,7 @@ const std::vector<ConfigEntry>& config_table() {
                      .min = field.min,
                      .max = field.max,
                      .meaning = field.meaning,
+                     .choices = field.choices,
                      .value = [=](const ProgramConfig& config) { return field.value(config.*section); },
                      .set = [=](ProgramConfig& config, double value) { field.set(config.*section, value); }});
             }
@@ -34,6 +35,9 @@ const std::vector<ConfigEntry>& config_table() {
 
 std::string value_text(const ConfigEntry& entry, const ProgramConfig& config) {
     const double value = entry.value(config);
+    if (!entry.choices.empty() && in_range(value, 0.0, static_cast<double>(entry.choices.size() - 1))) {
+        return std::string(entry.choices[static_cast<std::size_t>(value)]);
+    }
     switch (entry.type) {
         case ParameterType::kBool: return value != 0.0 ? "true" : "false";
         case ParameterType::kInteger: return fmt::format("{}", static_cast<std::int64_t>(value));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,7 @@ struct ConfigEntry {
     double min = 0.0;
     double max = 0.0;
     std::string_view meaning;
+    std::span<const std::string_view> choices;  ///< names of the values 0, 1, ...; empty: they have none
     std::function<double(const ProgramConfig&)> value;
     std::function<void(ProgramConfig&, double)> set;  ///< the value must be one that the type has
 

@@ -7,9 +7,9 @@
 
 namespace facet {
 
-/// Monotonic stamps pass unchanged. Wall-clock stamps are mapped by pairs of both host clocks, read together some thirty
-/// times a second; stamps of hardware and devices by pairs of stamp and arrival, of which those with little delay count
-/// most. Thread-bound. No heap.
+/// Monotonic stamps pass unchanged. Wall-clock stamps are mapped by pairs of both host clocks, read together some
+/// thirty times a second; stamps of hardware and devices by pairs of stamp and arrival, of which those with little
+/// delay count most. Thread-bound. No heap.
 class StampMapper {
 public:
     StampMapper(const Clock& clock, ClockDomain domain);

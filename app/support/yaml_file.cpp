@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/support/yaml_file.h"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -145,6 +146,15 @@ std::string YamlNode::text() const {
         fail("must be text");
     }
     return node_.Scalar();
+}
+
+std::size_t YamlNode::choice(std::span<const std::string_view> choices) const {
+    const std::string word = text();
+    const auto at = std::find(choices.begin(), choices.end(), word);
+    if (at == choices.end()) {
+        fail(fmt::format("'{}' is unknown; one of: {}", word, fmt::join(choices, ", ")));
+    }
+    return static_cast<std::size_t>(at - choices.begin());
 }
 
 std::vector<double> YamlNode::numbers(std::size_t length) const {

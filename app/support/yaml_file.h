@@ -5,6 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/Core>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,8 @@ public:
     int integer() const;
     bool boolean() const;
     std::string text() const;
+    /// Index of the node's text among these; throws with all of them if it is none.
+    std::size_t choice(std::span<const std::string_view> choices) const;
     /// List of finite numbers of exactly this length.
     std::vector<double> numbers(std::size_t length) const;
     /// 4x4 matrix: a list of 4 rows (Kalibr), a list of 16 numbers, or a map with rows, cols, data (EuRoC, OpenCV).

@@ -56,16 +56,7 @@ std::size_t YamlSection::choice(const std::string& key, std::span<const std::str
     if (!field) {
         return fallback;
     }
-    const std::string text = field->text();
-    const auto at = std::find(choices.begin(), choices.end(), text);
-    if (at != choices.end()) {
-        return static_cast<std::size_t>(at - choices.begin());
-    }
-    std::string all;
-    for (const std::string_view choice : choices) {
-        all += (all.empty() ? "" : ", ") + std::string(choice);
-    }
-    field->fail(fmt::format("'{}' is unknown; one of: {}", text, all));
+    return field->choice(choices);
 }
 
 void YamlSection::finish() const {

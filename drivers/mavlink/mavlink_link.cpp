@@ -87,6 +87,7 @@ Status MavlinkLink::send(const Odometry& odometry) {
     FACET_TRY(to_frd(odometry, local_, frd));
     newest_ = odometry;
     frd.reset_counter = static_cast<std::uint8_t>(frd.reset_counter + local_changes_);
+    sent_resets_.store(frd.reset_counter, std::memory_order_relaxed);
     if (options_.message == PoseMessage::kOdometry) {
         encode_odometry(frd, time_us(frd.stamp), payload_);
         return send_message(MavlinkId::kOdometry);

@@ -63,8 +63,8 @@ struct MavlinkCounters {
 };
 
 /// What is sent, what is answered and when: drivers/mavlink/README.md. A channel that is full or gone is no obstacle:
-/// what it does not take is dropped and counted, and a serial line is reopened. Thread-bound, except arming() and
-/// take_reset_request(). Heap only if open fails.
+/// what it does not take is dropped and counted, and a serial line is reopened. Thread-bound, except sent_resets(),
+/// arming() and take_reset_request(). Heap only if open fails.
 class MavlinkLink final : public OdometrySink {
 public:
     MavlinkLink(KernelIo& io, const Clock& clock, MavlinkOptions options);
@@ -72,6 +72,11 @@ public:
     /// See MavlinkChannel.
     Status open(std::string& problem);
     void close() { channel_.close(); }
+    /// Before the first pose: what the reset counter begins at, so that it differs from that of a program before.
+    void begin_resets_at(std::uint8_t first) {
+        local_changes_ = first;
+        sent_resets_.store(first, std::memory_order_relaxed);
+    }
 
     /// Status::kOk also if the pose is held back on purpose.
     Status send(const Odometry& odometry) override;
@@ -87,6 +92,8 @@ public:
     const TimesyncFilter& timesync() const { return timesync_; }
 
     // On any thread:
+    /// The reset counter of the newest pose.
+    std::uint8_t sent_resets() const { return sent_resets_.load(std::memory_order_relaxed); }
     Arming arming() const { return arming_.load(std::memory_order_relaxed); }
     /// Whether the estimator was asked to begin anew since the last call.
     bool take_reset_request() { return reset_requested_.exchange(false, std::memory_order_relaxed); }
@@ -130,6 +137,7 @@ private:
     std::optional<Odometry> newest_;  ///< the last pose that was good enough to be sent
     std::atomic<Arming> arming_{Arming::kUnknown};
     std::atomic<bool> reset_requested_{false};
+    std::atomic<std::uint8_t> sent_resets_{0};
 };
 
 }  // namespace facet

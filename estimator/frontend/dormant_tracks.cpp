@@ -27,29 +27,29 @@ void DormantTracks::configure(const FrontendConfig& config, const StereoRig& rig
     clear();
 }
 
-void DormantTracks::add(const Track& track, const Eigen::Quaterniond& q_B0_B, Tracker& tracker) {
+void DormantTracks::add(const Track& track, const Eigen::Quaterniond& q_B0_B, FeatureEngine& engine) {
     if (dormant_.size() == dormant_.capacity()) {
-        forget_oldest(tracker);
+        forget_oldest(engine);
     }
     dormant_.push_back({track, q_B0_B});
 }
 
-bool DormantTracks::forget_oldest(Tracker& tracker) {
+bool DormantTracks::forget_oldest(FeatureEngine& engine) {
     if (dormant_.empty()) {
         return false;
     }
-    tracker.stop(dormant_.front().track);
+    engine.stop(dormant_.front().track);
     erase(0);
     return true;
 }
 
-void DormantTracks::forget_unknown(std::span<const LandmarkPrediction> predictions, Tracker& tracker) {
+void DormantTracks::forget_unknown(std::span<const LandmarkPrediction> predictions, FeatureEngine& engine) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < dormant_.size(); ++i) {
         if (find_prediction(predictions, dormant_[i].track.id) != nullptr) {
             dormant_[kept++] = dormant_[i];
         } else {
-            tracker.stop(dormant_[i].track);
+            engine.stop(dormant_[i].track);
         }
     }
     dormant_.resize(kept);
@@ -73,7 +73,7 @@ double DormantTracks::median_shift(int axis) {
 }
 
 void DormantTracks::recall(const ImagePyramid& image, std::span<const LandmarkPrediction> predictions,
-                           const Eigen::Quaterniond& q_B0_B, int most, Tracker& tracker, TrackList& tracks) {
+                           const Eigen::Quaterniond& q_B0_B, int most, FeatureEngine& engine, TrackList& tracks) {
     found_.clear();
     for (std::size_t i = 0; i < dormant_.size(); ++i) {
         const LandmarkPrediction* prediction = find_prediction(predictions, dormant_[i].track.id);
@@ -82,7 +82,7 @@ void DormantTracks::recall(const ImagePyramid& image, std::span<const LandmarkPr
         }
         Found found{i, dormant_[i].track, {}};
         const Eigen::Quaterniond q_C_Cl = q_C_B_ * q_B0_B.conjugate() * dormant_[i].q_B0_B * q_C_B_.conjugate();
-        if (ok(tracker.find_again(image, *prediction, q_C_Cl, found.track, found.shift)) &&
+        if (ok(engine.find_again(image, *prediction, q_C_Cl, found.track, found.shift)) &&
             found.shift.norm() < config_.recall_radius_px) {
             found_.push_back(found);
         }

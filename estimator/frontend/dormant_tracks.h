@@ -6,11 +6,11 @@
 #include <boost/container/static_vector.hpp>
 #include <span>
 
+#include "estimator/frontend/feature_engine.h"
 #include "estimator/frontend/frontend_config.h"
 #include "estimator/frontend/frontend_types.h"
 #include "estimator/frontend/image_pyramid.h"
 #include "estimator/frontend/track.h"
-#include "estimator/frontend/tracker.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/values/observation.h"
 
@@ -39,21 +39,21 @@ public:
     void clear() { dormant_.clear(); }
 
     /// Takes over a lost track with its template slot. @param q_B0_B  body now to any fixed frame, by the gyroscope
-    void add(const Track& track, const Eigen::Quaterniond& q_B0_B, Tracker& tracker);
+    void add(const Track& track, const Eigen::Quaterniond& q_B0_B, FeatureEngine& engine);
 
     /// Frees the slot of the track lost longest ago; false if there are no dormant tracks.
-    bool forget_oldest(Tracker& tracker);
+    bool forget_oldest(FeatureEngine& engine);
 
     /// Forgets tracks whose landmarks are not among the predictions (sorted by id), because the smoother has dropped
     /// them.
-    void forget_unknown(std::span<const LandmarkPrediction> predictions, Tracker& tracker);
+    void forget_unknown(std::span<const LandmarkPrediction> predictions, FeatureEngine& engine);
 
     /// A new keyframe was made; none of these tracks is in it.
     void leave_keyframe();
 
     /// Searches the image for predicted landmarks and moves the tracks it finds to `tracks`, which may grow to `most`.
     void recall(const ImagePyramid& image, std::span<const LandmarkPrediction> predictions,
-                const Eigen::Quaterniond& q_B0_B, int most, Tracker& tracker, TrackList& tracks);
+                const Eigen::Quaterniond& q_B0_B, int most, FeatureEngine& engine, TrackList& tracks);
 
 private:
     struct Dormant {

@@ -11,6 +11,9 @@
 
 namespace facet {
 
+/// An epipolar line may be off by this many of its sigmas: three if the calibration is twice as bad as its prior says.
+inline constexpr double kLineSigmas = 6.0;
+
 /// The point at inverse depth rho on the ray of a left pixel is seen in the right image along
 ///   p_C1(rho) = R_C1_C0 [xy; 1] + rho p_C1_C0,
 /// with the rig as given and corrected by what is known of it. Normalised points come as the lens as given undistorts

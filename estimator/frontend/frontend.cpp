@@ -13,7 +13,9 @@ namespace facet {
 void Frontend::Impl::reset() {
     tracks.clear();
     dormant.clear();
-    tracker.reset();
+    if (engine) {
+        engine->reset();
+    }
     policy.reset();
     has_previous = false;
     was_still = false;
@@ -23,7 +25,7 @@ void Frontend::Impl::reset() {
 }
 
 void Frontend::Impl::remove(std::size_t index) {
-    tracker.stop(tracks[index]);
+    engine->stop(tracks[index]);
     tracks.erase(tracks.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
@@ -51,6 +53,7 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
     if (output.is_keyframe) {
         if (has_right) {
             right.build(frame.right);
+            engine->begin_right(right);
         }
         make_keyframe(hints, has_right, output);
     }
@@ -70,6 +73,7 @@ Status Frontend::Impl::process(const StereoFrame& frame, const FrameHints& hints
     output.stamp = frame.stamp;
     std::swap(left, previous_left);
     left.build(frame.left);
+    engine->begin_frame(left);
     q_Bk_B = (q_Bk_B * hints.q_Bp_B).normalized();
     q_B0_Bp = q_B0_B;
     q_B0_B = (q_B0_B * hints.q_Bp_B).normalized();
@@ -78,7 +82,7 @@ Status Frontend::Impl::process(const StereoFrame& frame, const FrameHints& hints
         follow_and_choose(frame, hints, output);
     } else {
         for (const Track& track : tracks) {
-            dormant.add(track, q_B0_Bp, tracker);
+            dormant.add(track, q_B0_Bp, *engine);
         }
         output.lost = static_cast<int>(tracks.size());
         tracks.clear();
@@ -108,9 +112,8 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
     FACET_TRY(impl.left.configure(l.width, l.height, config.pyramid_levels));
     FACET_TRY(impl.previous_left.configure(l.width, l.height, config.pyramid_levels));
     FACET_TRY(impl.right.configure(r.width, r.height, config.pyramid_levels));
-    FACET_TRY(impl.tracker.configure(config, rig.left));
-    FACET_TRY(impl.stereo_matcher.configure(config, rig));
-    impl.detector.configure(config, rig.left, impl.tracker.border_px());
+    impl.engine = config.uses_opencv() ? make_opencv_engine() : make_patch_engine();
+    FACET_TRY(impl.engine->configure(config, rig));
     impl.outlier_test.configure(config, rig);
     impl.policy.configure(config);
     impl.dormant.configure(config, rig);
@@ -141,7 +144,7 @@ Status Frontend::process(const StereoFrame& frame, const FrameHints& hints, Fron
     return impl_->process(frame, hints, output);
 }
 
-void Frontend::correct_cameras(const CameraCorrections& corrections) { impl_->stereo_matcher.correct(corrections); }
+void Frontend::correct_cameras(const CameraCorrections& corrections) { impl_->engine->correct(corrections); }
 
 void Frontend::drop_tracks(std::span<const LandmarkId> landmarks) {
     TrackList& tracks = impl_->tracks;

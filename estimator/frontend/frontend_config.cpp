@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/frontend/frontend_config.h"
 
+#include "estimator/frontend/feature_engine.h"
+
 namespace facet {
 
 std::string_view FrontendConfig::broken_rule() const {
@@ -9,6 +11,9 @@ std::string_view FrontendConfig::broken_rule() const {
     }
     if (!(keyframe_min_interval_s <= keyframe_max_interval_s)) {
         return "keyframe_min_interval_s must not exceed keyframe_max_interval_s";
+    }
+    if (uses_opencv() && !has_opencv_engine()) {
+        return "backend: this build has no 'opencv', which needs OpenCV's features2d and video when it is built";
     }
     return {};
 }

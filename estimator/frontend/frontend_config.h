@@ -2,6 +2,7 @@
 // Parameters of the front-end.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string_view>
 
@@ -11,8 +12,13 @@
 
 namespace facet {
 
+/// Whose code works on pixels; FrontendConfig::backend holds one of these as a number.
+enum class FrontendBackend : std::uint8_t { kOwn, kOpenCv };
+inline constexpr auto kFrontendBackends = std::to_array<std::string_view>({"own", "opencv"});
+
 /// Units, ranges and meanings: kFrontendFields below.
 struct FrontendConfig {
+    int backend = static_cast<int>(FrontendBackend::kOwn);
     int max_features = 300;
     int surface_points = 200;
     double min_distance_px = 20.0;
@@ -36,6 +42,7 @@ struct FrontendConfig {
     double recall_radius_px = 15.0;
     double still_disparity_px = 0.5;
 
+    bool uses_opencv() const { return backend == static_cast<int>(FrontendBackend::kOpenCv); }
     /// The condition between fields that does not hold, as a sentence; empty if all hold.
     std::string_view broken_rule() const;
     /// kInvalidArgument if a field is outside its range or a condition between fields does not hold.
@@ -43,6 +50,9 @@ struct FrontendConfig {
 };
 
 inline constexpr auto kFrontendFields = std::to_array<ParameterField<FrontendConfig>>({
+    {FACET_FIELD(FrontendConfig, backend), "-", 0, 1,
+     "Whose code works on pixels: 'own', or 'opencv' (features2d and video) where the build has it.",
+     kFrontendBackends},
     {FACET_FIELD(FrontendConfig, max_features), "-", 20, kMaxFeatures,
      "Number of tracks wanted in the left image; the default is the paper's."},
     {FACET_FIELD(FrontendConfig, surface_points), "-", 0, kMaxSurfacePoints,

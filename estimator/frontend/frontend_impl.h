@@ -3,18 +3,18 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
+#include <memory>
 
-#include "estimator/frontend/detector.h"
 #include "estimator/frontend/dormant_tracks.h"
+#include "estimator/frontend/feature_engine.h"
 #include "estimator/frontend/frontend.h"
 #include "estimator/frontend/image_pyramid.h"
 #include "estimator/frontend/keyframe_policy.h"
 #include "estimator/frontend/outlier_test.h"
-#include "estimator/frontend/stereo_matcher.h"
 #include "estimator/frontend/track.h"
-#include "estimator/frontend/tracker.h"
 
 namespace facet {
 
@@ -27,9 +27,7 @@ struct Frontend::Impl {
     ImagePyramid left;
     ImagePyramid previous_left;
     ImagePyramid right;
-    Detector detector;
-    Tracker tracker;
-    StereoMatcher stereo_matcher;
+    std::unique_ptr<FeatureEngine> engine;  ///< by FrontendConfig::backend
     OutlierTest outlier_test;
     KeyframePolicy policy;
 
@@ -52,6 +50,9 @@ struct Frontend::Impl {
     boost::container::static_vector<double, kMaxFeatures> values;
     boost::container::static_vector<Eigen::Vector2d, kMaxFeatures> positions;
     boost::container::static_vector<Eigen::Matrix2d, kMaxFeatures> lens_slopes;  ///< d_uv_d_xy of each track
+    boost::container::static_vector<StereoQuery, kMaxFeatures + kMaxSurfacePoints> queries;
+    std::array<StereoMatch, kMaxFeatures + kMaxSurfacePoints> matches;  ///< of the queries
+    std::array<std::uint8_t, kMaxFeatures + kMaxSurfacePoints> found;   ///< of queries, or of tracks that are followed
     CornerList corners;  ///< found at this keyframe, but not started as tracks
 
     void reset();
@@ -70,6 +71,7 @@ struct Frontend::Impl {
     int wanted_features(const FrameHints& hints) const;
     void begin_tracks(const FrameHints& hints, bool has_right, FrontendOutput& output);
     void match_stereo(const FrameHints& hints);
+    void match_queries();
     void match_surface(FrontendOutput& output);
     void reject_stereo_outliers();
     void fill_observations(FrontendOutput& output) const;

@@ -12,8 +12,8 @@ void Frontend::Impl::recall(const FrameHints& hints, FrontendOutput& output) {
         return;
     }
     const std::size_t before = tracks.size();
-    dormant.forget_unknown(hints.landmarks, tracker);
-    dormant.recall(left, hints.landmarks, q_B0_B, wanted_features(hints), tracker, tracks);
+    dormant.forget_unknown(hints.landmarks, *engine);
+    dormant.recall(left, hints.landmarks, q_B0_B, wanted_features(hints), *engine, tracks);
     output.recalled += static_cast<int>(tracks.size() - before);
 }
 
@@ -29,13 +29,13 @@ void Frontend::Impl::begin_tracks(const FrameHints& hints, bool has_right, Front
     corners.clear();
     const int wanted = std::max(0, wanted_features(hints) - static_cast<int>(tracks.size()));
     const int more = has_right && hints.effort >= 1.0 ? config.surface_points : 0;
-    detector.detect(left.level(0), {positions.data(), positions.size()}, wanted + more, corners);
+    engine->detect(left, {positions.data(), positions.size()}, wanted + more, corners);
     const auto rest = corners.begin() + std::min<std::ptrdiff_t>(wanted, std::ssize(corners));
     for (auto uv = corners.begin(); uv != rest; ++uv) {
         Track track;
-        Status started = tracker.start(left, *uv, track);
-        if (started == Status::kFull && dormant.forget_oldest(tracker)) {
-            started = tracker.start(left, *uv, track);
+        Status started = engine->start(left, *uv, track);
+        if (started == Status::kFull && dormant.forget_oldest(*engine)) {
+            started = engine->start(left, *uv, track);
         }
         if (ok(started)) {
             track.id.value = next_landmark++;
@@ -46,22 +46,32 @@ void Frontend::Impl::begin_tracks(const FrameHints& hints, bool has_right, Front
     corners.erase(corners.begin(), rest);
 }
 
+void Frontend::Impl::match_queries() {
+    engine->match(left, right, {queries.data(), queries.size()}, median_inverse_depth(),
+                  {matches.data(), queries.size()}, {found.data(), queries.size()});
+}
+
 void Frontend::Impl::match_stereo(const FrameHints& hints) {
     stereo_pairs.clear();
     pair_tracks.clear();
-    for (std::size_t i = 0; i < tracks.size(); ++i) {
-        Track& track = tracks[i];
-        const bool had_depth = track.has_depth;
-        const Eigen::Vector3d before =
-            had_depth ? (track.keyframe_xy.homogeneous() / track.inverse_depth).eval() : Eigen::Vector3d::Zero();
+    queries.clear();
+    for (const Track& track : tracks) {
         // The camera has moved since the last keyframe: the smoother knows better than the old depth. What was never
         // matched is searched, so that the match is independent of what the smoother believes.
+        const bool had_depth = track.has_depth;
         const LandmarkPrediction* predicted = had_depth ? find_prediction(hints.landmarks, track.id) : nullptr;
         const bool is_predicted = predicted != nullptr && predicted->in_view;
         const double usual = had_depth ? track.inverse_depth : -1.0;
-        StereoMatch match;
-        track.has_right = ok(
-            stereo_matcher.match(left, right, track.pose.uv, is_predicted ? predicted->inverse_depth : usual, match));
+        queries.push_back({track.pose.uv, is_predicted ? predicted->inverse_depth : usual});
+    }
+    match_queries();
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+        Track& track = tracks[i];
+        const StereoMatch& match = matches[i];
+        const bool had_depth = track.has_depth;
+        const Eigen::Vector3d before =
+            had_depth ? (track.keyframe_xy.homogeneous() / track.inverse_depth).eval() : Eigen::Vector3d::Zero();
+        track.has_right = found[i] != 0;
         track.has_depth = track.has_right;
         if (!track.has_right) {
             continue;
@@ -79,17 +89,20 @@ void Frontend::Impl::match_stereo(const FrameHints& hints) {
 
 /// Matches the corners at which no track begins: their position is known from this frame alone.
 void Frontend::Impl::match_surface(FrontendOutput& output) {
+    queries.clear();
     for (const Eigen::Vector2d& uv : corners) {
+        queries.push_back({uv, -1.0});
+    }
+    match_queries();
+    for (std::size_t i = 0; i < queries.size() && output.surface.size() < output.surface.capacity(); ++i) {
         FeatureObservation o;
-        StereoMatch match;
-        if (output.surface.size() == output.surface.capacity() || !ok(rig.left.unproject(uv, o.left_xy)) ||
-            !ok(stereo_matcher.match(left, right, uv, -1.0, match))) {
+        if (found[i] == 0 || !ok(rig.left.unproject(queries[i].left_uv, o.left_xy))) {
             continue;
         }
         o.landmark.value = next_landmark++;
-        o.left_px = uv.cast<float>();
-        o.right_xy = match.right_xy;
-        o.right_px = match.right_uv.cast<float>();
+        o.left_px = queries[i].left_uv.cast<float>();
+        o.right_xy = matches[i].right_xy;
+        o.right_px = matches[i].right_uv.cast<float>();
         o.has_right = true;
         output.surface.push_back(o);
     }

@@ -63,18 +63,20 @@ void Frontend::Impl::follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s
     // New tracks have no velocity of their own: it is computed from the camera's velocity and their depth.
     const double usual = median_inverse_depth();
     const Eigen::Vector3d v = camera_velocity();
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < tracks.size(); ++i) {
-        Track track = tracks[i];
+    for (Track& track : tracks) {
         track.has_right = false;
         if (!track.has_velocity) {
             const double rho = track.has_depth ? track.inverse_depth : usual;
             track.velocity = rho * (v.z() * track.xy - v.head<2>());
         }
-        if (ok(tracker.follow(previous_left, left, motion, track))) {
-            tracks[kept++] = track;
+    }
+    engine->follow(previous_left, left, motion, {tracks.data(), tracks.size()}, {found.data(), tracks.size()});
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+        if (found[i] != 0) {
+            tracks[kept++] = tracks[i];
         } else {
-            dormant.add(track, q_B0_Bp, tracker);
+            dormant.add(tracks[i], q_B0_Bp, *engine);
             ++output.lost;
         }
     }

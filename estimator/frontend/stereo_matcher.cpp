@@ -17,8 +17,6 @@ constexpr double kDistinctPx = 8.0;   // places farther apart than this are diff
 constexpr float kUniqueness = 0.7F;   // (1 - best + slack) / (1 - second + slack) must stay below
 constexpr float kSlack = 0.03F;       // what noise and slant take from a true match
 constexpr float kRivalMargin = 0.4F;  // a sample this much worse than the best cannot have a rival peak beside it
-// An epipolar line may be off by this many of its sigmas: three if the calibration is twice as bad as its prior says.
-constexpr double kLineSigmas = 6.0;
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -38,6 +39,7 @@ struct ParameterField {
     double min;             ///< least value allowed; 0 for a bool
     double max;             ///< largest value allowed; 1 for a bool
     std::string_view meaning;
+    std::span<const std::string_view> choices{};  ///< names of an integer's values 0, 1, ...; empty: they have none
 
     constexpr double value(const Config& config) const {
         return std::visit([&](auto pointer) { return static_cast<double>(config.*pointer); }, member);

@@ -121,6 +121,23 @@ TEST_CASE("poses of a lost estimator are held back, unless they are asked for") 
     CHECK(open.pose(lost).payload[232] == 0xFF);
 }
 
+TEST_CASE("a program that begins anew counts resets on from the one before, and says where it is") {
+    constexpr std::size_t kResetCounter = 230;
+    Scene before;
+    CHECK(before.link.sent_resets() == 0);
+    CHECK(before.pose(example()).payload[kResetCounter] == 5);
+    CHECK(before.link.sent_resets() == 5);
+    // GIVEN the watchdog's restart: the estimator counts from zero again
+    Scene after;
+    after.link.begin_resets_at(static_cast<std::uint8_t>(before.link.sent_resets() + 1));
+    Odometry first = example();
+    first.reset_counter = 0;
+    CHECK(after.pose(first).payload[kResetCounter] == 6);
+    first.reset_counter = 251;
+    CHECK(after.pose(first).payload[kResetCounter] == 1);
+    CHECK(after.link.sent_resets() == 1);
+}
+
 TEST_CASE("for older firmware the pose goes out as two messages") {
     MavlinkOptions options;
     options.message = PoseMessage::kVision;

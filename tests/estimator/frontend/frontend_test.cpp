@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/frontend/frontend.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <limits>
 #include <map>
 #include <set>
+#include <vector>
 
+#include "estimator/frontend/feature_engine.h"
 #include "tests/estimator/frontend/synthetic.h"
 
 using namespace facet;
@@ -23,6 +26,13 @@ FrontendConfig small_config() {
     config.grid_columns = 8;
     config.grid_rows = 6;
     config.keyframe_disparity_px = 4.0;
+    return config;
+}
+
+/// Runs the test case once for each backend that this build has.
+FrontendConfig each_backend() {
+    FrontendConfig config = small_config();
+    config.backend = GENERATE(range(0, has_opencv_engine() ? 2 : 1));
     return config;
 }
 
@@ -71,6 +81,25 @@ struct Flight {
     }
 };
 
+/// Distances of tracks and matches from where their points are (px).
+struct TrackErrors {
+    std::vector<double> left;
+    std::vector<double> right;
+
+    void add_left(double px) { left.push_back(px); }
+    void add_right(double px) { right.push_back(px); }
+    /// Our own patches follow the slant of the surface and do not drift; OpenCV's do neither, and some are far off.
+    void check(const FrontendConfig& config) {
+        std::sort(left.begin(), left.end());
+        std::sort(right.begin(), right.end());
+        REQUIRE(right.size() > 100);
+        CHECK(left.back() < (config.uses_opencv() ? 3.0 : 0.35));
+        CHECK(right.back() < (config.uses_opencv() ? 2.0 : 0.2));
+        CHECK(left[left.size() / 2] < 0.35);
+        CHECK(right[right.size() / 2] < 0.2);
+    }
+};
+
 const Flight& flight() {
     static const Flight instance(16, 6);
     return instance;
@@ -102,9 +131,12 @@ bool same(const FrontendOutput& a, const FrontendOutput& b) {
 }  // namespace
 
 TEST_CASE("front-end tracks and matches a flight over a plane to a fraction of a pixel", "[frontend]") {
+    const FrontendConfig config = each_backend();
+    CAPTURE(config.backend);
     const Flight& f = flight();
     Frontend frontend;
-    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    REQUIRE(ok(frontend.configure(config, f.rig)));
+    TrackErrors errors;
     std::map<std::uint32_t, Eigen::Vector3d> points;
     std::uint32_t newest = 0;
     int keyframes = 0;
@@ -128,14 +160,14 @@ TEST_CASE("front-end tracks and matches a flight over a plane to a fraction of a
                 points[o.landmark.value] = f.plane.intersect(T_W_C0.p, T_W_C0.q * o.left_xy.homogeneous());
             }
             const Eigen::Vector3d& p_W = points[o.landmark.value];
-            CHECK(((T_C0_W * p_W).hnormalized() - o.left_xy).norm() * f.rig.left.focal_px() < 0.35);
+            errors.add_left(((T_C0_W * p_W).hnormalized() - o.left_xy).norm() * f.rig.left.focal_px());
             Eigen::Vector2d px;
             REQUIRE(ok(f.rig.left.project(o.left_xy.homogeneous(), px)));
             CHECK((px - o.left_px.cast<double>()).norm() < 1e-3);
             stereo += o.has_right ? 1 : 0;
             if (o.has_right) {
                 CHECK(out.is_keyframe);
-                CHECK(((T_C1_W * p_W).hnormalized() - o.right_xy).norm() * f.rig.right.focal_px() < 0.2);
+                errors.add_right(((T_C1_W * p_W).hnormalized() - o.right_xy).norm() * f.rig.right.focal_px());
             }
         }
         CHECK(out.stereo == stereo);
@@ -153,13 +185,14 @@ TEST_CASE("front-end tracks and matches a flight over a plane to a fraction of a
         CHECK(out.outliers == 0);
     }
     CHECK(keyframes >= 3);
+    errors.check(config);
 }
 
 TEST_CASE("surface points are matched between the tracks at keyframes, and tracks do not notice", "[frontend]") {
     const Flight& f = flight();
     Frontend frontend;
     Frontend without;
-    FrontendConfig config = small_config();
+    FrontendConfig config = each_backend();
     config.surface_points = 100;
     REQUIRE(ok(frontend.configure(config, f.rig)));
     config.surface_points = 0;
@@ -181,14 +214,17 @@ TEST_CASE("surface points are matched between the tracks at keyframes, and track
         REQUIRE(out.observations.size() == plain.observations.size());
         for (std::size_t i = 0; i < out.observations.size(); ++i) {
             REQUIRE(out.observations[i].left_xy == plain.observations[i].left_xy);
-            REQUIRE(out.observations[i].right_xy == plain.observations[i].right_xy);
+            // OpenCV's matches notice each other in the sixth digit.
+            const double apart = (out.observations[i].right_xy - plain.observations[i].right_xy).norm();
+            REQUIRE(apart <= (config.uses_opencv() ? 1e-5 : 0.0));
         }
         const Se3 T_W_C0 = f.frames[k].T_W_B * f.rig.T_B_C0;
         const Se3 T_C1_W = (f.frames[k].T_W_B * f.rig.T_B_C1).inverse();
         for (const FeatureObservation& o : out.surface) {
             const Eigen::Vector3d p_W = f.plane.intersect(T_W_C0.p, T_W_C0.q * o.left_xy.homogeneous());
             CHECK(o.has_right);
-            CHECK(((T_C1_W * p_W).hnormalized() - o.right_xy).norm() * f.rig.right.focal_px() < 0.3);
+            CHECK(((T_C1_W * p_W).hnormalized() - o.right_xy).norm() * f.rig.right.focal_px() <
+                  (config.uses_opencv() ? 2.0 : 0.3));
             CHECK(ids.insert(o.landmark).second);
             for (const FeatureObservation& track : out.observations) {
                 REQUIRE(track.landmark != o.landmark);
@@ -203,11 +239,13 @@ TEST_CASE("surface points are matched between the tracks at keyframes, and track
 }
 
 TEST_CASE("front-end gives the same output for the same input", "[frontend]") {
+    const FrontendConfig config = each_backend();
+    CAPTURE(config.backend);
     const Flight& f = flight();
     Frontend first;
     Frontend second;
-    REQUIRE(ok(first.configure(small_config(), f.rig)));
-    REQUIRE(ok(second.configure(small_config(), f.rig)));
+    REQUIRE(ok(first.configure(config, f.rig)));
+    REQUIRE(ok(second.configure(config, f.rig)));
     for (std::size_t k = 0; k < f.frames.size(); ++k) {
         FrontendOutput a;
         FrontendOutput b;
@@ -218,13 +256,15 @@ TEST_CASE("front-end gives the same output for the same input", "[frontend]") {
 }
 
 TEST_CASE("front-end refuses bad input and goes on as if it had not come", "[frontend]") {
+    const FrontendConfig config = each_backend();
+    CAPTURE(config.backend);
     const Flight& f = flight();
     Frontend undisturbed;
     Frontend frontend;
     FrontendOutput out;
     CHECK(frontend.process(f.frames[0].view(), f.hints(0), out) == Status::kInvalidArgument);  // not configured
-    REQUIRE(ok(undisturbed.configure(small_config(), f.rig)));
-    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    REQUIRE(ok(undisturbed.configure(config, f.rig)));
+    REQUIRE(ok(frontend.configure(config, f.rig)));
     const Image small(160, 120, 100);
     FrameHints impossible;
     impossible.q_Bp_B = Eigen::Quaterniond(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0, 0.0);
@@ -251,9 +291,11 @@ TEST_CASE("front-end refuses bad input and goes on as if it had not come", "[fro
 }
 
 TEST_CASE("front-end outlives darkness and starts again", "[frontend]") {
+    const FrontendConfig config = each_backend();
+    CAPTURE(config.backend);
     const Flight& f = flight();
     Frontend frontend;
-    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    REQUIRE(ok(frontend.configure(config, f.rig)));
     FrontendOutput out;
     REQUIRE(ok(frontend.process(f.frames[0].view(), f.hints(0), out)));
     const std::uint32_t newest = out.observations.back().landmark.value;
@@ -311,9 +353,11 @@ TEST_CASE("front-end finds landmarks again after darkness where they are predict
 }
 
 TEST_CASE("front-end forgets lost tracks whose landmarks the smoother has dropped", "[frontend]") {
+    const FrontendConfig config = each_backend();
+    CAPTURE(config.backend);
     const Flight& f = flight();
     Frontend frontend;
-    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    REQUIRE(ok(frontend.configure(config, f.rig)));
     FrontendOutput out;
     REQUIRE(ok(frontend.process(f.frames[5].view(), f.hints(0), out)));
     const LandmarkId newest = out.observations.back().landmark;
@@ -330,9 +374,11 @@ TEST_CASE("front-end forgets lost tracks whose landmarks the smoother has droppe
 }
 
 TEST_CASE("front-end tells a frozen camera from a vehicle at rest", "[frontend]") {
+    const FrontendConfig config = each_backend();
+    CAPTURE(config.backend);
     const Flight& f = flight();
     Frontend frontend;
-    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    REQUIRE(ok(frontend.configure(config, f.rig)));
     FrontendOutput out;
     REQUIRE(ok(frontend.process(f.frames[0].view(), f.hints(0), out)));
     REQUIRE(ok(frontend.process(f.frames[1].view(), f.hints(1), out)));  // the same picture, no turn
@@ -347,9 +393,11 @@ TEST_CASE("front-end tells a frozen camera from a vehicle at rest", "[frontend]"
 }
 
 TEST_CASE("front-end works without the right image", "[frontend]") {
+    const FrontendConfig config = each_backend();
+    CAPTURE(config.backend);
     const Flight& f = flight();
     Frontend frontend;
-    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    REQUIRE(ok(frontend.configure(config, f.rig)));
     FrontendOutput out;
     int keyframes = 0;
     for (std::size_t k = 0; k < 8; ++k) {
@@ -371,9 +419,11 @@ TEST_CASE("front-end works without the right image", "[frontend]") {
 }
 
 TEST_CASE("front-end drops the tracks it is told to, and resets", "[frontend]") {
+    const FrontendConfig config = each_backend();
+    CAPTURE(config.backend);
     const Flight& f = flight();
     Frontend frontend;
-    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    REQUIRE(ok(frontend.configure(config, f.rig)));
     FrontendOutput out;
     REQUIRE(ok(frontend.process(f.frames[0].view(), f.hints(0), out)));
     const std::size_t before = out.observations.size();
@@ -395,9 +445,11 @@ TEST_CASE("front-end drops the tracks it is told to, and resets", "[frontend]") 
 }
 
 TEST_CASE("front-end says when landmark ids run out, in time, and counts anew", "[frontend]") {
+    const FrontendConfig config = each_backend();
+    CAPTURE(config.backend);
     const Flight& f = flight();
     Frontend frontend;
-    REQUIRE(ok(frontend.configure(small_config(), f.rig)));
+    REQUIRE(ok(frontend.configure(config, f.rig)));
     FrontendOutput out;
     REQUIRE(ok(frontend.process(f.frames[0].view(), f.hints(0), out)));
     CHECK_FALSE(frontend.ids_run_out());
@@ -434,6 +486,11 @@ TEST_CASE("front-end refuses configurations out of range", "[frontend]") {
     CHECK(refused([](FrontendConfig& c) { c.min_depth_m = std::numeric_limits<double>::quiet_NaN(); }));
     CHECK(refused([](FrontendConfig& c) { c.keyframe_max_interval_s = 0.1; }));
     CHECK(refused([](FrontendConfig& c) { c.ransac_iterations = 0; }));
+    CHECK(refused([](FrontendConfig& c) { c.backend = 2; }));
+    FrontendConfig opencv = small_config();
+    opencv.backend = 1;
+    CHECK(ok(frontend.configure(opencv, rig)) == has_opencv_engine());
+    CHECK(opencv.broken_rule().empty() == has_opencv_engine());
     StereoRig same_place = rig;
     same_place.T_B_C1.p = rig.T_B_C0.p;
     CHECK(frontend.configure(small_config(), same_place) == Status::kInvalidArgument);
