@@ -10,11 +10,12 @@
 
 namespace facet::test {
 
-HeapUse measure_heap(const std::string& log, RegularityMode mode) {
+HeapUse measure_heap(const std::string& log, RegularityMode mode, FrontendBackend backend) {
     const Calibration calibration = load_euroc_calibration(log + "/mav0");
     ProgramConfig config;
     config.imu_noise = calibration.noise;
     config.regularity.mode = mode;
+    config.frontend.backend = static_cast<int>(backend);
     FramePipeline pipeline;
     pipeline.configure(config, calibration);
     AslOptions options;

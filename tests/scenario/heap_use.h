@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "estimator/frontend/frontend_config.h"
 #include "estimator/window/regularity_config.h"
 
 namespace facet::test {
@@ -18,6 +19,6 @@ struct HeapUse {
 };
 
 /// Flies an EuRoC/ASL log through the pipeline that replay and a live run share.
-HeapUse measure_heap(const std::string& log, RegularityMode mode);
+HeapUse measure_heap(const std::string& log, RegularityMode mode, FrontendBackend backend = FrontendBackend::kOwn);
 
 }  // namespace facet::test

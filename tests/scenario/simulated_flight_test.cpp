@@ -10,6 +10,7 @@
 #include "app/lab/eval/report.h"
 #include "app/lab/replay/replay.h"
 #include "app/lab/sim/simulate.h"
+#include "estimator/frontend/feature_engine.h"
 #include "tests/scenario/flight_figures.h"
 #include "tests/scenario/heap_use.h"
 #include "tests/support/temp_dir.h"
@@ -38,13 +39,14 @@ void simulate_log(const std::string& folder, sim::LensKind camera = sim::LensKin
 }
 
 RunSummary replay(const std::string& dataset, const std::string& out, const std::vector<std::string>& faults = {},
-                  RegularityMode mode = RegularityMode::kS) {
+                  RegularityMode mode = RegularityMode::kS, FrontendBackend backend = FrontendBackend::kOwn) {
     ReplayOptions options;
     options.dataset = dataset;
     options.out = out;
     options.calibration = load_euroc_calibration(dataset + "/mav0");
     options.config.imu_noise = options.calibration.noise;
     options.config.regularity.mode = mode;
+    options.config.frontend.backend = static_cast<int>(backend);
     options.show_progress = false;
     for (const std::string& spec : faults) {
         options.faults.push_back(parse_fault(spec));
@@ -83,6 +85,7 @@ void drop_lines(const std::string& path, Predicate drop) {
 }
 
 constexpr double kMaxAte_m = 0.002;
+constexpr double kMaxOpenCvAte_m = 0.005;
 
 /// Limits within a factor of two of what this flight measures (`simulated_flight_test -s` shows it): ATE 1.2 mm; mean
 /// NEES of the pose 4.9, where 6 is expected; median distance of the mesh 6.6 mm after ICP; 69 % of the surface seen
@@ -180,6 +183,28 @@ TEST_CASE("a simulated flight is estimated to millimetres, the same each time, a
     CHECK(damaged.warnings.size() >= 3);
     CHECK(damaged.last.health.imu_gaps == 1);
     CHECK(evaluate_trajectory(log, dir.file("damaged")).se3.translation_m.rmse < kMaxAte_m);  // 0.97 mm
+}
+
+TEST_CASE("the front-end that stands on OpenCV flies too, the same each time", "[scenario]") {
+    if (!has_opencv_engine()) {
+        WARN("this build has no OpenCV front-end");
+        return;
+    }
+    const test::TempDir dir;
+    const std::string log = dir.file("log");
+    simulate_log(log);
+    const RunSummary run = replay(log, dir.file("first"), {}, RegularityMode::kSpr, FrontendBackend::kOpenCv);
+    CHECK(run.estimates == 100);
+    CHECK(run.last.health.state == TrackingState::kTracking);
+    CHECK(run.last.health.tracked > 100);
+    const double ate_m = evaluate_trajectory(log, dir.file("first")).se3.translation_m.rmse;
+    CAPTURE(ate_m);
+    CHECK(ate_m < kMaxOpenCvAte_m);
+    const test::HeapUse heap = test::measure_heap(log, RegularityMode::kSpr, FrontendBackend::kOpenCv);
+    INFO(heap.allocations << " heap calls in " << heap.frames << " frames");
+    CHECK(heap.allocations < 500U * static_cast<unsigned>(heap.frames));
+    replay(log, dir.file("second"), {}, RegularityMode::kSpr, FrontendBackend::kOpenCv);
+    CHECK(bytes(dir.file("first/trajectory.tum")) == bytes(dir.file("second/trajectory.tum")));
 }
 
 TEST_CASE("a flight behind fisheyes of 160 degrees is estimated to millimetres, with and without planes",
