@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// How the grid is filled: occupancy_query.cpp has the questions.
+#include "mesh/occupancy_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mesh/grid_walk.h"
+
+namespace facet {
+namespace {
+
+constexpr double kTick_s = 1.0 / 16.0;
+constexpr int kTicks = 0xffff;  // 68 minutes, then they begin anew at 1
+constexpr int kHit = 2;
+constexpr int kMostOccupied = 5;
+constexpr int kMostFree = -6;
+constexpr int kPointWeight = 1;
+constexpr int kLandmarkWeight = 2;
+constexpr double kTargetSigmas = 2.0;  // a line of sight ends so many before its target
+constexpr float kMaxPointChi2 = 6.0F;
+constexpr double kMaxPathStep_m = 2.0;  // between keyframes: the path is not known well enough beyond
+constexpr double kHitSpacing = 0.5;     // cells between the samples of a face
+
+/// Calls visit(point) for samples of a triangle, at most `spacing` apart.
+template <class Visit>
+void sample_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, double spacing,
+                     Visit visit) {
+    constexpr int kMost = 64;  // to a side: the mesh has no longer ones
+    const double longest = std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+    const int n = std::clamp(static_cast<int>(std::ceil(longest / spacing)), 1, kMost);
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n - i; ++j) {
+            const double u = (i + 1.0 / 3.0) / n;
+            const double v = (j + 1.0 / 3.0) / n;
+            visit((1.0 - u - v) * a + u * b + v * c);
+        }
+    }
+}
+
+}  // namespace
+
+Status OccupancyGrid::configure(const GridConfig& config) {
+    FACET_TRY(config.validate());
+    config_ = config;
+    clear();
+    return Status::kOk;
+}
+
+void OccupancyGrid::clear() {
+    cells_.fill({});
+    any_ = false;
+    tick_ = 1;
+    layer_ = 0;
+}
+
+void OccupancyGrid::update(const KeyframeView& view, const HorizonMesh& mesh, std::uint32_t update) {
+    advance(view.stamp);
+    roll_to(view.T_W_C0.p);
+    forget_layer();
+    const Eigen::Vector3d before = any_ ? p_W_C_ : view.T_W_C0.p;
+    any_ = true;
+    p_W_C_ = view.T_W_C0.p;
+    hit_faces(mesh, update);
+    take_points(view);
+    carve_faces(mesh, update);
+    fly_to(before);
+}
+
+/// The time in ticks; after a gap in which ticks might have come round, nothing is known any more.
+void OccupancyGrid::advance(Timestamp stamp) {
+    if (any_ && ((stamp - last_).seconds() > config_.forget_s || stamp < last_)) {
+        clear();
+    }
+    first_ = any_ ? first_ : stamp;
+    last_ = stamp;
+    const auto ticks = static_cast<std::int64_t>((stamp - first_).seconds() / kTick_s);
+    tick_ = static_cast<std::uint16_t>(ticks % kTicks + 1);
+}
+
+/// Centres the grid on the vehicle. Cells that come in are those that go out at the other side, unknown.
+void OccupancyGrid::roll_to(const Eigen::Vector3d& p_W) {
+    const Eigen::Vector3i low = cell_of(p_W) - Eigen::Vector3i(kGridX / 2, kGridY / 2, kGridZ / 2);
+    const Eigen::Vector3i size(kGridX, kGridY, kGridZ);
+    for (int axis = 0; axis < 3; ++axis) {
+        const int shift = std::clamp(low[axis] - low_[axis], -size[axis], size[axis]);
+        for (int k = 0; k < std::abs(shift); ++k) {
+            Eigen::Vector3i at = low;
+            at[axis] = shift > 0 ? low[axis] + size[axis] - 1 - k : low[axis] + k;
+            const int second = (axis + 1) % 3;
+            const int third = (axis + 2) % 3;
+            for (int i = 0; i < size[second]; ++i) {
+                for (int j = 0; j < size[third]; ++j) {
+                    Eigen::Vector3i c = at;
+                    c[second] += i;
+                    c[third] += j;
+                    cells_[index_of(c)] = {};
+                }
+            }
+        }
+    }
+    low_ = low;
+}
+
+/// One layer a keyframe: cells that nothing has confirmed for long.
+void OccupancyGrid::forget_layer() {
+    const std::size_t area = static_cast<std::size_t>(kGridX) * kGridY;
+    const auto most = static_cast<int>(config_.forget_s / kTick_s);
+    for (std::size_t i = area * static_cast<std::size_t>(layer_); i < area * static_cast<std::size_t>(layer_ + 1);
+         ++i) {
+        const int age = (tick_ - cells_[i].tick + kTicks) % kTicks;
+        if (cells_[i].tick != 0 && age > most) {
+            cells_[i] = {};
+        }
+    }
+    layer_ = (layer_ + 1) % kGridZ;
+}
+
+void OccupancyGrid::hit(const Eigen::Vector3d& p_W) {
+    const Eigen::Vector3i c = cell_of(p_W);
+    if (!holds(c)) {
+        return;
+    }
+    Cell& cell = cells_[index_of(c)];
+    if (cell.tick != tick_ || cell.evidence < kOccupied) {
+        cell.evidence = static_cast<std::int8_t>(std::min(std::max<int>(cell.evidence, 0) + kHit, kMostOccupied));
+        cell.tick = tick_;
+    }
+}
+
+/// Where an uncertain surface may be as well: no longer free, and not carved at this keyframe.
+void OccupancyGrid::doubt(const Eigen::Vector3d& p_W) {
+    const Eigen::Vector3i c = cell_of(p_W);
+    if (!holds(c)) {
+        return;
+    }
+    Cell& cell = cells_[index_of(c)];
+    if (cell.tick != tick_) {
+        cell.evidence = static_cast<std::int8_t>(std::max<int>(cell.evidence, kFree + 1));
+        cell.tick = tick_;
+    }
+}
+
+void OccupancyGrid::hit_faces(const HorizonMesh& mesh, std::uint32_t update) {
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        if (!mesh.is_face(i) || mesh.face(static_cast<FaceIndex>(i)).last_observed != update) {
+            continue;
+        }
+        const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
+        const double sigma = std::min(static_cast<double>(face.sigma_m), 4.0 * config_.cell_m);
+        const bool is_thick = sigma > 0.5 * config_.cell_m;
+        const Eigen::Vector3d off = sigma * face.normal_W.cast<double>();
+        const auto visit = [&](const Eigen::Vector3d& p) { hit(p); };
+        const auto around = [&](const Eigen::Vector3d& p) {
+            doubt(p + off);
+            doubt(p - off);
+        };
+        const double spacing = kHitSpacing * config_.cell_m;
+        sample_triangle(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2), spacing, visit);
+        if (is_thick) {
+            sample_triangle(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2), 2.0 * spacing, around);
+        }
+    }
+}
+
+/// Free space from the camera to a point, its own surroundings aside.
+void OccupancyGrid::carve(const Eigen::Vector3d& p_W, double sigma_m, int weight) {
+    const Eigen::Vector3d ray = p_W - p_W_C_;
+    const double distance = ray.norm();
+    const double end = std::min(distance - config_.cell_m - kTargetSigmas * sigma_m, config_.max_ray_m);
+    if (!(end > 0.0)) {
+        return;
+    }
+    // The last cell entered ends at most its diagonal farther.
+    walk(p_W_C_, ray / distance, end, [&](const Eigen::Vector3i& c, double) {
+        if (!holds(c)) {
+            return false;
+        }
+        Cell& cell = cells_[index_of(c)];
+        if (cell.tick != tick_) {
+            cell.evidence = static_cast<std::int8_t>(std::max(cell.evidence - weight, kMostFree));
+            cell.tick = tick_;
+        }
+        return true;
+    });
+}
+
+void OccupancyGrid::carve_faces(const HorizonMesh& mesh, std::uint32_t update) {
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        if (!mesh.is_face(i) || mesh.face(static_cast<FaceIndex>(i)).last_observed != update) {
+            continue;
+        }
+        const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
+        const double range = (mesh.centroid(face) - p_W_C_).norm();
+        const double spacing = std::max(config_.cell_m, config_.ray_spacing_rad * range);
+        sample_triangle(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2), spacing,
+                        [&](const Eigen::Vector3d& p) { carve(p, static_cast<double>(face.sigma_m), kPointWeight); });
+    }
+}
+
+/// Landmarks and surface points: all that can be trusted are seen through free space, those well known are obstacles.
+void OccupancyGrid::take_points(const KeyframeView& view) {
+    const auto is_good = [](const LandmarkSnapshot& s) {
+        return s.is_tracked && s.chi2 <= kMaxPointChi2 && s.depth_m > 0.0F && s.depth_sigma_m < 0.5F * s.depth_m;
+    };
+    for (const LandmarkSnapshot& s : view.landmarks) {
+        if (is_good(s) && s.keyframes >= 2 && static_cast<double>(s.depth_sigma_m) <= config_.cell_m) {
+            hit(s.p_W);
+        }
+    }
+    for (const LandmarkSnapshot& s : view.landmarks) {
+        if (is_good(s)) {
+            carve(s.p_W, static_cast<double>(s.depth_sigma_m), s.keyframes >= 2 ? kLandmarkWeight : kPointWeight);
+        }
+    }
+    for (const LandmarkSnapshot& s : view.surface) {
+        if (is_good(s)) {
+            carve(s.p_W, static_cast<double>(s.depth_sigma_m), kPointWeight);
+        }
+    }
+}
+
+/// The vehicle was where it is, and on the way.
+/// @param before_W  where the camera was at the last keyframe (m)
+void OccupancyGrid::fly_to(const Eigen::Vector3d& before_W) {
+    const double length = (p_W_C_ - before_W).norm();
+    const double r = config_.body_radius_m;
+    const int steps = length > kMaxPathStep_m ? 0 : static_cast<int>(std::ceil(2.0 * length / config_.cell_m));
+    for (int i = 0; i <= steps; ++i) {
+        const Eigen::Vector3d p = p_W_C_ + (steps > 0 ? static_cast<double>(i) / steps : 0.0) * (before_W - p_W_C_);
+        const Eigen::Vector3i low = cell_of(p.array() - r);
+        const Eigen::Vector3i high = cell_of(p.array() + r);
+        for (int z = low.z(); z <= high.z(); ++z) {
+            for (int y = low.y(); y <= high.y(); ++y) {
+                for (int x = low.x(); x <= high.x(); ++x) {
+                    const Eigen::Vector3i c(x, y, z);
+                    if (holds(c) && (c == cell_of(p) || (centre_of(c) - p).squaredNorm() <= r * r)) {
+                        cells_[index_of(c)] = {kMostFree, tick_};
+                    }
+                }
+            }
+        }
+    }
+}
+
+GridState OccupancyGrid::describe(Cell cell) const {
+    GridState state{.space = space_of(cell)};
+    if (state.space != Space::kUnknown) {
+        constexpr double kSlope = 0.6;
+        state.certainty = static_cast<float>(1.0 / (1.0 + std::exp(-kSlope * std::abs(cell.evidence))));
+        state.age_s = static_cast<float>((tick_ - cell.tick + kTicks) % kTicks * kTick_s);
+    }
+    return state;
+}
+
+std::array<int, 3> OccupancyGrid::count() const {
+    std::array<int, 3> count{};
+    for (const Cell cell : cells_) {
+        ++count[static_cast<std::size_t>(space_of(cell))];
+    }
+    return count;
+}
+
+}  // namespace facet

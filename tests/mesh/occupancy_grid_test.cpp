@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The grid on made-up keyframes: free is what was seen through or flown through, occupied what the mesh shows, and all
+// else is unknown.
+#include "mesh/occupancy_grid.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <random>
+
+#include "tests/mesh/mesh_world.h"
+#include "tests/support/allocation_guard.h"
+
+namespace facet {
+namespace {
+
+using Eigen::Vector3d;
+using test::looking_along_x;
+using test::make_mesher;
+using test::view_of;
+using World = test::MeshWorld;
+
+/// A mesher and the grid behind it.
+struct Watcher {
+    std::unique_ptr<Mesher> mesher;
+    std::unique_ptr<OccupancyGrid> grid = std::make_unique<OccupancyGrid>();
+
+    Watcher() { mesher = make_mesher(); }
+
+    void see(const World& world, const Se3& T_W_C0, double second) {
+        auto view = view_of(world, T_W_C0, static_cast<int>(second));
+        view->stamp = Timestamp{} + Duration::from_seconds(second);
+        view->oldest_stamp = {0};
+        mesher->update(*view, {});
+        const test::AllocationGuard guard;
+        grid->update(*view, mesher->mesh(), static_cast<std::uint32_t>(mesher->counters().updates));
+        CHECK(guard.allocations() == 0);
+    }
+};
+
+World wall_at(double x) {
+    World world;
+    world.wall(1.6, 1.0, 0.25, [=](double, double) { return x; });
+    return world;
+}
+
+const Se3 kHere = looking_along_x({0.03, 0.03, 0.03});
+const Vector3d kEye = kHere.p;
+
+TEST_CASE("before a wall is free, the wall is occupied, what lies behind or aside is unknown") {
+    Watcher w;
+    CHECK(w.grid->at(kEye).space == Space::kUnknown);
+    for (int k = 0; k < 4; ++k) {
+        w.see(wall_at(3.05), kHere, 10.0 + 0.25 * k);
+    }
+    CHECK(w.grid->at({1.5, 0.0, 0.0}).space == Space::kFree);
+    CHECK(w.grid->at({1.5, 0.0, 0.0}).certainty > 0.75F);
+    CHECK(w.grid->at({3.02, 0.0, 0.0}).space == Space::kOccupied);
+    CHECK(w.grid->at({3.5, 0.0, 0.0}).space == Space::kUnknown);
+    CHECK(w.grid->at({1.5, 3.0, 0.0}).space == Space::kUnknown);
+    CHECK(w.grid->at({50.0, 0.0, 0.0}).space == Space::kUnknown);
+    const GridRay ahead = w.grid->cast(kEye, Vector3d::UnitX(), 6.0);
+    CHECK(ahead.end.space == Space::kOccupied);
+    CHECK(ahead.free_m == Approx(2.97).margin(0.11));
+    CHECK(ahead.obstacle_m == ahead.free_m);
+    const GridRay aside = w.grid->cast(kEye, Vector3d::UnitY(), 6.0);
+    CHECK(aside.end.space == Space::kUnknown);
+    CHECK(aside.free_m < 0.5);  // the body's own place
+    CHECK(std::isinf(aside.obstacle_m));
+    const GridRay part = w.grid->cast(kEye, Vector3d::UnitX(), 2.0);
+    CHECK(part.end.space == Space::kFree);
+    CHECK(part.free_m == 2.0);
+}
+
+TEST_CASE("a blank wall is unknown, not free, in the ray and in the sweep") {
+    // GIVEN landmarks at two borders of a wall too far apart for a face: nothing between them
+    World borders = wall_at(3.05);
+    borders.points.erase(std::remove_if(borders.points.begin(), borders.points.end(),
+                                        [](const auto& p) { return std::abs(p.second.y()) < 0.9; }),
+                         borders.points.end());
+    MeshConfig config;
+    config.max_side_m = config.max_flat_side_m = 0.6;
+    Watcher w;
+    w.mesher = make_mesher(config);
+    for (int k = 0; k < 6; ++k) {
+        w.see(borders, kHere, 10.0 + 0.25 * k);
+    }
+    CHECK(w.grid->cast(kEye, Vector3d::UnitX(), 5.0).end.space == Space::kUnknown);
+    std::array<GridSector, kSweepSectors> sectors;
+    w.grid->sweep({.p_W = kEye, .start_rad = -0.5 * 2.0 * std::numbers::pi / kSweepSectors, .max_range_m = 5.0},
+                  sectors);
+    CHECK(sectors[0].state.space == Space::kUnknown);
+    CHECK(sectors[0].free_m < 1.0F);
+    CHECK(std::isinf(sectors[0].obstacle_m));
+    CHECK(sectors[4].state.space == Space::kOccupied);  // 20 degrees aside
+    CHECK(sectors[36].state.space == Space::kUnknown);
+}
+
+TEST_CASE("a sweep finds a wall and, once it was seen through, tells free space from unknown") {
+    Watcher w;
+    for (int k = 0; k < 4; ++k) {
+        w.see(wall_at(5.05), kHere, 10.0 + 0.25 * k);
+    }
+    std::array<GridSector, kSweepSectors> sectors;
+    const double start = -std::numbers::pi / kSweepSectors;
+    w.grid->sweep({.p_W = kEye, .start_rad = start, .max_range_m = 6.0}, sectors);
+    CHECK(sectors[0].state.space == Space::kOccupied);
+    CHECK(sectors[0].obstacle_m == Approx(4.97F).margin(0.11));
+    CHECK(sectors[0].free_m == Approx(sectors[0].obstacle_m).margin(0.11));
+    CHECK(sectors[0].state.certainty > 0.7F);
+    CHECK(sectors[0].state.age_s == 0.0F);
+    w.grid->sweep({.p_W = kEye, .start_rad = start, .max_range_m = 3.0}, sectors);
+    CHECK(sectors[0].state.space == Space::kFree);
+    CHECK(sectors[0].free_m == 3.0F);
+    CHECK(sectors[18].state.space == Space::kUnknown);
+}
+
+TEST_CASE("what moves fades within two seconds of being seen through, and is seen at once when it comes") {
+    World person;
+    for (double y = -0.25; y <= 0.26; y += 0.125) {
+        for (double z = -0.5; z <= 0.51; z += 0.125) {
+            person.points.push_back({5000 + person.next++, {2.05, y + 0.01 * z, z + 0.01 * y}});
+        }
+    }
+    World both = wall_at(4.05);
+    std::erase_if(both.points, [](const auto& p) { return std::abs(p.second.y()) < 0.6; });
+    both.points.insert(both.points.end(), person.points.begin(), person.points.end());
+    Watcher w;
+    double t = 10.0;
+    for (int k = 0; k < 8; ++k, t += 0.25) {
+        w.see(wall_at(4.05), kHere, t);
+    }
+    REQUIRE(w.grid->at({2.0, 0.0, 0.0}).space == Space::kFree);
+    w.see(both, kHere, t);
+    CHECK(w.grid->at({2.02, 0.02, 0.02}).space == Space::kOccupied);
+    for (int k = 0; k < 8; ++k, t += 0.25) {
+        w.see(both, kHere, t);
+    }
+    const double gone = t;
+    while (w.grid->cast(kEye, Vector3d::UnitX(), 3.0).end.space != Space::kFree && t < gone + 5.0) {
+        w.see(wall_at(4.05), kHere, t);
+        t += 0.25;
+    }
+    CHECK(t - gone <= 2.0);
+}
+
+TEST_CASE("the body carves where it has flown, also through what the mesh holds for a wall") {
+    Watcher w;
+    w.see(wall_at(1.05), kHere, 10.0);
+    REQUIRE(w.grid->at({1.02, 0.02, 0.02}).space == Space::kOccupied);
+    w.see({}, looking_along_x({0.6, 0.0, 0.0}), 10.5);
+    w.see({}, looking_along_x({1.6, 0.0, 0.0}), 11.0);
+    CHECK(w.grid->at({1.02, 0.02, 0.02}).space == Space::kFree);
+    CHECK(w.grid->segment({0.0, 0.0, 0.0}, {1.6, 0.0, 0.0}, 0.1).space == Space::kFree);
+    CHECK(w.grid->segment({0.0, 0.0, 0.0}, {1.6, 0.0, 0.0}, 0.6).space == Space::kOccupied);
+    CHECK(w.grid->segment({1.6, 0.0, 0.0}, {3.0, 0.0, 0.0}, 0.1).space == Space::kUnknown);
+    CHECK(w.grid->box({1.4, -0.1, -0.1}, {1.6, 0.1, 0.1}).space == Space::kFree);
+    CHECK(w.grid->box({0.9, 0.4, -0.1}, {1.1, 0.6, 0.1}).space == Space::kOccupied);
+    CHECK(w.grid->box({20.0, 0.4, -0.1}, {21.1, 0.6, 0.1}).space == Space::kUnknown);
+}
+
+TEST_CASE("nearest cells agree with a search over all of them") {
+    Watcher w;
+    World world;
+    world.wall(1.6, 1.0, 0.2, [](double y, double z) { return 2.5 + 0.5 * y + 0.3 * z; });
+    for (int k = 0; k < 4; ++k) {
+        w.see(world, kHere, 10.0 + 0.25 * k);
+    }
+    const double size = w.grid->cell_m();
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    for (int trial = 0; trial < 12; ++trial) {
+        const Vector3d p(1.0 + uniform(random), uniform(random), 0.7 * uniform(random));
+        const Vector3d axis = Vector3d(1.0, 0.5 * uniform(random), 0.3 * uniform(random)).normalized();
+        const double half = 0.3;
+        std::array<double, 2> obstacle{2.5, 2.5};
+        std::array<double, 2> unknown{2.5, 2.5};
+        for (int x = -20; x < 60; ++x) {
+            for (int y = -40; y < 40; ++y) {
+                for (int z = -35; z < 35; ++z) {
+                    const Vector3d centre = size * Vector3d(x + 0.5, y + 0.5, z + 0.5);
+                    const double d = ((p - centre).cwiseAbs().array() - 0.5 * size).max(0.0).matrix().norm();
+                    const Space space = w.grid->at(centre).space;
+                    const bool in_cone = axis.dot(centre - p) >= std::cos(half) * (centre - p).norm();
+                    for (std::size_t k = 0; k < 2; ++k) {
+                        if (k == 0 || in_cone) {
+                            obstacle[k] = space == Space::kOccupied ? std::min(obstacle[k], d) : obstacle[k];
+                            unknown[k] = space == Space::kUnknown ? std::min(unknown[k], d) : unknown[k];
+                        }
+                    }
+                }
+            }
+        }
+        const std::array<GridNearest, 2> found{w.grid->nearest(p, 2.5),
+                                               w.grid->nearest_in_direction(p, axis, half, 2.5)};
+        for (std::size_t k = 0; k < 2; ++k) {
+            INFO(trial << " " << k);
+            CHECK(std::min(2.5, found[k].obstacle_m) == Approx(obstacle[k]));
+            // The search ends with the obstacle: what is unknown is complete up to there.
+            if (unknown[k] <= obstacle[k]) {
+                CHECK(std::min(2.5, found[k].unknown_m) == Approx(unknown[k]));
+            }
+        }
+    }
+}
+
+TEST_CASE("the grid rolls with the vehicle and forgets what leaves it, ages, and forgets in time") {
+    Watcher w;
+    for (int k = 0; k < 4; ++k) {
+        w.see(wall_at(3.05), kHere, 10.0 + 0.25 * k);
+    }
+    // 5 m on, the wall is still there; 20 m on and back, it is not.
+    w.see({}, looking_along_x({-5.0 + 3.0, 0.0, 0.0}), 15.0);
+    CHECK(w.grid->at({3.02, 0.0, 0.0}).space == Space::kOccupied);
+    CHECK(w.grid->at({3.02, 0.0, 0.0}).age_s == Approx(4.25F).margin(0.07));
+    w.see({}, looking_along_x({-20.0, 0.0, 0.0}), 16.0);
+    w.see({}, kHere, 17.0);
+    CHECK(w.grid->at({3.02, 0.0, 0.0}).space == Space::kUnknown);
+    CHECK(w.grid->at({1.5, 0.0, 0.0}).space == Space::kUnknown);
+    CHECK(w.grid->at(kEye).space == Space::kFree);
+    const std::array<int, 3> count = w.grid->count();
+    CHECK(count[0] + count[1] + count[2] == OccupancyGrid::kGridX * OccupancyGrid::kGridY * OccupancyGrid::kGridZ);
+    GridConfig config;
+    config.forget_s = 5.0;
+    REQUIRE(ok(w.grid->configure(config)));
+    for (int k = 0; k < 4; ++k) {
+        w.see(wall_at(3.05), kHere, 20.0 + 0.25 * k);
+    }
+    REQUIRE(w.grid->at({3.02, 0.0, 0.0}).space == Space::kOccupied);
+    for (int k = 0; k < 80; ++k) {
+        w.see({}, kHere, 21.0 + 0.25 * k);
+    }
+    CHECK(w.grid->at({3.02, 0.0, 0.0}).space == Space::kUnknown);
+    config.cell_m = 0.0;
+    CHECK(w.grid->configure(config) == Status::kInvalidArgument);
+}
+
+TEST_CASE("two grids with the same keyframes give the same answers") {
+    Watcher a;
+    Watcher b;
+    for (int k = 0; k < 5; ++k) {
+        a.see(wall_at(3.05), kHere, 10.0 + 0.25 * k);
+        b.see(wall_at(3.05), kHere, 10.0 + 0.25 * k);
+    }
+    CHECK(a.grid->count() == b.grid->count());
+}
+
+}  // namespace
+}  // namespace facet
