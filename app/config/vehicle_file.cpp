@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
@@ -125,8 +126,9 @@ std::string beside(const YamlNode& path) {
 }
 
 std::vector<std::string> check_vehicle(const std::string& path, Vehicle& vehicle) {
-    vehicle = {};
-    vehicle.source = path;
+    Vehicle begun;  // not `vehicle = {}`, in which GCC 12 sees uninitialized strings
+    begun.source = path;
+    vehicle = std::move(begun);
     YamlSection root(load_yaml(path));
     std::vector<std::string> errors;
     const auto attempt = [&errors](auto read) {
