@@ -18,15 +18,15 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kX = 10.0;  // half sizes
-constexpr double kY = 6.0;
-constexpr double kHeight = 7.0;
+constexpr double kHallX = 10.0;  // half sizes
+constexpr double kHallY = 6.0;
+constexpr double kHallHeight = 7.0;
 
 struct HallMaterials {
     MaterialId earth, stone, concrete, brick, metal_a, metal_b, hazard, rust, planks, carton, poster, panel, lamp;
 };
 
-HallMaterials make_materials(SceneBuilder& b) {
+HallMaterials make_hall_materials(SceneBuilder& b) {
     HallMaterials m{};
     m.earth = b.material({Pattern::kEarth, 11, 2.2, 0.03F, 0.7F, 0.25F, 0.0F});
     m.stone = b.material({Pattern::kStone, 12, 2.6, 0.02F, 0.75F, 0.5F, 0.0F});
@@ -99,43 +99,45 @@ void add_shell(SceneBuilder& b, const HallMaterials& m) {
            grid_mesh(
                130, 80,
                [](double u, double v) {
-                   const double x = kX * (2 * u - 1);
-                   const double y = kY * (2 * v - 1);
+                   const double x = kHallX * (2 * u - 1);
+                   const double y = kHallY * (2 * v - 1);
                    return Vector3d(x * 1.02, y * 1.02, ground_height(x, y));
                },
-               [](double u, double v) { return Vector2d(2 * kX * u, 2 * kY * v); }));
+               [](double u, double v) { return Vector2d(2 * kHallX * u, 2 * kHallY * v); }));
     // Walls bulge by decimetres; each is a sheet along `along`, pushed along its inward normal.
     struct Wall {
         const char* name;
         MaterialId material;
         Vector3d corner, along, inward;
     };
-    const Wall walls[] = {{"wall.north", m.stone, {-kX, kY, 0}, {2 * kX, 0, 0}, {0, -1, 0}},
-                          {"wall.south", m.brick, {kX, -kY, 0}, {-2 * kX, 0, 0}, {0, 1, 0}},
-                          {"wall.east", m.concrete, {kX, kY, 0}, {0, -2 * kY, 0}, {-1, 0, 0}},
-                          {"wall.west", m.stone, {-kX, -kY, 0}, {0, 2 * kY, 0}, {1, 0, 0}}};
+    const Wall walls[] = {{"wall.north", m.stone, {-kHallX, kHallY, 0}, {2 * kHallX, 0, 0}, {0, -1, 0}},
+                          {"wall.south", m.brick, {kHallX, -kHallY, 0}, {-2 * kHallX, 0, 0}, {0, 1, 0}},
+                          {"wall.east", m.concrete, {kHallX, kHallY, 0}, {0, -2 * kHallY, 0}, {-1, 0, 0}},
+                          {"wall.west", m.stone, {-kHallX, -kHallY, 0}, {0, 2 * kHallY, 0}, {1, 0, 0}}};
     for (const Wall& w : walls) {
         constexpr double kBeyond = 0.7;  // walls run into each other behind their corners: no gaps
         const double length = w.along.norm() + 2.0 * kBeyond;
         const Vector3d along = w.along.normalized();
         const auto point = [&](double u, double v) {
-            const Vector3d base = w.corner + (u * length - kBeyond) * along + Vector3d(0, 0, (kHeight + 0.6) * v - 0.4);
+            const Vector3d base =
+                w.corner + (u * length - kBeyond) * along + Vector3d(0, 0, (kHallHeight + 0.6) * v - 0.4);
             const double bulge = 0.32 * bumps(base.x(), base.y(), base.z(), 1.9, 4, 33);
             return Vector3d(base + bulge * w.inward);
         };
         b.mesh(w.name, w.material, grid_mesh(static_cast<int>(length / 0.28), 26, point, [&](double u, double v) {
-                   return Vector2d(length * u, kHeight * v);
+                   return Vector2d(length * u, kHallHeight * v);
                }));
     }
     b.mesh("vault", m.panel,
            grid_mesh(
                40, 24,
                [](double u, double v) {
-                   const double x = kX * 1.05 * (1 - 2 * u);
-                   const double y = kY * 1.08 * (2 * v - 1);
-                   return Vector3d(x, y, kHeight - 1.6 * std::pow(y / kY, 2) + 0.1 * bumps(x, y, 0.0, 1.5, 3, 34));
+                   const double x = kHallX * 1.05 * (1 - 2 * u);
+                   const double y = kHallY * 1.08 * (2 * v - 1);
+                   return Vector3d(x, y,
+                                   kHallHeight - 1.6 * std::pow(y / kHallY, 2) + 0.1 * bumps(x, y, 0.0, 1.5, 3, 34));
                },
-               [](double u, double v) { return Vector2d(2 * kX * u, 2 * kY * v); }));
+               [](double u, double v) { return Vector2d(2 * kHallX * u, 2 * kHallY * v); }));
     for (const double x : {-6.6, -2.2, 2.2, 6.6}) {
         for (const double y : {-2.0, 2.0}) {
             b.lamp("lamp", m.lamp, {x, y, 5.6}, {0.7, 0, 0}, {0, -0.2, 0}, 5.0);
@@ -256,7 +258,7 @@ void add_clutter(SceneBuilder& b, const HallMaterials& m) {
 
 Scene make_hall(const SceneDetail& detail) {
     SceneBuilder b("hall");
-    const HallMaterials m = make_materials(b);
+    const HallMaterials m = make_hall_materials(b);
     add_shell(b, m);
     add_machines(b, m);
     add_clutter(b, m);

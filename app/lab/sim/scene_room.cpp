@@ -12,9 +12,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kX = 4.0;  // half sizes
-constexpr double kY = 3.0;
-constexpr double kHeight = 3.2;
+constexpr double kRoomX = 4.0;  // half sizes
+constexpr double kRoomY = 3.0;
+constexpr double kRoomHeight = 3.2;
 
 struct RoomMaterials {
     MaterialId plain, plaster, brick, planks, tiles, wood, panel, fabric, carton_a, carton_b, carton_c, metal, stone,
@@ -22,7 +22,7 @@ struct RoomMaterials {
     MaterialId pictures[6];
 };
 
-RoomMaterials make_materials(SceneBuilder& b) {
+RoomMaterials make_room_materials(SceneBuilder& b) {
     RoomMaterials m{};
     m.plain = b.material({Pattern::kPlain, 11, 2.0, 0.2F, 0.75F, 0.15F, 0.0F});
     m.plaster = b.material({Pattern::kPlaster, 12, 2.2, 0.05F, 0.8F, 0.3F, 0.0F});
@@ -52,27 +52,27 @@ RoomMaterials make_materials(SceneBuilder& b) {
 }
 
 void add_shell(SceneBuilder& b, const RoomMaterials& m) {
-    b.rectangle("floor", m.planks, {-kX, -kY, 0}, {2 * kX, 0, 0}, {0, 2 * kY, 0});
-    b.rectangle("ceiling", m.panel, {-kX, kY, kHeight}, {2 * kX, 0, 0}, {0, -2 * kY, 0});
-    b.rectangle("wall.north", m.brick, {-kX, kY, 0}, {2 * kX, 0, 0}, {0, 0, kHeight});
-    b.rectangle("wall.south", m.plaster, {kX, -kY, 0}, {-2 * kX, 0, 0}, {0, 0, kHeight});
-    b.rectangle("wall.west", m.plain, {-kX, -kY, 0}, {0, 2 * kY, 0}, {0, 0, kHeight});
-    b.rectangle("wall.east", m.stone, {kX, kY, 0}, {0, -2 * kY, 0}, {0, 0, kHeight});
+    b.rectangle("floor", m.planks, {-kRoomX, -kRoomY, 0}, {2 * kRoomX, 0, 0}, {0, 2 * kRoomY, 0});
+    b.rectangle("ceiling", m.panel, {-kRoomX, kRoomY, kRoomHeight}, {2 * kRoomX, 0, 0}, {0, -2 * kRoomY, 0});
+    b.rectangle("wall.north", m.brick, {-kRoomX, kRoomY, 0}, {2 * kRoomX, 0, 0}, {0, 0, kRoomHeight});
+    b.rectangle("wall.south", m.plaster, {kRoomX, -kRoomY, 0}, {-2 * kRoomX, 0, 0}, {0, 0, kRoomHeight});
+    b.rectangle("wall.west", m.plain, {-kRoomX, -kRoomY, 0}, {0, 2 * kRoomY, 0}, {0, 0, kRoomHeight});
+    b.rectangle("wall.east", m.stone, {kRoomX, kRoomY, 0}, {0, -2 * kRoomY, 0}, {0, 0, kRoomHeight});
     // Skirting, and a tiled wainscot on the south wall.
-    b.box("skirting", m.wood, {0, kY - 0.01, 0.06}, {2 * kX, 0.02, 0.12});
-    b.box("skirting", m.wood, {-kX + 0.01, 0, 0.06}, {0.02, 2 * kY - 0.06, 0.12});
-    b.box("wainscot", m.tiles, {0.9, -kY + 0.015, 0.55}, {5.0, 0.03, 1.1});
+    b.box("skirting", m.wood, {0, kRoomY - 0.01, 0.06}, {2 * kRoomX, 0.02, 0.12});
+    b.box("skirting", m.wood, {-kRoomX + 0.01, 0, 0.06}, {0.02, 2 * kRoomY - 0.06, 0.12});
+    b.box("wainscot", m.tiles, {0.9, -kRoomY + 0.015, 0.55}, {5.0, 0.03, 1.1});
     b.box("rug", m.fabric, {-0.6, -0.4, 0.005}, {2.6, 1.9, 0.01}, 0.15);
     const double lamp_x[] = {-2.0, 0.1, 2.1};
     for (const double x : lamp_x) {
-        b.lamp("lamp", m.lamp, {x, 0.2 * x, kHeight - 0.03}, {0.55, 0, 0}, {0, -0.16, 0}, 2.1);
+        b.lamp("lamp", m.lamp, {x, 0.2 * x, kRoomHeight - 0.03}, {0.55, 0, 0}, {0, -0.16, 0}, 2.1);
     }
-    b.lamp("window", m.window, {kX - 0.02, 0.9, 1.75}, {0, -0.75, 0}, {0, 0, 0.6}, 2.2);
+    b.lamp("window", m.window, {kRoomX - 0.02, 0.9, 1.75}, {0, -0.75, 0}, {0, 0, 0.6}, 2.2);
     for (const double z : {1.12, 2.38}) {
-        b.box("window.frame", m.wood, {kX - 0.03, 0.9, z}, {0.06, 1.66, 0.07});
+        b.box("window.frame", m.wood, {kRoomX - 0.03, 0.9, z}, {0.06, 1.66, 0.07});
     }
     for (const double y : {0.12, 1.68}) {
-        b.box("window.frame", m.wood, {kX - 0.03, y, 1.75}, {0.06, 0.07, 1.2});
+        b.box("window.frame", m.wood, {kRoomX - 0.03, y, 1.75}, {0.06, 0.07, 1.2});
     }
 }
 
@@ -93,18 +93,18 @@ void add_pictures(SceneBuilder& b, const RoomMaterials& m) {
     const Vector3d south(0, 1, 0);
     const Vector3d west(1, 0, 0);
     const Vector3d east(-1, 0, 0);
-    add_picture(b, m.dark, m.pictures[0], {-2.6, kY, 1.7}, north, 0.9, 1.2);
-    add_picture(b, m.wood, m.pictures[1], {-1.1, kY, 1.9}, north, 1.2, 0.8);
-    add_picture(b, m.dark, m.pictures[2], {2.9, kY, 1.8}, north, 0.8, 1.1);
-    add_picture(b, m.wood, m.pictures[3], {-1.9, -kY, 1.75}, south, 1.3, 0.9);
-    add_picture(b, m.dark, m.pictures[4], {0.2, -kY, 2.0}, south, 0.8, 0.8);
-    add_picture(b, m.dark, m.pictures[5], {2.4, -kY, 1.9}, south, 1.1, 0.8);
-    add_picture(b, m.wood, m.pictures[2], {-kX, 0.2, 1.8}, west, 0.9, 1.2);
-    add_picture(b, m.dark, m.pictures[1], {-kX, -1.9, 1.6}, west, 1.0, 0.7);
-    add_picture(b, m.dark, m.pictures[3], {kX, -1.4, 1.9}, east, 1.1, 0.8);
-    b.box("door", m.door, {-kX + 0.02, 2.0, 1.02}, {0.04, 0.92, 2.04});
-    b.box("door.frame", m.dark, {-kX + 0.03, 1.5, 1.05}, {0.06, 0.08, 2.1});
-    b.box("door.frame", m.dark, {-kX + 0.03, 2.5, 1.05}, {0.06, 0.08, 2.1});
+    add_picture(b, m.dark, m.pictures[0], {-2.6, kRoomY, 1.7}, north, 0.9, 1.2);
+    add_picture(b, m.wood, m.pictures[1], {-1.1, kRoomY, 1.9}, north, 1.2, 0.8);
+    add_picture(b, m.dark, m.pictures[2], {2.9, kRoomY, 1.8}, north, 0.8, 1.1);
+    add_picture(b, m.wood, m.pictures[3], {-1.9, -kRoomY, 1.75}, south, 1.3, 0.9);
+    add_picture(b, m.dark, m.pictures[4], {0.2, -kRoomY, 2.0}, south, 0.8, 0.8);
+    add_picture(b, m.dark, m.pictures[5], {2.4, -kRoomY, 1.9}, south, 1.1, 0.8);
+    add_picture(b, m.wood, m.pictures[2], {-kRoomX, 0.2, 1.8}, west, 0.9, 1.2);
+    add_picture(b, m.dark, m.pictures[1], {-kRoomX, -1.9, 1.6}, west, 1.0, 0.7);
+    add_picture(b, m.dark, m.pictures[3], {kRoomX, -1.4, 1.9}, east, 1.1, 0.8);
+    b.box("door", m.door, {-kRoomX + 0.02, 2.0, 1.02}, {0.04, 0.92, 2.04});
+    b.box("door.frame", m.dark, {-kRoomX + 0.03, 1.5, 1.05}, {0.06, 0.08, 2.1});
+    b.box("door.frame", m.dark, {-kRoomX + 0.03, 2.5, 1.05}, {0.06, 0.08, 2.1});
 }
 
 void add_table(SceneBuilder& b, const RoomMaterials& m, const Vector3d& at, double yaw) {
@@ -131,22 +131,22 @@ void add_furniture(SceneBuilder& b, const RoomMaterials& m) {
     // Shelf with books on the north wall.
     const double shelf_x = 0.9;
     for (const double x : {shelf_x - 0.62, shelf_x + 0.62}) {
-        b.box("shelf.side", m.wood, {x, kY - 0.17, 1.0}, {0.04, 0.32, 2.0});
+        b.box("shelf.side", m.wood, {x, kRoomY - 0.17, 1.0}, {0.04, 0.32, 2.0});
     }
     for (int i = 0; i < 5; ++i) {
         const double z = 0.05 + 0.47 * i;
-        b.box("shelf.board", m.wood, {shelf_x, kY - 0.17, z}, {1.2, 0.32, 0.03});
+        b.box("shelf.board", m.wood, {shelf_x, kRoomY - 0.17, z}, {1.2, 0.32, 0.03});
         if (i < 4) {
             const double half = 0.42 + 0.05 * (i % 3);
-            b.box("shelf.books", m.books, {shelf_x - 0.55 + half, kY - 0.2, z + 0.19}, {2.0 * half, 0.2, 0.34});
+            b.box("shelf.books", m.books, {shelf_x - 0.55 + half, kRoomY - 0.2, z + 0.19}, {2.0 * half, 0.2, 0.34});
         }
     }
-    b.cylinder("column", m.stone, {1.2, 0.9, 0}, {0, 0, kHeight}, 0.22);
-    b.cylinder("column", m.hazard, {-2.9, -1.7, 0}, {0, 0, kHeight}, 0.17);
+    b.cylinder("column", m.stone, {1.2, 0.9, 0}, {0, 0, kRoomHeight}, 0.22);
+    b.cylinder("column", m.hazard, {-2.9, -1.7, 0}, {0, 0, kRoomHeight}, 0.17);
     b.cylinder("barrel", m.metal, {-3.3, -2.4, 0}, {0, 0, 0.95}, 0.3, true);
-    b.cylinder("pipe", m.metal, {-kX, -kY + 0.25, 2.9}, {2 * kX, 0, 0}, 0.06);
+    b.cylinder("pipe", m.metal, {-kRoomX, -kRoomY + 0.25, 2.9}, {2 * kRoomX, 0, 0}, 0.06);
     b.box("cabinet", m.metal, m.wood, {3.55, 2.4, 0.6}, {0.8, 0.9, 1.2});
-    b.box("radiator", m.panel, {kX - 0.12, 0.9, 0.5}, {0.14, 1.4, 0.6});
+    b.box("radiator", m.panel, {kRoomX - 0.12, 0.9, 0.5}, {0.14, 1.4, 0.6});
     b.box("carton", m.carton_a, {-3.4, 1.0, 0.3}, {0.7, 0.55, 0.6}, 0.25);
     b.box("carton", m.carton_b, {-3.42, 0.98, 0.8}, {0.5, 0.45, 0.4}, -0.2);
     b.box("carton", m.carton_c, {-0.9, -2.45, 0.25}, {0.6, 0.5, 0.5}, 0.5);
@@ -167,7 +167,7 @@ void add_furniture(SceneBuilder& b, const RoomMaterials& m) {
 
 Scene make_room(const SceneDetail& detail) {
     SceneBuilder b("room");
-    const RoomMaterials m = make_materials(b);
+    const RoomMaterials m = make_room_materials(b);
     add_shell(b, m);
     add_pictures(b, m);
     add_furniture(b, m);
