@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/lab/sim/png_writer.h"
 #include "app/support/input_error.h"
+#include "app/support/png_writer.h"
 
 namespace facet {
 namespace {
@@ -75,7 +75,7 @@ void write_residual_picture(const std::string& path, const CameraIntrinsics& siz
         canvas.line(centre - Eigen::Vector2d(1.0, 0.0), {2.0, 0.0}, kBlack);
         canvas.line(centre - Eigen::Vector2d(0.0, 1.0), {0.0, 2.0}, kBlack);
     }
-    if (!ok(sim::write_png(path, {canvas.pixels.data(), size.width, size.height, size.width}))) {
+    if (!ok(write_png(path, {canvas.pixels.data(), size.width, size.height, size.width}))) {
         throw InputError(path + ": cannot be written");
     }
 }

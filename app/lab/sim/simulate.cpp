@@ -22,10 +22,10 @@
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/sim/asl_writer.h"
 #include "app/lab/sim/parallel.h"
-#include "app/lab/sim/png_writer.h"
 #include "app/lab/sim/renderer.h"
 #include "app/lab/sim/truth.h"
 #include "app/lab/sim/vibration.h"
+#include "app/support/png_writer.h"
 #include "app/support/rng.h"
 
 namespace facet::sim {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/sim/png_writer.h"
+#include "app/support/png_writer.h"
 
 #include <png.h>
 
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <memory>
 
-namespace facet::sim {
+namespace facet {
 namespace {
 
 constexpr int kCompression = 1;
@@ -55,4 +55,4 @@ Status write_png(const std::string& path, const ImageView& image) {
     return encoded && closed ? Status::kOk : Status::kIo;
 }
 
-}  // namespace facet::sim
+}  // namespace facet

@@ -7,9 +7,9 @@
 #include "platform/base/image_view.h"
 #include "platform/base/status.h"
 
-namespace facet::sim {
+namespace facet {
 
 /// @return kInvalidArgument for an empty view, kIo if the file cannot be written completely. Reentrant. Heap.
 Status write_png(const std::string& path, const ImageView& image);
 
-}  // namespace facet::sim
+}  // namespace facet
