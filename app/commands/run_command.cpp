@@ -38,6 +38,7 @@ struct RunArguments {
     std::string out;
     double duration_s = 0.0;
     bool dry_run = false;
+    bool record = false;
     bool quiet = false;
 };
 
@@ -158,6 +159,9 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     ServiceNotifier notifier(io, clock, environment("NOTIFY_SOCKET"), environment("WATCHDOG_USEC"),
                              environment("WATCHDOG_PID"), getpid());
     LiveRun run(clock, vehicle, hardware.sources(), sinks);
+    if (args.record) {
+        run.record(vehicle.log.folder);
+    }
     if (is_terminal) {
         run.set_quiet();
     }
@@ -207,6 +211,9 @@ int run_vehicle(const RunArguments& args) {
     if (!args.out.empty()) {
         vehicle.log.folder = args.out;
     }
+    if (args.record && vehicle.log.folder.empty()) {
+        throw InputError("--record: no folder; say --out DIR, or sinks.log.folder in the vehicle file");
+    }
     LinuxClock clock;
     LinuxKernelIo io;
     Hardware hardware(io, clock, vehicle);
@@ -230,6 +237,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
     command->add_option("--out", args->out, "Folder for the files, instead of the vehicle file's sinks.log.folder");
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
     command->add_flag("--dry-run", args->dry_run, "Only try the hardware: prints one line per device");
+    command->add_flag("--record", args->record,
+                      "Also write what the estimator is given, as the log mav0 in that folder, for facet replay");
     command->add_flag("--quiet", args->quiet, "No status on stdout");
     command->footer(
         "SIGTERM and SIGINT stop in order: what was estimated is sent, files are complete, summary.json is written.\n"

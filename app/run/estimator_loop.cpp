@@ -29,6 +29,9 @@ void EstimatorLoop::pass_on_reports() {
 bool EstimatorLoop::take_edges() {
     bool any = false;
     for (TriggerEdge edge; ok(queues_.edges.pop(edge)); any = true) {
+        if (tap_ != nullptr) {
+            tap_->on_edge(edge);
+        }
         (void)sync_.add_edge(edge);  // refused ones are counted there
     }
     return any;
@@ -81,6 +84,9 @@ void EstimatorLoop::hold(const ImuSample& sample) {
         feed_next();
     }
     held_.push(sample);
+    if (tap_ != nullptr) {
+        tap_->on_imu(sample);
+    }
     newest_ = sample;
     sync_.add_imu(sample.stamp - options_.camera_time_shift);
 }
@@ -140,6 +146,9 @@ bool EstimatorLoop::give_frames() {
     while (ok(sync_.pop(frame))) {
         any = true;
         counters_.paired.fetch_add(1, kRelaxed);
+        if (tap_ != nullptr) {
+            tap_->on_pair(frame);
+        }
         if (pending_) {
             counters_.late.fetch_add(1, kRelaxed);
         }

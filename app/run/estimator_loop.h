@@ -10,6 +10,7 @@
 
 #include "app/pipeline/frame_pipeline.h"
 #include "app/run/run_queues.h"
+#include "app/run/sample_tap.h"
 #include "drivers/sync/synchroniser.h"
 #include "platform/base/ring_buffer.h"
 #include "platform/port/clock.h"
@@ -58,6 +59,8 @@ public:
     EstimatorLoop(const EstimatorLoopOptions& options, const Clock& clock, FramePipeline& pipeline, RunQueues& queues,
                   LoopOutput& output);
 
+    /// Shows the tap, which is borrowed, everything from now on. To be called before the first step.
+    void show(SampleTap* tap) { tap_ = tap; }
     /// Takes what is in the queues and processes it. @return whether there was anything to do
     bool step();
     /// For when no more samples will come: uses the frames that inertial samples reach.
@@ -84,6 +87,7 @@ private:
     FramePipeline& pipeline_;
     RunQueues& queues_;
     LoopOutput& output_;
+    SampleTap* tap_ = nullptr;
     Synchroniser sync_;
     LoopCounters counters_;
     RingBuffer<ImuSample, kHeld> held_;

@@ -60,8 +60,8 @@ LiveRun::~LiveRun() { join_all(); }
 
 void LiveRun::join_all() {
     // In the order of the data: each thread stops after the ones that feed it.
-    for (LinuxWorker* worker :
-         {&left_worker_, &right_worker_, &trigger_worker_, &imu_worker_, &estimator_, &sender_, &writer_}) {
+    for (LinuxWorker* worker : {&left_worker_, &right_worker_, &trigger_worker_, &imu_worker_, &estimator_, &sender_,
+                                &writer_, &log_writer_}) {
         worker->request_stop();
         wakeup_.notify();
         worker->join();
@@ -105,6 +105,17 @@ void LiveRun::start_cameras() {
     });
 }
 
+void LiveRun::start_recorder() {
+    if (record_folder_.empty()) {
+        return;
+    }
+    const CameraIntrinsics k = vehicle_.calibration.rig.left.intrinsics();
+    log_ = std::make_unique<SampleRecorder>(clock_, record_folder_, vehicle_.calibration.rig.has_right,
+                                            static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
+    loop_->show(log_.get());
+    start_worker(log_writer_, "facet-record", {}, [this](const std::atomic<bool>& stopping) { log_->write(stopping); });
+}
+
 void LiveRun::start() {
     if (std::string refusal; vehicle_.realtime.lock_memory && !ok(lock_memory(refusal))) {
         refusals_.push_back(refusal);
@@ -123,6 +134,7 @@ void LiveRun::start() {
     }
     begin_ = last_status_ = clock_.now();
     // Consumers before producers.
+    start_recorder();
     start_worker(writer_, "facet-files", {},
                  [this](const std::atomic<bool>& stopping) { output_->write_files(stopping); });
     start_worker(sender_, "facet-sinks", vehicle_.realtime.output,
@@ -201,6 +213,10 @@ LiveAccount LiveRun::account() const {
                      {"poses_refused_by_sinks", output.refused},
                      {"frames_not_written", output.frames_dropped},
                      {"faces_not_written", output.faces_dropped}};
+    if (log_) {
+        account.drops.push_back({"pairs_not_recorded", log_->counters().pairs_dropped});
+        account.drops.push_back({"samples_not_recorded", log_->counters().samples_dropped});
+    }
     for (std::size_t i = 0; i < loop.findings.size(); ++i) {
         account.findings.push_back({to_string(static_cast<SyncFault>(i)), loop.findings[i]});
     }
@@ -240,6 +256,9 @@ RunSummary LiveRun::stop() {
         }
     } catch (const InputError& e) {
         failure_ = e.what();  // the flight is over; what was written so far stays
+    }
+    if (failure_.empty() && log_) {
+        failure_ = log_->failure();
     }
     return summary;
 }

@@ -10,6 +10,7 @@
 #include "app/config/vehicle.h"
 #include "app/output/summary.h"
 #include "app/run/output_threads.h"
+#include "app/run/sample_recorder.h"
 #include "app/run/source_thread.h"
 #include "platform/linux/linux_worker.h"
 #include "platform/port/imu_source.h"
@@ -62,6 +63,9 @@ public:
     const std::vector<std::string>& refusals() const { return refusals_; }
     /// To be called before start(): warnings are shown in the status only, not on stderr.
     void set_quiet() { is_quiet_ = true; }
+    /// To be called before start(): records what the estimator is given as mav0 in `folder`, see SampleRecorder.
+    /// start() throws InputError if there is a log already.
+    void record(std::string folder) { record_folder_ = std::move(folder); }
 
     /// Stops everything in the order of the data, so that all that was estimated is sent and written.
     RunSummary stop();
@@ -72,6 +76,7 @@ private:
     void start_source(Source& source, const char* name);
     void start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body);
     void start_cameras();
+    void start_recorder();
     void estimate(const std::atomic<bool>& stopping);
     bool sources_ended() const;
     void join_all();
@@ -91,6 +96,8 @@ private:
     SourceThread trigger_{"trigger"};
     SourceThread imu_{"imu"};
     std::unique_ptr<OutputThreads> output_;
+    std::string record_folder_;  ///< empty: nothing is recorded
+    std::unique_ptr<SampleRecorder> log_;
     std::unique_ptr<EstimatorLoop> loop_;
     LinuxWakeup wakeup_;
     std::atomic<bool> estimated_{false};
@@ -100,6 +107,7 @@ private:
     std::uint64_t last_frames_ = 0;
     LinuxWorker sender_;
     LinuxWorker writer_;
+    LinuxWorker log_writer_;
     LinuxWorker estimator_;
     LinuxWorker left_worker_;
     LinuxWorker right_worker_;

@@ -243,6 +243,39 @@ TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
     CHECK(live["poses"] == sink.count);
 }
 
+TEST_CASE("the log of a run replays to the bytes of the run") {
+    const test::TempDir dir;
+    Rig rig;
+    const Vehicle vehicle = flight().vehicle(dir.file("out"));
+    LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {});
+    run.record(dir.file("out"));
+    const RunSummary summary = run_to_end(run);
+    CHECK(run.failure().empty());
+    REQUIRE(summary.estimates > 50);
+    const nlohmann::json drops = summary_of(dir.file("out"))["live"]["drops"];
+    CHECK(drops["pairs_not_recorded"] == 0);
+    CHECK(drops["samples_not_recorded"] == 0);
+    ReplayOptions replay;
+    replay.dataset = dir.file("out");
+    replay.out = dir.file("replay");
+    replay.config = vehicle.config;
+    replay.calibration = vehicle.calibration;
+    replay.show_progress = false;
+    const RunSummary replayed = run_replay(replay, false);
+    CHECK(replayed.warnings.empty());
+    for (const char* name : {"trajectory.tum", "trajectory.csv", "covariance.csv", "health.csv", "mesh.csv",
+                             "planes.csv", "mesh.ply", "mesh_live.ply", "planes.json"}) {
+        INFO(name);
+        CHECK(test::read_file(dir.file(std::string("replay/") + name)) ==
+              test::read_file(dir.file(std::string("out/") + name)));
+    }
+    Rig second;
+    const Vehicle elsewhere = flight().vehicle(dir.file("elsewhere"));
+    LiveRun again(second.clock, elsewhere, {&second.camera, nullptr, nullptr, &second.imu}, {});
+    again.record(dir.file("out"));
+    CHECK_THROWS_WITH(again.start(), Catch::Contains("there is a log already"));
+}
+
 TEST_CASE("sinks get the newest estimate at a rate of their own, never backwards in time") {
     Rig rig;
     CountingSink sink;

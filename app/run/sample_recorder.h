@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Records what the estimator is given, on a thread of its own.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/output/asl_log.h"
+#include "app/run/sample_tap.h"
+#include "platform/base/slot_lease.h"
+#include "platform/base/spsc_queue.h"
+#include "platform/linux/linux_wakeup.h"
+#include "platform/port/clock.h"
+
+namespace facet {
+
+/// May be read from any thread.
+struct RecordCounters {
+    std::atomic<std::uint64_t> pairs{0};            ///< written
+    std::atomic<std::uint64_t> pairs_dropped{0};    ///< because no buffer was free, or nothing can be written any more
+    std::atomic<std::uint64_t> samples_dropped{0};  ///< inertial samples and edges, likewise
+};
+
+/// The tap's functions copy a sample and return; they use neither heap nor lock. Copies, because a camera's slots must
+/// not wait for a disc. Buffers: 32 pairs (1.6 s at 20 Hz), 8192 inertial samples, 512 edges; when full, the newest are
+/// dropped and counted. The log is a readable one to within kCommit at every moment (AslLog). When it cannot be
+/// written any more (a full disc), what there is stays readable, the rest is dropped and counted, and failure() says
+/// why.
+class SampleRecorder final : public SampleTap {
+public:
+    static constexpr std::size_t kPairs = 32;
+    static constexpr Duration kCommit = Duration::from_seconds(0.5);
+
+    /// @param folder  see AslLog
+    /// @param pixels  of one camera's image: larger images are dropped
+    /// Throws InputError.
+    SampleRecorder(const Clock& clock, const std::string& folder, bool has_right, std::size_t pixels);
+
+    void on_imu(const ImuSample& sample) override;
+    void on_edge(const TriggerEdge& edge) override;
+    void on_pair(const SyncedFrame& pair) override;
+
+    /// Body of the writing thread: returns when it is `stopping` and all is written.
+    void write(const std::atomic<bool>& stopping);
+
+    const RecordCounters& counters() const { return counters_; }
+    /// After the body has returned: why the log is incomplete; empty if it is complete.
+    const std::string& failure() const { return failure_; }
+
+private:
+    struct Pair {
+        PairOrigin origin;
+        ImageView left;  ///< in the slot
+        ImageView right;
+        SlotLease slot;
+    };
+    ImageView copy(const ImageView& image, std::uint8_t* to) const;
+    bool write_some();
+    void drop_waiting();
+
+    const Clock& clock_;
+    std::size_t pixels_;
+    AslLog log_;
+    std::vector<std::uint8_t> pool_;  ///< two images a slot
+    SlotLender<kPairs> slots_;
+    SpscQueue<Pair, kPairs> pairs_;
+    SpscQueue<ImuSample, 8192> samples_;
+    SpscQueue<TriggerEdge, 512> edges_;
+    LinuxWakeup wakeup_;
+    RecordCounters counters_;
+    std::string failure_;
+};
+
+}  // namespace facet
