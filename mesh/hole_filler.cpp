@@ -30,38 +30,71 @@ double worst_cosine(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Ei
 
 }  // namespace
 
-void HoleFiller::remember(const HorizonMesh& mesh, VertexSlot leaving) {
-    if (holes_.full() || mesh.faces_at(leaving) < 3 || mesh.faces_at(leaving) > static_cast<int>(kMaxRing)) {
-        return;
+void HoleFiller::remember(const HorizonMesh& mesh, std::span<const VertexSlot> leaving) {
+    for (const VertexSlot v : leaving) {
+        state_[v] = Leaving::kYes;
     }
-    // The side opposite the vertex in each face, directed as the face is.
-    FixedVector<std::array<VertexSlot, 2>, kMaxRing> sides;
-    Hole hole;
+    for (const VertexSlot v : leaving) {
+        Hole hole;
+        Sides sides;
+        if (state_[v] == Leaving::kYes && collect_group(mesh, v, sides, hole) && !holes_.full() &&
+            close_ring(mesh, sides, hole)) {
+            holes_.push_back(hole);
+        }
+    }
+    for (const VertexSlot v : leaving) {
+        state_[v] = Leaving::kNo;
+    }
+}
+
+/// The leaving vertices that faces connect with the first one, and the border of their faces: the sides opposite a
+/// leaving vertex whose ends stay, directed as the face is. @return false if there are none, or too many
+bool HoleFiller::collect_group(const HorizonMesh& mesh, VertexSlot first, Sides& sides, Hole& hole) {
     hole.observations = 0xffff;
     bool one_plane = true;
-    mesh.for_faces_of(leaving, [&](FaceIndex f) {
-        const MeshFace& face = mesh.face(f);
-        const auto k =
-            static_cast<std::size_t>(std::find(face.vertex.begin(), face.vertex.end(), leaving) - face.vertex.begin());
-        one_plane = sides.empty() || (one_plane && face.plane == hole.plane);
-        hole.plane = face.plane;
-        hole.observations = std::min(hole.observations, face.observations);
-        sides.push_back({face.vertex[(k + 1) % 3], face.vertex[(k + 2) % 3]});
-    });
+    bool fits = true;
+    group_.clear();
+    group_.push_back(first);
+    state_[first] = Leaving::kTaken;
+    for (std::size_t g = 0; g < group_.size(); ++g) {
+        mesh.for_faces_of(group_[g], [&](FaceIndex f) {
+            const MeshFace& face = mesh.face(f);
+            one_plane = one_plane && (hole.observations == 0xffff || face.plane == hole.plane);
+            hole.plane = face.plane;
+            hole.observations = std::min(hole.observations, face.observations);
+            int staying = 0;
+            std::size_t apex = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                Leaving& state = state_[face.vertex[k]];
+                if (state == Leaving::kYes) {
+                    state = Leaving::kTaken;
+                    group_.push_back(face.vertex[k]);
+                }
+                staying += state == Leaving::kNo ? 1 : 0;
+                apex = state == Leaving::kNo ? apex : k;
+            }
+            if (staying == 2) {
+                fits = fits && ok(sides.try_push_back({face.vertex[(apex + 1) % 3], face.vertex[(apex + 2) % 3]}));
+            }
+        });
+    }
     hole.plane = one_plane ? hole.plane : PlaneId{};
+    return fits && sides.size() >= 3;
+}
+
+/// The border as one line; false if it is open, or more than one.
+bool HoleFiller::close_ring(const HorizonMesh& mesh, const Sides& sides, Hole& hole) {
     VertexSlot at = sides[0][0];
     for (std::size_t i = 0; i < sides.size(); ++i) {
         const auto from_here = [at](const std::array<VertexSlot, 2>& s) { return s[0] == at; };
         if (std::count_if(sides.begin(), sides.end(), from_here) != 1 || (i > 0 && at == sides[0][0])) {
-            return;
+            return false;
         }
         hole.landmark[hole.ring.size()] = mesh.landmark(at);
         hole.ring.push_back(at);
         at = (*std::find_if(sides.begin(), sides.end(), from_here))[1];
     }
-    if (at == sides[0][0]) {
-        holes_.push_back(hole);
-    }
+    return at == sides[0][0];
 }
 
 bool HoleFiller::is_open(const HorizonMesh& mesh, const Hole& hole) {

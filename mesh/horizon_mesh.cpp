@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace facet {
 namespace {
@@ -100,17 +101,43 @@ Result<FaceIndex> HorizonMesh::add_face(const std::array<VertexSlot, 3>& vertex)
     buckets_[bucket] = index;
     ++face_count_;
     for (std::size_t k = 0; k < 3; ++k) {
-        const auto corner = static_cast<Corner>(3 * index + k);
-        Corner& first = first_corner_[vertex[k]];
-        next_corner_[corner] = first;
-        previous_corner_[corner] = kNoCorner;
-        if (first != kNoCorner) {
-            previous_corner_[first] = corner;
-        }
-        first = corner;
-        ++face_count_of_[vertex[k]];
+        link(static_cast<Corner>(3 * index + k), vertex[k]);
     }
     return index;
+}
+
+void HorizonMesh::link(Corner corner, VertexSlot vertex) {
+    Corner& first = first_corner_[vertex];
+    next_corner_[corner] = first;
+    previous_corner_[corner] = kNoCorner;
+    if (first != kNoCorner) {
+        previous_corner_[first] = corner;
+    }
+    first = corner;
+    ++face_count_of_[vertex];
+}
+
+void HorizonMesh::unlink(Corner corner, VertexSlot vertex) {
+    const Corner next = next_corner_[corner];
+    const Corner previous = previous_corner_[corner];
+    (previous == kNoCorner ? first_corner_[vertex] : next_corner_[previous]) = next;
+    if (next != kNoCorner) {
+        previous_corner_[next] = previous;
+    }
+    --face_count_of_[vertex];
+}
+
+void HorizonMesh::turn(FaceIndex index) {
+    FACET_ASSERT(is_face(index));
+    MeshFace& face = faces_[index];
+    for (std::size_t k = 1; k < 3; ++k) {
+        unlink(static_cast<Corner>(3 * index + k), face.vertex[k]);
+    }
+    std::swap(face.vertex[1], face.vertex[2]);
+    for (std::size_t k = 1; k < 3; ++k) {
+        link(static_cast<Corner>(3 * index + k), face.vertex[k]);
+    }
+    face.normal_W = -face.normal_W;
 }
 
 /// Empties a bucket and moves back every later entry of the run whose home does not lie behind the hole.
@@ -129,15 +156,7 @@ void HorizonMesh::remove_face(FaceIndex index) {
     FACET_ASSERT(is_face(index));
     unhash(find_bucket(key_of(faces_[index].vertex)));
     for (std::size_t k = 0; k < 3; ++k) {
-        const auto corner = static_cast<Corner>(3 * index + k);
-        const VertexSlot vertex = faces_[index].vertex[k];
-        const Corner next = next_corner_[corner];
-        const Corner previous = previous_corner_[corner];
-        (previous == kNoCorner ? first_corner_[vertex] : next_corner_[previous]) = next;
-        if (next != kNoCorner) {
-            previous_corner_[next] = previous;
-        }
-        --face_count_of_[vertex];
+        unlink(static_cast<Corner>(3 * index + k), faces_[index].vertex[k]);
     }
     alive_[index] = false;
     free_.push_back(index);

@@ -27,6 +27,7 @@ struct MeshVertex {
     Timestamp first_stamp;                                   ///< oldest keyframe of the window that saw the landmark
     std::uint32_t last_updated = 0;                          ///< number of the update that last found the landmark
     bool is_surface_point = false;
+    bool is_rehosted = false;                        ///< a surface point whose own keyframe is no more
     Eigen::Vector3d p_C0 = Eigen::Vector3d::Zero();  ///< of a surface point: in the left camera at first_stamp (m)
 
     /// Position as the mesh shows it: drawn to its plane if the estimator holds one there, else as measured (m).
@@ -43,9 +44,19 @@ struct MeshFace {
     std::uint32_t born = 0;            ///< number of the update that made it: its age is the current one minus this
     std::uint32_t last_observed = 0;   ///< number of the last update whose triangulation had it
     std::uint16_t observations = 0;    ///< keyframes whose triangulation confirmed it, or the face it replaced
-    std::uint16_t contradictions = 0;  ///< times something was seen behind it
-    bool is_fill = false;              ///< closes a hole; the surface itself has left the horizon with other faces
-    PlaneId plane;                     ///< plane it belongs to; invalid if unknown
+    std::uint16_t contradictions = 0;  ///< times something was seen behind it, or a step in it
+    std::uint16_t doubts = 0;  ///< times what is in its place was refused for reasons that say nothing of the surface
+    float unseen_s = 0.0F;     ///< for how long it has been in view, and neither confirmed nor covered
+    bool is_fill = false;      ///< closes a hole, and no keyframe has shown it: the surface itself has left
+                               ///< the horizon with other faces
+    PlaneId plane;             ///< plane it belongs to; invalid if unknown
+
+    /// Whether views have refused the face so often, for whatever reason, that it should speak neither for a plane nor
+    /// for what is kept of the flight.
+    bool is_doubtful() const {
+        constexpr int kMinRefusals = 2;  // fewer say nothing
+        return contradictions + doubts >= kMinRefusals && 4 * contradictions + doubts > 2 * observations;
+    }
 };
 
 /// Up to kMaxMeshVertices vertices and kMaxMeshFaces faces; no two faces have the same three vertices. Faces and
@@ -94,6 +105,8 @@ public:
     Eigen::Vector3d centroid(const MeshFace& face) const {
         return (corner(face, 0) + corner(face, 1) + corner(face, 2)) / 3.0;
     }
+    /// Turns a face round: its normal points to the other side.
+    void turn(FaceIndex index);
     /// Recomputes normal, area and sigma from the vertices' shown positions.
     /// @return kDegenerate if the face has no area (face untouched)
     Status refresh(FaceIndex index);
@@ -120,6 +133,8 @@ private:
     static std::uint32_t home(const Key& key);
     std::uint32_t find_bucket(const Key& key) const;
     void unhash(std::uint32_t hole);
+    void link(Corner corner, VertexSlot vertex);
+    void unlink(Corner corner, VertexSlot vertex);
 
     SlotPool<LandmarkId, MeshVertex, kMaxMeshVertices> vertices_;
     std::array<Corner, kMaxMeshVertices> first_corner_{};

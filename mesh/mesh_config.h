@@ -33,6 +33,8 @@ struct MeshConfig {
     double conflict_margin_m = 0.05;
     int min_contradictions = 2;
     double hole_planarity_m = 0.04;
+    double max_unseen_s = 5.0;
+    double body_radius_m = 0.05;
 
     /// No face has a longer side, whatever speaks for it (m).
     double longest_side_m() const { return std::max(max_side_m, max_flat_side_m); }
@@ -84,11 +86,14 @@ inline constexpr auto kMeshFields = std::to_array<ParameterField<MeshConfig>>({
      "A face contradicts a tracked landmark seen through it if it is in front of it by more than this, "
      "uncertainties added."},
     {FACET_FIELD(MeshConfig, min_contradictions), "-", 1, 1000,
-     "A face is removed when at least this many observations contradict it and they are more than half as many as "
-     "those "
+     "A face is removed when at least this many keyframes contradict it and they are more than half as many as those "
      "that confirm it."},
     {FACET_FIELD(MeshConfig, hole_planarity_m), "m", 0, 1,
      "A hole in the mesh is filled if the vertices around it are within this distance of a plane."},
+    {FACET_FIELD(MeshConfig, max_unseen_s), "s", 0.1, 3600,
+     "A face leaves the mesh after this time in view without being confirmed or covered by newer faces."},
+    {FACET_FIELD(MeshConfig, body_radius_m), "m", 0, 1,
+     "The camera has flown through what is nearer to its path than this: there is no surface."},
 });
 
 }  // namespace facet

@@ -6,11 +6,6 @@
 #include "estimator/geometry/inverse_depth.h"
 
 namespace facet {
-namespace {
-
-constexpr double kHysteresis = 1.5;  // a landmark in use may be this much worse than a new one
-
-}  // namespace
 
 Status Mesher::configure(const MeshConfig& config, const CameraModel& left) {
     FACET_TRY(config.validate());
@@ -23,6 +18,7 @@ Status Mesher::configure(const MeshConfig& config, const CameraModel& left) {
 void Mesher::reset() {
     counters_ = {};
     update_ = 0;
+    last_keyframes_.clear();
     mesh_.clear();
     holes_.clear();
     departed_.clear();
@@ -38,14 +34,20 @@ void Mesher::update(const KeyframeView& view, const ImageView& left) {
     ++counters_.updates;
     departed_.clear();
     const CameraPose camera = CameraPose::from(view.T_W_C0);
-    R_C_W_ = camera.R_C_W;
-    p_W_C_ = camera.p_W_C;
     // A window always holds the keyframe before its newest one, unless it began in between.
-    if (update_ > 1 && view.oldest_stamp > last_stamp_) {
+    const bool is_first = update_ == 1 || view.oldest_stamp > last_stamp_;
+    if (update_ > 1 && is_first) {
         leave_all();
     }
+    const double since_last_s = is_first ? 0.0 : (view.stamp - last_stamp_).seconds();
+    R_C_W_ = camera.R_C_W;
+    constexpr double kMaxFlown_m = 2.0;  // the path between keyframes farther apart is not known
+    const Eigen::Vector3d flown_C = R_C_W_ * (p_W_C_ - camera.p_W_C);
+    flown_C_ = is_first || flown_C.norm() > kMaxFlown_m ? Eigen::Vector3d::Zero() : flown_C;
+    p_W_C_ = camera.p_W_C;
     last_stamp_ = view.stamp;
     move_vertices(view);
+    keep_poses(view);
     remove_leaving(view);
     refresh_faces();
     collect_tracked(view);
@@ -56,79 +58,11 @@ void Mesher::update(const KeyframeView& view, const ImageView& left) {
     const std::span<const Triangle> triangles = delaunay_.triangles();
     filter_faces(config_, triangles, {points_.data(), points_.size()}, left, {verdicts_.data(), triangles.size()});
     merge();
-    weigh_evidence();
+    weigh_evidence(since_last_s);
     const HoleFiller::Filled filled = holes_.fill(config_, update_, mesh_);
     counters_.holes_filled += static_cast<std::uint64_t>(filled.holes);
     counters_.fill_faces += static_cast<std::uint64_t>(filled.faces);
     prune_vertices();
-}
-
-void Mesher::leave_all() {
-    for (int i = 0; i < mesh_.face_end(); ++i) {
-        if (!mesh_.is_face(i)) {
-            continue;
-        }
-        const MeshFace& face = mesh_.face(static_cast<FaceIndex>(i));
-        ++counters_.departed;
-        if (!face.is_fill) {
-            departed_.push_back(describe(face));
-        }
-    }
-    mesh_.clear();
-}
-
-void Mesher::move_vertices(const KeyframeView& view) {
-    for (const LandmarkSnapshot& s : view.landmarks) {
-        const auto slot = mesh_.find_vertex(s.id);
-        if (slot.ok() && is_usable(s, kHysteresis)) {
-            MeshVertex& vertex = mesh_.vertex(slot.value());
-            vertex.measured_W = s.p_W;
-            vertex.covariance_W = s.covariance_W;
-            vertex.last_updated = update_;
-            vertex.first_stamp = s.first_stamp;
-        }
-    }
-    for (int i = 0; i < mesh_.vertex_end(); ++i) {
-        if (!mesh_.is_vertex(i) || !mesh_.vertex(static_cast<VertexSlot>(i)).is_surface_point) {
-            continue;
-        }
-        MeshVertex& vertex = mesh_.vertex(static_cast<VertexSlot>(i));
-        const auto keyframe = std::lower_bound(view.keyframes.begin(), view.keyframes.end(), vertex.first_stamp,
-                                               [](const KeyframePose& k, Timestamp stamp) { return k.stamp < stamp; });
-        if (keyframe != view.keyframes.end() && keyframe->stamp == vertex.first_stamp) {
-            vertex.measured_W = keyframe->T_W_C0 * vertex.p_C0;
-            vertex.last_updated = update_;
-        }
-    }
-}
-
-/// A landmark that is gone has left the horizon if the oldest keyframe that saw it has; else it was judged bad.
-void Mesher::remove_leaving(const KeyframeView& view) {
-    for (int i = 0; i < mesh_.vertex_end(); ++i) {
-        const auto slot = static_cast<VertexSlot>(i);
-        if (mesh_.is_vertex(i) && mesh_.vertex(slot).last_updated != update_) {
-            leave(slot, mesh_.vertex(slot).first_stamp < view.oldest_stamp);
-        }
-    }
-}
-
-void Mesher::leave(VertexSlot slot, bool is_good) {
-    if (is_good) {
-        holes_.remember(mesh_, slot);
-    }
-    mesh_.for_faces_of(slot, [&](FaceIndex f) {
-        const MeshFace& face = mesh_.face(f);
-        if (!is_good) {
-            ++counters_.judged_bad;
-        } else {
-            ++counters_.departed;
-            if (!face.is_fill && !departed_.full()) {
-                departed_.push_back(describe(face));
-            }
-        }
-        mesh_.remove_face(f);
-    });
-    mesh_.remove_vertex(slot);
 }
 
 DepartedFace Mesher::describe(const MeshFace& face) const {
@@ -157,9 +91,13 @@ void Mesher::refresh_faces() {
         for (int k = 0; k < 3; ++k) {
             longest = std::max(longest, (mesh_.corner(face, (k + 1) % 3) - mesh_.corner(face, k)).squaredNorm());
         }
+        const Eigen::Vector3f side = face.normal_W;
         if (longest > limit || !ok(mesh_.refresh(f))) {
             ++counters_.misshapen;
             mesh_.remove_face(f);
+        } else if (face.normal_W.dot(side) < 0.0F) {
+            mesh_.turn(f);
+            ++counters_.turned;
         }
     }
 }
@@ -280,9 +218,11 @@ void Mesher::merge() {
         face_of_triangle_[i] = HorizonMesh::kNoFace;
         const auto& p = triangles[i].point;
         const bool is_accepted = verdicts_[i] == FaceVerdict::kAccepted;
-        if (is_accepted
-                ? !add_corners(triangles[i])
-                : !(landmarks_[p[0]].has_vertex && landmarks_[p[1]].has_vertex && landmarks_[p[2]].has_vertex)) {
+        if (is_accepted && !add_corners(triangles[i])) {
+            ++counters_.refused;
+            continue;
+        }
+        if (!(landmarks_[p[0]].has_vertex && landmarks_[p[1]].has_vertex && landmarks_[p[2]].has_vertex)) {
             continue;
         }
         // Counterclockwise in (x right, y down) is clockwise to the eye: the other way round faces the camera.
@@ -290,15 +230,7 @@ void Mesher::merge() {
                                                landmarks_[p[1]].vertex};
         const FaceIndex found = mesh_.find_face(vertex);
         if (found != HorizonMesh::kNoFace) {
-            MeshFace& face = mesh_.face(found);
-            const bool from_front = face.normal_W.cast<double>().dot(p_W_C_ - mesh_.centroid(face)) > 0.0;
-            std::uint16_t& count = is_accepted && from_front ? face.observations : face.contradictions;
-            count = static_cast<std::uint16_t>(std::min(count + 1, 0xffff));
-            face.last_observed = update_;
-            if (is_accepted && from_front) {
-                face_of_triangle_[i] = found;
-                ++counters_.confirmed;
-            }
+            confirm(found, verdicts_[i], i);
         } else if (is_accepted) {
             if (const auto added = mesh_.add_face(vertex); added.ok()) {
                 MeshFace& face = mesh_.face(added.value());
@@ -308,6 +240,26 @@ void Mesher::merge() {
                 ++counters_.added;
             }
         }
+    }
+}
+
+/// A triangle that is a face already, and what the filters say of it now.
+void Mesher::confirm(FaceIndex f, FaceVerdict verdict, std::size_t triangle) {
+    MeshFace& face = mesh_.face(f);
+    const bool is_accepted = verdict == FaceVerdict::kAccepted;
+    if (is_accepted && face.normal_W.cast<double>().dot(p_W_C_ - mesh_.centroid(face)) <= 0.0) {
+        mesh_.turn(f);
+        ++counters_.turned;
+    }
+    const bool is_step = verdict == FaceVerdict::kDepthStep || verdict == FaceVerdict::kGradient;
+    std::uint16_t& count = is_accepted ? face.observations : is_step ? face.contradictions : face.doubts;
+    count = static_cast<std::uint16_t>(std::min(count + 1, 0xffff));
+    face.last_observed = update_;
+    if (is_accepted) {
+        face.is_fill = false;
+        face.unseen_s = 0.0F;
+        face_of_triangle_[triangle] = f;
+        ++counters_.confirmed;
     }
 }
 

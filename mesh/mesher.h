@@ -28,11 +28,17 @@ struct MeshCounters {
     std::uint64_t added = 0;             ///< faces new in the mesh
     std::uint64_t confirmed = 0;         ///< triangles that were faces already
     std::uint64_t superseded = 0;        ///< faces replaced by newer ones of the same surface
-    std::uint64_t contradicted = 0;      ///< faces removed because something was seen behind them
+    std::uint64_t contradicted = 0;      ///< faces removed because something was seen behind them, or a step in them
     std::uint64_t misshapen = 0;         ///< faces that became too long or lost their area as landmarks moved
     std::uint64_t judged_bad = 0;        ///< faces of landmarks that the smoother rejected or that became too uncertain
     std::uint64_t departed = 0;          ///< faces of landmarks that left the horizon
+    std::uint64_t doubtful = 0;          ///< the same, but refused too often to be kept of the flight
     std::uint64_t dropped = 0;           ///< faces dropped because the mesh was full
+    std::uint64_t refused = 0;           ///< accepted triangles for which the mesh had no room
+    std::uint64_t aged = 0;              ///< of the departed: long in view, and no more confirmed
+    std::uint64_t flown_through = 0;     ///< faces removed because the camera flew through them
+    std::uint64_t turned = 0;            ///< faces turned round because they inverted or were seen from behind
+    std::uint64_t rehosted = 0;          ///< surface points handed to another keyframe when theirs was dropped
     std::uint64_t holes_filled = 0;
     std::uint64_t fill_faces = 0;  ///< faces that fill holes
 };
@@ -51,11 +57,15 @@ struct DepartedFace {
 ///   1 Vertices move with their landmarks. Landmarks that left the horizon, or were judged bad, take their faces along.
 ///     If the window began anew since the last keyframe, the whole mesh leaves: tracks may continue, but elsewhere.
 ///   2 The tracked landmarks are triangulated in the image (normalised, undistorted plane) and lifted. Beyond the paper
-///     two more kinds of points join: surface points between the tracks, which move and leave with their keyframe, and
-///     landmarks lost from tracking a few keyframes ago, where the tracked ones show nothing in front of them.
-///   3 Triangles that pass the filters are merged into the mesh: a face that exists is confirmed, not doubled.
+///     two more kinds of points join: surface points between the tracks, which move and leave with their keyframe (or
+///     with its neighbour, if the window drops it as redundant), and landmarks lost from tracking a few keyframes ago,
+///     where the tracked ones show nothing in front of them.
+///   3 Triangles that pass the filters are merged into the mesh: a face that exists is confirmed, not doubled, and
+///     turned round if it is seen from behind.
 ///   4 Older faces that are seen again as other triangles of the same surface are superseded by these. A face with
-///     tracked points behind it is contradicted, and leaves when contradicted often enough.
+///     tracked points behind any part of it, or a step in depth in its triangle, is contradicted, and leaves when
+///     contradicted often enough; a triangle that is refused for other reasons says nothing against its face. Faces
+///     through which the camera has flown leave at once, and those long in view without being confirmed depart.
 ///   5 Holes that leaving landmarks left in surfaces are closed from their rings.
 /// When the mesh is full, the least supported faces are dropped (fewest observations less contradictions, then longest
 /// unseen). Time is bounded by the capacities. About 2 MB: allocate it once. Thread-bound. Deterministic. No heap.
@@ -75,7 +85,7 @@ public:
     const HorizonMesh& mesh() const { return mesh_; }
     /// For the plane finder, which labels faces and corrects shown positions.
     HorizonMesh& mesh() { return mesh_; }
-    /// Faces that left the horizon in the last update (not those judged bad, superseded or made to fill holes).
+    /// Faces that left the horizon in the last update (not those judged bad, superseded or that only fill holes).
     std::span<const DepartedFace> departed() const { return {departed_.data(), departed_.size()}; }
     const MeshCounters& counters() const { return counters_; }
     /// The same description of a face that is still there.
@@ -90,11 +100,18 @@ private:
         bool is_surface_point = false;
     };
 
+    /// A landmark in use may be this much worse than a new one.
+    static constexpr double kHysteresis = 1.5;
+
     bool is_usable(const LandmarkSnapshot& s, double slack) const;
     void leave_all();
     void move_vertices(const KeyframeView& view);
+    const KeyframePose* find_host(const KeyframeView& view, MeshVertex& vertex);
+    void keep_poses(const KeyframeView& view);
     void remove_leaving(const KeyframeView& view);
     void leave(VertexSlot slot, bool is_good);
+    void depart(FaceIndex f);
+    void report_departed(const MeshFace& face);
     void refresh_faces();
     void collect_tracked(const KeyframeView& view);
     void collect_recent(const KeyframeView& view);
@@ -106,9 +123,14 @@ private:
     void merge();
     bool add_corners(const Triangle& t);
     void make_room(std::size_t wanted);
-    void weigh_evidence();
-    bool is_contradicted(const MeshFace& face, int triangle) const;
+    void confirm(FaceIndex f, FaceVerdict verdict, std::size_t triangle);
+    void collect_witnesses();
+    void weigh_evidence(double since_last_s);
+    bool judge_unseen(FaceIndex f, double since_last_s);
+    bool is_contradicted(const MeshFace& face) const;
+    bool is_flown_through(const MeshFace& face) const;
     bool is_superseded(const MeshFace& face, int triangle) const;
+    bool is_same_surface(const MeshFace& face, const Eigen::Vector3d& p_C, int triangle) const;
     bool is_covered_at(const MeshFace& face, const Eigen::Vector3d& p_C, int triangle) const;
     int triangle_at(const Eigen::Vector3d& p_C) const;
     void prune_vertices();
@@ -117,7 +139,8 @@ private:
     CameraModel camera_;
     MeshCounters counters_;
     std::uint32_t update_ = 0;
-    Timestamp last_stamp_;  ///< of the last update's keyframe
+    Timestamp last_stamp_;                                     ///< of the last update's keyframe
+    FixedVector<KeyframePose, kMaxKeyframes> last_keyframes_;  ///< of the last update's view
     HorizonMesh mesh_;
     Delaunay delaunay_;
     TriangleLocator locator_;
@@ -125,6 +148,8 @@ private:
     HoleFiller holes_;
     Eigen::Matrix3d R_C_W_ = Eigen::Matrix3d::Identity();
     Eigen::Vector3d p_W_C_ = Eigen::Vector3d::Zero();
+    Eigen::Vector3d flown_C_ = Eigen::Vector3d::Zero();  ///< from the camera to where it was at the last update, in C
+    FixedVector<std::uint16_t, kMaxMeshPoints> witnesses_;  ///< points that may contradict faces, by x in the image
     FixedVector<ImagePoint, kMaxMeshPoints> landmarks_;
     FixedVector<Eigen::Vector2d, kMaxMeshPoints> image_points_;
     FixedVector<MeshPoint, kMaxMeshPoints> points_;
@@ -132,6 +157,7 @@ private:
     std::array<FaceIndex, kMaxTriangles> face_of_triangle_{};
     std::array<Eigen::Vector3d, kMaxMeshVertices> vertex_C_;  ///< vertices in the camera
     std::array<FaceIndex, kMaxMeshFaces> order_{};            ///< scratch of make_room
+    FixedVector<VertexSlot, kMaxMeshVertices> leaving_;       ///< scratch of remove_leaving
     FixedVector<DepartedFace, kMaxMeshFaces> departed_;
 };
 

@@ -16,7 +16,13 @@ std::vector<NamedCounter> named_counters(const MeshCounters& c) {
                                    {"misshapen", c.misshapen},
                                    {"judged_bad", c.judged_bad},
                                    {"departed", c.departed},
+                                   {"doubtful", c.doubtful},
                                    {"dropped", c.dropped},
+                                   {"refused", c.refused},
+                                   {"aged", c.aged},
+                                   {"flown_through", c.flown_through},
+                                   {"turned", c.turned},
+                                   {"rehosted", c.rehosted},
                                    {"holes_filled", c.holes_filled},
                                    {"fill_faces", c.fill_faces}});
     return columns;

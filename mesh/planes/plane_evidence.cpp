@@ -46,7 +46,7 @@ void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, con
     landmarks_ = points_.size();
     for (int i = 0; i < mesh.vertex_end() && !points_.full(); ++i) {
         const auto slot = static_cast<VertexSlot>(i);
-        if (!mesh.is_vertex(i) || !mesh.vertex(slot).is_surface_point) {
+        if (!mesh.is_vertex(i) || !mesh.vertex(slot).is_surface_point || mesh.vertex(slot).is_rehosted) {
             continue;
         }
         PointState state;
@@ -77,6 +77,9 @@ void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
         }
         const auto index = static_cast<FaceIndex>(i);
         const MeshFace& from = mesh.face(index);
+        if (from.is_doubtful()) {
+            continue;
+        }
         const std::array<std::uint16_t, 3> point{point_of_vertex_[from.vertex[0]], point_of_vertex_[from.vertex[1]],
                                                  point_of_vertex_[from.vertex[2]]};
         if (point[0] == kNoPoint || point[1] == kNoPoint || point[2] == kNoPoint) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // Times of the mesh's parts. Budgets on one core: Delaunay of 300 points 0.15 ms, a sweep over a full mesh 0.2 ms, an
-// update of the mesher 1 ms.
+// update of the mesher 1 ms, one of the grid 3 ms.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mesh/delaunay.h"
+#include "mesh/occupancy_grid.h"
 #include "mesh/range_query.h"
 #include "tests/mesh/keyframe_samples.h"
 #include "tests/mesh/mesh_samples.h"
@@ -106,5 +107,46 @@ void mesher_update(benchmark::State& state) {
     state.counters["faces"] = mesher->mesh().face_count();
 }
 BENCHMARK(mesher_update)->Unit(benchmark::kMicrosecond);
+
+/// The grid at the same keyframes.
+void grid_update(benchmark::State& state) {
+    const test::WallFlight flight;
+    const auto mesher = std::make_unique<Mesher>();
+    if (!ok(mesher->configure({}, test::mesh_camera()))) {
+        state.SkipWithError("configuration refused");
+        return;
+    }
+    const auto grid = std::make_unique<OccupancyGrid>();
+    int k = 0;
+    for (auto _ : state) {
+        state.PauseTiming();
+        const auto view = flight.view(k++ % 200);
+        mesher->update(*view, {});
+        state.ResumeTiming();
+        grid->update(*view, mesher->mesh(), static_cast<std::uint32_t>(mesher->counters().updates));
+    }
+}
+BENCHMARK(grid_update)->Unit(benchmark::kMicrosecond);
+
+void grid_sweep(benchmark::State& state) {
+    const test::WallFlight flight;
+    const auto mesher = std::make_unique<Mesher>();
+    const auto grid = std::make_unique<OccupancyGrid>();
+    if (!ok(mesher->configure({}, test::mesh_camera()))) {
+        state.SkipWithError("configuration refused");
+        return;
+    }
+    for (int k = 0; k < 20; ++k) {
+        const auto view = flight.view(k);
+        mesher->update(*view, {});
+        grid->update(*view, mesher->mesh(), static_cast<std::uint32_t>(mesher->counters().updates));
+    }
+    std::array<GridSector, kSweepSectors> sectors;
+    for (auto _ : state) {
+        grid->sweep({.p_W = {0.0, 2.85, 0.0}}, sectors);
+        benchmark::DoNotOptimize(sectors);
+    }
+}
+BENCHMARK(grid_sweep)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
