@@ -14,6 +14,7 @@
 #include "app/lab/eval/consistency.h"
 #include "app/lab/eval/evaluation.h"
 #include "app/lab/eval/mesh_report.h"
+#include "app/lab/eval/obstacle_accuracy.h"
 #include "app/lab/eval/report.h"
 #include "app/lab/eval/scene_truth.h"
 #include "app/support/console.h"
@@ -132,6 +133,20 @@ std::string evaluate_scene(const EvalArguments& args, const SceneTruth& scene, c
     return json;
 }
 
+/// Prints how the live grid compares with the scene, and adds it to `json`, if the folder of the estimate has rays.csv.
+std::string evaluate_grid(const EvalArguments& args, const Trajectory& truth, const Trajectory& estimate,
+                          const SceneTruth& scene, const std::string& json) {
+    std::error_code ignored;
+    const std::string rays = args.estimate + "/rays.csv";
+    if (!fs::is_regular_file(rays, ignored)) {
+        return json;
+    }
+    const ObstacleEvaluation evaluation = evaluate_obstacles(
+        read_rays(rays), associate(truth, estimate, EvaluationOptions{}.max_truth_gap), scene.surface, {});
+    print_out("{}", text_report(evaluation));
+    return with_member(json, "obstacles", json_report(evaluation));
+}
+
 int evaluate_files(const EvalArguments& args) {
     for (const double length : args.rpe_lengths_m) {
         if (!(length > 0.0)) {
@@ -153,7 +168,9 @@ int evaluate_files(const EvalArguments& args) {
     print_out("{}{}", text_report(evaluation), consistency ? text_report(*consistency) : "");
     std::string json = json_report(evaluation, args.groundtruth, tum, consistency ? &*consistency : nullptr);
     if (!args.scene.empty() && evaluation.matched > 0) {
-        json = evaluate_scene(args, load_true_scene(args, truth, estimate), evaluation.se3.T_true_est, json);
+        const SceneTruth scene = load_true_scene(args, truth, estimate);
+        json = evaluate_scene(args, scene, evaluation.se3.T_true_est, json);
+        json = evaluate_grid(args, truth, estimate, scene, json);
     }
     if (!args.json.empty()) {
         TextFile file(args.json);
@@ -179,7 +196,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
                         "Also write error, claimed sigma and NEES of each sample with a covariance to this file (CSV)");
     command->add_option("--scene", args->scene,
                         "True surface (PLY; planes.json beside it is used for holes and planes): also evaluates the "
-                        "mesh, and planes.csv in the folder of --estimate");
+                        "mesh, and planes.csv and rays.csv in the folder of --estimate");
     command->add_option("--mesh", args->mesh, "Mesh to evaluate; mesh.ply in the folder of --estimate by default");
     command->add_option("--rpe-lengths", args->rpe_lengths_m, "Path lengths of the relative errors (m)")
         ->delimiter(',')

@@ -44,6 +44,7 @@ struct ReplayArguments {
     std::string truth;
     std::string rate = "frames";
     std::string mavlink;
+    bool write_rays = false;
     bool in_real_time = false;
     bool quiet = false;
 };
@@ -162,6 +163,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
     if (options.truth.any() && std::any_of(options.faults.begin(), options.faults.end(), shifts_stamps)) {
         throw InputError("--truth: with stamps that --inject has shifted, the truth of another time would be found");
     }
+    options.write_rays = args.write_rays;
     options.show_progress = !args.quiet;
     options.in_real_time = args.in_real_time;
     LinuxClock clock;
@@ -247,6 +249,9 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_option("--mavlink", args->mavlink,
                         "Send the estimates: udp:HOST:PORT (IPv4 address) or serial:DEVICE[:BAUD]. Stamps are those of "
                         "the log; one ODOMETRY for every line of the trajectory");
+    command->add_flag(
+        "--rays", args->write_rays,
+        "Also write rays.csv: what the live grid says along rays at each keyframe, for facet eval --scene");
     command->add_flag("--realtime", args->in_real_time, "No faster than the log was recorded");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(fault_help() +

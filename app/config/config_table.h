@@ -28,6 +28,7 @@ void for_each_section(Visitor&& visit) {
     visit("gravity", &ProgramConfig::gravity, kGravityFields);
     visit("mesh", &ProgramConfig::mesh, kMeshFields);
     visit("planes", &ProgramConfig::planes, kPlaneFields);
+    visit("grid", &ProgramConfig::grid, kGridFields);
 }
 
 /// One parameter: a ParameterField of any section.

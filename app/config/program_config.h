@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// All parameters of the program: the estimator's, the mesher's and the plane finder's.
+// All parameters of the program: those of the estimator, the mesher, the grid and the plane finder.
 #pragma once
 
 #include "estimator/api/config.h"
+#include "mesh/grid_config.h"
 #include "mesh/mesh_config.h"
 #include "mesh/planes/plane_config.h"
 
@@ -12,6 +13,7 @@ namespace facet {
 struct ProgramConfig : EstimatorConfig {
     MeshConfig mesh;
     PlaneConfig planes;
+    GridConfig grid;
 };
 
 }  // namespace facet

@@ -35,9 +35,14 @@ FramePipeline::FramePipeline() : mesher_(std::make_unique<Mesher>()), planes_(st
 void FramePipeline::configure(const ProgramConfig& config, const Calibration& calibration) {
     const bool is_configured = ok(estimator_.configure(config, calibration.rig)) &&
                                ok(mesher_->configure(config.mesh, calibration.rig.left)) &&
-                               ok(planes_->configure(config.planes));
+                               ok(planes_->configure(config.planes)) && ok(config.grid.validate());
     if (!is_configured) {
         throw InputError(refusal(config, calibration));
+    }
+    grid_.reset();
+    if (config.grid.enabled) {
+        grid_ = std::make_unique<OccupancyGrid>();
+        FACET_ASSERT(ok(grid_->configure(config.grid)));  // validated above
     }
     rig_ = calibration.rig;
     last_health_ = {};
@@ -101,7 +106,7 @@ void FramePipeline::update_ranges(FrameResult& result) {
     if (mesh_is_new_) {
         obstacles_->update(mesher_->mesh());
     }
-    result.has_ranges = result.is_usable && obstacles_->sweep(result.estimate, result.ranges);
+    result.has_ranges = result.is_usable && obstacles_->sweep(result.estimate, grid_.get(), result.ranges);
     timer_.add_total(begin);
 }
 
@@ -149,10 +154,23 @@ bool FramePipeline::update_mesh(const StereoFrame& frame, const Health& health) 
     timer_.begin(Stage::kMesh);
     mesher_->set_camera(view.is_exchanged ? rig_.right : rig_.left);
     mesher_->update(view, view.is_exchanged ? frame.right : frame.left);
+    update_grid(view, health);
     timer_.end(Stage::kMesh);
     update_planes(view, health);
     timer_.add_total(begin);
     return true;
+}
+
+/// Before planes draw vertices to them: the grid has the surface as measured now and as it was shown before.
+void FramePipeline::update_grid(const KeyframeView& view, const Health& health) {
+    if (!grid_) {
+        return;
+    }
+    if (health.reset_counter != grid_reset_counter_) {
+        grid_->clear();
+        grid_reset_counter_ = health.reset_counter;
+    }
+    grid_->update(view, mesher_->mesh(), static_cast<std::uint32_t>(mesher_->counters().updates));
 }
 
 /// Planes are found in every mode; whether the estimator uses them is its mode's business.

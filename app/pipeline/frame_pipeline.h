@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Estimator, mesher and plane finder as one: the part that a replay and a live run share.
+// Estimator, mesher, plane finder and grid as one: the part that a replay and a live run share.
 #pragma once
 
 #include <functional>
@@ -15,6 +15,7 @@
 #include "app/pipeline/stage_timer.h"
 #include "estimator/api/estimator.h"
 #include "mesh/mesher.h"
+#include "mesh/occupancy_grid.h"
 #include "mesh/planes/plane_finder.h"
 
 namespace facet {
@@ -79,6 +80,8 @@ public:
 
     const Mesher& mesher() const { return *mesher_; }
     const PlaneFinder& planes() const { return *planes_; }
+    /// Free, occupied and unknown space; null if the configuration has no grid.
+    const OccupancyGrid* grid() const { return grid_.get(); }
     /// The cameras as given.
     const StereoRig& rig() const { return rig_; }
     CalibrationEstimate calibration() const { return estimator_.calibration(); }
@@ -93,14 +96,17 @@ private:
     void update_ranges(FrameResult& result);
     bool update_mesh(const StereoFrame& frame, const Health& health);
     void update_planes(const KeyframeView& view, const Health& health);
+    void update_grid(const KeyframeView& view, const Health& health);
 
     StereoRig rig_;
     Estimator estimator_;
     std::unique_ptr<Mesher> mesher_;
     std::unique_ptr<PlaneFinder> planes_;
+    std::unique_ptr<OccupancyGrid> grid_;  ///< none unless enabled
     PlaneSource plane_source_;
     std::optional<ObstacleSweep> obstacles_;
     std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
+    std::uint32_t grid_reset_counter_ = 0;    ///< and when the grid was last filled
     std::uint32_t last_view_ = 0;
     Health last_health_;       ///< of the newest estimate
     Timestamp last_accepted_;  ///< stamp of its frame, as given

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Distances all around the vehicle, from the mesh over the horizon.
+// Distances all around the vehicle, from the grid and the mesh over the horizon.
 #pragma once
 
 #include <memory>
 
 #include "app/config/obstacle_options.h"
 #include "estimator/api/estimate.h"
+#include "mesh/occupancy_grid.h"
 #include "mesh/range_query.h"
 #include "platform/port/odometry_sink.h"
 
 namespace facet {
 
-/// Sweeps the mesh about the newest estimate. What the mesh has no face in is unknown: RangeQuery cannot tell free
-/// space from space that was never seen, from surfaces without texture, or from faces that the filters rejected. A
-/// distance is that of the nearest known face; something unknown may be nearer. Thread-bound. Heap in the constructor.
+/// Sweeps grid and mesh about the newest estimate. A distance is that of the nearest occupied cell of the grid, or of a
+/// face of the mesh, which reaches farther, if that is nearer; something unknown may be nearer still. A sector is free
+/// only if the grid knows it to be free up to the full range. All else is unknown, as is everything without a face if
+/// there is no grid: a mesh cannot tell free space from space never seen, or from surfaces without texture. A face in
+/// space that the grid knows to be free by now is left out. Thread-bound. Heap in the constructor.
 class ObstacleSweep {
 public:
     explicit ObstacleSweep(const ObstacleOptions& options)
@@ -22,7 +25,8 @@ public:
     /// To be called when the mesh has changed. No heap.
     void update(const HorizonMesh& mesh) { query_->update(mesh); }
     /// @return whether a sweep was due: ranges are untouched otherwise. No heap.
-    bool sweep(const Estimate& estimate, ObstacleRanges& ranges);
+    /// @param grid  null: there is none
+    bool sweep(const Estimate& estimate, const OccupancyGrid* grid, ObstacleRanges& ranges);
 
 private:
     ObstacleOptions options_;

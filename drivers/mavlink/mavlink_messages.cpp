@@ -25,7 +25,11 @@ void put_upper_triangle(const Matrix6d& m, MavlinkWriter& out) {
     }
 }
 
+/// A range as OBSTACLE_DISTANCE has it: max_distance + 1 where nothing is, 65535 if that is unknown.
 std::uint16_t centimetres(double range_m, double max_range_m) {
+    if (std::isinf(range_m) && range_m > 0.0) {
+        return static_cast<std::uint16_t>(centimetres(max_range_m, max_range_m) + 1);
+    }
     if (!(range_m <= max_range_m)) {
         return kRangeUnknown;  // NaN, too
     }

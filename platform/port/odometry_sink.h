@@ -38,13 +38,14 @@ struct StateChange {
     std::array<char, 51> text{};  ///< in words, zero-terminated
 };
 
-/// Distances all around the vehicle, horizontally, from the mesh.
+/// Distances all around the vehicle, horizontally.
 struct ObstacleRanges {
     static constexpr std::size_t kSectors = 72;
 
     Timestamp stamp;  ///< of the pose they were measured from
     /// Sector k is 5 degrees wide; its middle lies 5 k degrees clockwise, as seen from above, of the body's x axis.
-    /// NaN: nothing is known there, which is not the same as nothing being there.
+    /// Infinite: known to be free up to max_range_m. NaN: nothing is known there, which is not the same as nothing
+    /// being there.
     std::array<float, kSectors> range_m{};
     double max_range_m = 0.0;  ///< what lies farther away was not looked for
 };

@@ -15,6 +15,7 @@
 #include "app/lab/faults/fault_injector.h"
 #include "app/lab/faults/image_faults.h"
 #include "app/lab/replay/log_options.h"
+#include "app/lab/replay/ray_log.h"
 #include "app/lab/replay/replay_output.h"
 #include "app/pipeline/carried_estimate.h"
 #include "app/pipeline/frame_pipeline.h"
@@ -97,6 +98,7 @@ private:
     std::optional<FaultInjector> injector_;     ///< none without faults
     std::optional<StartCheck> start_check_;     ///< of the log, without faults
     std::optional<TruthInjector> truth_;        ///< none if all is to be as measured
+    std::optional<RayLog> rays_;                ///< none unless asked for
 };
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
@@ -150,6 +152,9 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
         carried_->correct(result_.status, result_.estimate, pipeline_.belief());
     }
     recorder_.write(result_, pipeline_.departed());
+    if (rays_) {
+        rays_->write(result_, pipeline_);
+    }
     pass_on();
     return true;
 }
@@ -282,6 +287,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     pipeline_.configure(options_.config, disturbed(options_));
     recorder_.open();
     start_check_.emplace(options_.calibration.rig);
+    if (options_.write_rays) {
+        rays_.emplace(options_.out);
+    }
     if (options_.at_imu_rate) {
         carried_ = std::make_unique<CarriedEstimate>(options_.config);
         recorder_.write_trajectory_at_samples();
@@ -323,6 +331,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     summary_.greatest_lag_s = output_.greatest_lag().seconds();
     summary_.wall_s = std::chrono::duration<double>(StageTimer::Clock::now() - begin).count();
     recorder_.finish(pipeline_);
+    if (rays_) {
+        rays_->close();
+    }
     return summary_;
 }
 

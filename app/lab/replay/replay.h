@@ -35,6 +35,7 @@ struct ReplayOptions {
     int passes = 1;                    ///< how often the log is played, one pass after the other
     std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
     TruthSelection truth;              ///< what is replaced by the dataset's ground truth
+    bool write_rays = false;           ///< also rays.csv (RayLog)
     bool show_progress = true;
     OdometrySink* sink = nullptr;  ///< is given every line of the trajectory, and is serviced; or nobody is
     bool in_real_time = false;     ///< samples come no faster than they were recorded

@@ -36,7 +36,7 @@ TEST_CASE("a wall is where it is seen from the body: ahead, then to the right; w
     ObstacleSweep sweep({});
     sweep.update(*wall());
     ObstacleRanges ranges;
-    REQUIRE(sweep.sweep(facing(0.0, {0}), ranges));
+    REQUIRE(sweep.sweep(facing(0.0, {0}), nullptr, ranges));
     CHECK(ranges.range_m[0] == Approx(4.0));
     CHECK(ranges.range_m[1] == Approx(4.0 / std::cos(2.5 * std::numbers::pi / 180.0)));
     CHECK(ranges.range_m[71] == Approx(ranges.range_m[1]));
@@ -45,12 +45,12 @@ TEST_CASE("a wall is where it is seen from the body: ahead, then to the right; w
         INFO(k);
         CHECK(std::isnan(ranges.range_m[k]) == (k > 3 && k < 69));
     }
-    REQUIRE(sweep.sweep(facing(std::numbers::pi / 2, {100'000'000}), ranges));  // to the north
-    CHECK(ranges.range_m[18] == Approx(4.0));                                   // 90 degrees clockwise
+    REQUIRE(sweep.sweep(facing(std::numbers::pi / 2, {100'000'000}), nullptr, ranges));  // to the north
+    CHECK(ranges.range_m[18] == Approx(4.0));                                            // 90 degrees clockwise
     CHECK(std::isnan(ranges.range_m[0]));
     CHECK(std::isnan(ranges.range_m[54]));
     CHECK(ranges.stamp.ns == 100'000'000);
-    CHECK(ranges.max_range_m == 10.0);
+    CHECK(ranges.max_range_m == 6.0);
 }
 
 TEST_CASE("sweeps come at the chosen rate, and only what is near enough in height and distance counts") {
@@ -59,7 +59,7 @@ TEST_CASE("sweeps come at the chosen rate, and only what is near enough in heigh
     ObstacleRanges ranges;
     int sweeps = 0;
     for (int i = 0; i < 20; ++i) {
-        sweeps += sweep.sweep(facing(0.0, {i * 50'000'000}), ranges) ? 1 : 0;
+        sweeps += sweep.sweep(facing(0.0, {i * 50'000'000}), nullptr, ranges) ? 1 : 0;
     }
     CHECK(sweeps == 10);
     CHECK(std::isnan(ranges.range_m[0]));
@@ -67,8 +67,41 @@ TEST_CASE("sweeps come at the chosen rate, and only what is near enough in heigh
     above.update(*wall());
     Estimate high = facing(0.0, {0});
     high.state.p_W_B.z() = 1.5;
-    REQUIRE(above.sweep(high, ranges));
+    REQUIRE(above.sweep(high, nullptr, ranges));
     CHECK(std::isnan(ranges.range_m[0]));
+}
+
+/// A grid in which the vehicle has flown from the origin 6 m east, and which has seen a wall there, 2 m to the north.
+std::unique_ptr<OccupancyGrid> corridor() {
+    auto grid = std::make_unique<OccupancyGrid>();
+    HorizonMesh mesh;
+    const std::array<VertexSlot, 3> slots{mesh.add_vertex(LandmarkId(1)).value(),
+                                          mesh.add_vertex(LandmarkId(2)).value(),
+                                          mesh.add_vertex(LandmarkId(3)).value()};
+    mesh.vertex(slots[0]).measured_W = {-1.0, 2.05, -1.0};
+    mesh.vertex(slots[1]).measured_W = {1.0, 2.05, -1.0};
+    mesh.vertex(slots[2]).measured_W = {0.0, 2.05, 1.0};
+    mesh.face(mesh.add_face(slots).value()).last_observed = 1;
+    KeyframeView view;
+    for (int k = 0; k <= 14; ++k) {
+        view.stamp = {250'000'000LL * k};
+        view.T_W_C0.p = {7.0 - 0.5 * k, 0.0, 0.0};
+        grid->update(view, mesh, k == 14 ? 1U : 2U);
+    }
+    return grid;
+}
+
+TEST_CASE("with a grid a sector is an obstacle, free or unknown, and old faces do not stand in free space") {
+    const auto grid = corridor();
+    ObstacleSweep sweep({.max_range_m = 5.0, .below_m = 0.2, .above_m = 0.2});
+    ObstacleRanges ranges;
+    REQUIRE(sweep.sweep(facing(0.0, {0}), grid.get(), ranges));
+    CHECK(std::isinf(ranges.range_m[0]));                     // flown along
+    CHECK(ranges.range_m[54] == Approx(2.05F).margin(0.11));  // the wall, to the left
+    CHECK(std::isnan(ranges.range_m[18]));                    // nobody has looked to the right
+    sweep.update(*wall());                                    // 4 m east, where the vehicle has flown since
+    REQUIRE(sweep.sweep(facing(0.0, {1'000'000'000}), grid.get(), ranges));
+    CHECK(std::isinf(ranges.range_m[0]));
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ TEST_CASE("payloads have the size of their message") {
     CHECK(find_mavlink_message(30) == nullptr);
 }
 
-TEST_CASE("an unknown range is unknown, not free, and one at the limit is a range") {
+TEST_CASE("an unknown range is unknown, not free, a free one is beyond the limit, and one at the limit is a range") {
     ObstacleRanges ranges;
     ranges.max_range_m = 10.0;
     ranges.range_m.fill(std::numeric_limits<float>::quiet_NaN());
@@ -127,6 +127,7 @@ TEST_CASE("an unknown range is unknown, not free, and one at the limit is a rang
     ranges.range_m[1] = 10.0F;
     ranges.range_m[2] = 10.5F;
     ranges.range_m[3] = 0.001F;
+    ranges.range_m[4] = std::numeric_limits<float>::infinity();
     MavlinkPayload payload;
     encode_obstacles(ranges, 5, payload);
     MavlinkReader in({payload.data(), payload.size()});
@@ -139,6 +140,7 @@ TEST_CASE("an unknown range is unknown, not free, and one at the limit is a rang
     CHECK(distances[1] == 1000);
     CHECK(distances[2] == 65535);
     CHECK(distances[3] == 0);
+    CHECK(distances[4] == 1001);
     CHECK(distances[71] == 65535);
     CHECK(in.take<std::uint16_t>() == 0);
     CHECK(in.take<std::uint16_t>() == 1000);
