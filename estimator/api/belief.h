@@ -36,6 +36,20 @@ void add_ripple(const ImuBuffer& imu, const NavState& state, Eigen::Matrix<doubl
     covariance.template block<3, 3>(kVel, kVel) += 0.5 * (ripple + ripple.transpose());
 }
 
+/// Turns a belief about the vertical until its attitude is as near as it can be to another one; its place stays.
+/// The angle a maximises trace(Rz(a)^T R), R the turn between the attitudes: a = atan2(R10 - R01, R00 + R11).
+inline void turn_to_yaw_of(const Eigen::Quaterniond& q_W_B, Belief& b) {
+    const Eigen::Matrix3d R = (q_W_B * b.state.q_W_B.conjugate()).toRotationMatrix();
+    const Eigen::AngleAxisd turn(std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1)), Eigen::Vector3d::UnitZ());
+    const Eigen::Matrix3d R_turn = turn.toRotationMatrix();
+    b.state.q_W_B = (turn * b.state.q_W_B).normalized();
+    b.state.v_W_B = R_turn * b.state.v_W_B;
+    for (const int part : {kPos, kVel}) {  // in W; the other parts are in B
+        b.covariance.middleRows<3>(part) = (R_turn * b.covariance.middleRows<3>(part)).eval();
+        b.covariance.middleCols<3>(part) = (b.covariance.middleCols<3>(part) * R_turn.transpose()).eval();
+    }
+}
+
 /// Standard deviation of the larger horizontal component of the attitude's error.
 inline double tilt_sigma(const Belief& b) {
     const Eigen::Matrix3d R_W_B = b.state.q_W_B.toRotationMatrix();

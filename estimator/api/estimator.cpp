@@ -136,7 +136,7 @@ void Estimator::Impl::judge_rest_claim() {
     InitialState again;
     if (!ok(initialize_state(imu, now.stamp, gravity_m_per_s2, config.initializer, again)) || !again.is_still) {
         rest_claim = RestClaim::kNone;  // it moves off, and the inertial samples tell how
-    } else if (tracks.median_disparity_px > config.frontend.still_disparity_px) {
+    } else if (tracks.rest_disparity_px > config.frontend.still_disparity_px) {
         rest_claim = RestClaim::kRefuted;
     } else {
         rest_claim = RestClaim::kSeen;

@@ -80,6 +80,9 @@ void Estimator::Impl::keep_place(const Belief& before) {
         const Eigen::Matrix3d R = b.state.q_W_B.toRotationMatrix();
         return (R * b.covariance.block<3, 3>(kTheta, kTheta) * R.transpose())(2, 2);
     };
+    if (is_known) {
+        turn_to_yaw_of(before.state.q_W_B, now);
+    }
     StateCovariance& c = now.covariance;
     const Eigen::Matrix3d R_W_B = now.state.q_W_B.toRotationMatrix();
     Eigen::Matrix3d theta_W = R_W_B * c.block<3, 3>(kTheta, kTheta) * R_W_B.transpose();

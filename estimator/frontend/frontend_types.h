@@ -36,8 +36,9 @@ struct FrontendOutput {
     Timestamp stamp;
     ImageState image = ImageState::kUsable;  ///< otherwise nothing was tracked, and there is no keyframe
     bool is_keyframe = false;
-    bool is_still = false;  ///< rotation-compensated median disparity since the last keyframe below the still threshold
+    bool is_still = false;             ///< rest_disparity_px below the still threshold
     double median_disparity_px = 0.0;  ///< since the last keyframe, rotation compensated (px)
+    double rest_disparity_px = 0.0;    ///< the same or the plain one, whichever is less (px): small at rest
     int tracked = 0;                   ///< tracks carried over from the previous frame
     int lost = 0;      ///< tracks lost in this frame: left the image, failed forward-backward, or outliers
     int recalled = 0;  ///< tracks found again where the smoother predicted them

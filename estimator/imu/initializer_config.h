@@ -19,7 +19,7 @@ struct InitializerConfig {
     double still_gravity_error_m_per_s2 = 0.7;
     double still_velocity_sigma_m_per_s = 0.05;
     double moving_velocity_sigma_m_per_s = 2.0;
-    double still_tilt_sigma_rad = 0.02;
+    double still_accel_sigma_m_per_s2 = 0.03;
     double moving_tilt_sigma_rad = 0.2;
     double gyro_bias_sigma_rad_per_s = 0.1;
     double still_gyro_bias_sigma_rad_per_s = 0.005;
@@ -48,9 +48,8 @@ inline constexpr auto kInitializerFields = std::to_array<ParameterField<Initiali
      "Standard deviation of the first velocity, taken as zero, after a start at rest."},
     {FACET_FIELD(InitializerConfig, moving_velocity_sigma_m_per_s), "m/s", 0.1, 50,
      "Standard deviation of the first velocity, taken as zero, after a start in motion."},
-    {FACET_FIELD(InitializerConfig, still_tilt_sigma_rad), "rad", 1e-4, 0.5,
-     "Standard deviation of the direction of gravity after a start at rest; the default is a typical accelerometer "
-     "bias over g."},
+    {FACET_FIELD(InitializerConfig, still_accel_sigma_m_per_s2), "m/s^2", 1e-3, 1,
+     "Standard deviation of the mean acceleration of a vehicle that counts as still at the start: a slow sway."},
     {FACET_FIELD(InitializerConfig, moving_tilt_sigma_rad), "rad", 1e-3, 1,
      "Standard deviation of the direction of gravity after a start in motion."},
     {FACET_FIELD(InitializerConfig, gyro_bias_sigma_rad_per_s), "rad/s", 1e-4, 1,

@@ -18,6 +18,7 @@ constexpr double kMinHorizontal = 0.1;  // sine of 5.7 degrees
 constexpr double kStillGyroDriftRadPerS = 0.01;
 constexpr double kStillAccelDriftMPerS2 = 0.03;
 constexpr int kBlocks = 10;
+constexpr double kAccelScaleSigma = 0.005;  // as data sheets allow
 
 struct Stretch {
     Timestamp begin;
@@ -108,6 +109,19 @@ void fill_prior(const PriorSigmas& sigmas, InitialState& out) {
     out.sqrt_information.diagonal().segment<3>(kBiasAccel).setConstant(1.0 / sigmas.accel_bias_m_per_s2);
 }
 
+/// What is measured at rest is the sum of gravity and bias: r = g e_z x (R theta) + R b, about the axes of W.
+/// Horizontal, it ties the tilt to a bias that is known to its own sigma only; vertical, it is the bias.
+void tie_tilt_to_bias(double accel_sigma, double bias_sigma, double gravity, InitialState& out) {
+    const Eigen::Matrix3d R_W_B = out.state.q_W_B.toRotationMatrix();
+    auto& root = out.sqrt_information;
+    const Eigen::Matrix3d turned = gravity / accel_sigma * skew(Eigen::Vector3d::UnitZ()) * R_W_B;
+    root.block<2, 3>(kTheta, kTheta) = turned.topRows<2>();
+    root.block<2, 3>(kTheta, kBiasAccel) = R_W_B.topRows<2>() / accel_sigma;
+    const double vertical_sigma = std::min(bias_sigma, std::hypot(accel_sigma, kAccelScaleSigma * gravity));
+    const Eigen::Vector3d inverse_W(1.0 / bias_sigma, 1.0 / bias_sigma, 1.0 / vertical_sigma);
+    root.block<3, 3>(kBiasAccel, kBiasAccel) = inverse_W.asDiagonal() * R_W_B;
+}
+
 void fill_still(const StretchStatistics& s, double gravity, const InitializerConfig& config, InitialState& out) {
     const double force = s.mean_a_B.norm();
     const Eigen::Vector3d up_B = s.mean_a_B / force;
@@ -115,11 +129,13 @@ void fill_still(const StretchStatistics& s, double gravity, const InitializerCon
     out.state.q_W_B = level_attitude(up_B);
     out.state.bias.gyro = s.mean_w_B;
     out.state.bias.accel = (force - gravity) * up_B;
-    fill_prior({std::hypot(config.still_tilt_sigma_rad, s.accel_std.maxCoeff() / (force * root_n)),
-                config.still_velocity_sigma_m_per_s,
-                std::hypot(config.still_gyro_bias_sigma_rad_per_s, s.gyro_std.maxCoeff() / root_n),
-                config.accel_bias_sigma_m_per_s2},
-               out);
+    const double accel_sigma = std::hypot(config.still_accel_sigma_m_per_s2, s.accel_std.maxCoeff() / root_n);
+    fill_prior(
+        {std::hypot(config.accel_bias_sigma_m_per_s2, accel_sigma) / gravity, config.still_velocity_sigma_m_per_s,
+         std::hypot(config.still_gyro_bias_sigma_rad_per_s, s.gyro_std.maxCoeff() / root_n),
+         config.accel_bias_sigma_m_per_s2},
+        out);
+    tie_tilt_to_bias(accel_sigma, config.accel_bias_sigma_m_per_s2, gravity, out);
 }
 
 void fill_moving(const TurnedForce& turned, double duration_s, double gravity, const InitializerConfig& config,

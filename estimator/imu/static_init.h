@@ -16,7 +16,8 @@ namespace facet {
 struct InitialState {
     NavState state;
     /// W of the prior |W d|^2 with d = state.box_minus_to(x): diagonal but for the rotation, whose block is
-    /// diag(1 / tilt, 1 / tilt, 1 / yaw) R_W_B, because tilt and yaw are errors about the axes of W and theta is in B.
+    /// diag(1 / tilt, 1 / tilt, 1 / yaw) R_W_B, because tilt and yaw are errors about the axes of W and theta is in B,
+    /// and at rest for what ties the tilt to the accelerometer's bias.
     Eigen::Matrix<double, 15, 15> sqrt_information = Eigen::Matrix<double, 15, 15>::Zero();
     bool is_still = false;
     double tilt_sigma_rad = 0.0;  ///< of the gravity direction, each horizontal axis of W
@@ -38,7 +39,9 @@ Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B);
 /// Still, if the standard deviations of gyroscope and accelerometer, the mean rate and | |mean force| - g | are all
 /// below the config's limits, and the later half of the stretch differs from the earlier one by no more than noise and
 /// a small allowance (0.03 m/s^2, 0.01 rad/s), which detects the beginning of a take-off. Then: zero velocity, gyro
-/// bias = mean rate, accelerometer bias along gravity = |mean force| - g.
+/// bias = mean rate, accelerometer bias along gravity = |mean force| - g. Along the horizontal only the sum of gravity
+/// and bias is measured: an error d_theta of the attitude and one d_b of the bias have to leave
+/// g e_z x (R_W_B d_theta) + R_W_B d_b zero but for still_accel_sigma. Each by itself is known as well as the bias is.
 /// Moving, otherwise: forces are rotated into the last body frame with the gyroscope before they are averaged; velocity
 /// and biases are zero with wide sigmas; the tilt sigma grows with the spread of the forces' direction over tenths of
 /// the stretch, the error of their magnitude, and the rotation of the mean by the unknown gyro bias; it is at least
