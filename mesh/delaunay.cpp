@@ -19,6 +19,11 @@ Status Delaunay::check(std::span<const Eigen::Vector2d> points) {
     return in_range ? Status::kOk : Status::kInvalidArgument;
 }
 
+Eigen::Vector2d Delaunay::without_underflow(const Eigen::Vector2d& p) {
+    constexpr double kLeast = 1e-60;  // predicates.h: their products of smaller numbers would underflow
+    return (p.array().abs() < kLeast).select(0.0, p);
+}
+
 bool Delaunay::left_of(std::uint16_t p, Edge e) const {
     return orientation(at(p), at(origin(e)), at(destination(e))) > 0.0;
 }
@@ -38,7 +43,8 @@ bool Delaunay::is_before(Axis axis, const Point& a, const Point& b) {
 /// Equal points are merged into the first; the others arranged for build().
 void Delaunay::sort(std::span<const Eigen::Vector2d> points) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-        keys_[i] = {points[i].x(), points[i].y(), static_cast<std::uint16_t>(i)};
+        const Eigen::Vector2d p = without_underflow(points[i]);
+        keys_[i] = {p.x(), p.y(), static_cast<std::uint16_t>(i)};
     }
     const auto end = keys_.begin() + static_cast<std::ptrdiff_t>(points.size());
     std::sort(keys_.begin(), end, [](const Key& a, const Key& b) {

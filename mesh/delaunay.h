@@ -28,7 +28,7 @@ struct Triangle {
 /// long edges that the next join deletes. O(n log n). Thread-bound (it has a workspace). No heap.
 class Delaunay : private EdgeRings {
 public:
-    /// @param points  at most kMaxMeshPoints, |coordinate| <= 1e9
+    /// @param points  at most kMaxMeshPoints, |coordinate| <= 1e9; one below 1e-60 counts as zero
     /// @return kFull if there are more points, kInvalidArgument if a coordinate is not finite or too large; then there
     ///         are no triangles
     Status triangulate(std::span<const Eigen::Vector2d> points);
@@ -61,6 +61,8 @@ private:
 
     /// kFull and kInvalidArgument as triangulate().
     static Status check(std::span<const Eigen::Vector2d> points);
+    /// With coordinates that the exact predicates can multiply.
+    static Eigen::Vector2d without_underflow(const Eigen::Vector2d& p);
     static Axis other(Axis axis) { return axis == Axis::kX ? Axis::kY : Axis::kX; }
     template <class Point>
     static bool is_before(Axis axis, const Point& a, const Point& b);

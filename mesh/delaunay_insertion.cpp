@@ -84,7 +84,7 @@ Status Delaunay::insert(std::span<const Eigen::Vector2d> points) {
     }
     Edge near = hull_;
     for (std::size_t i = first; i < points.size(); ++i) {
-        add_point(points[i], static_cast<std::uint16_t>(i), near);
+        add_point(without_underflow(points[i]), static_cast<std::uint16_t>(i), near);
     }
     collect();
     return Status::kOk;

@@ -28,35 +28,57 @@ int line_of(const YAML::Node& node, int fallback) {
 }
 
 /// Throws at the first alias: none of the files needs one, and a few of them are a graph without end, or a tree that no
-/// memory holds.
-class AliasRefusal : public YAML::EventHandler {
+/// memory holds. Throws at a second document, which would be ignored. Throws when there is more in the file than it has
+/// characters: at a stray bracket yaml-cpp stands still and finds something empty again and again.
+class StreamRefusal : public YAML::EventHandler {
 public:
-    explicit AliasRefusal(const std::string& file) : file_(file) {}
+    StreamRefusal(const std::string& file, std::size_t most_events) : file_(file), events_left_(most_events) {}
 
     void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override {
-        throw InputError(
-            fmt::format("{}:{}: aliases (*name) are not accepted: write the value out", file_, mark.line + 1));
+        refuse(mark, "aliases (*name) are not accepted: write the value out");
     }
-    void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
+    void OnDocumentStart(const YAML::Mark& mark) override {
+        count(mark);
+        if (++documents_ > 1) {
+            refuse(mark, "the file goes on behind the end of its document");
+        }
+    }
     void OnDocumentEnd() override {}
-    void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
-    void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                  const std::string& /*value*/) override {}
-    void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                         YAML::EmitterStyle::value /*style*/) override {}
+    void OnNull(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { count(mark); }
+    void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  const std::string& /*value*/) override {
+        count(mark);
+    }
+    void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                         YAML::EmitterStyle::value /*style*/) override {
+        count(mark);
+    }
     void OnSequenceEnd() override {}
-    void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                    YAML::EmitterStyle::value /*style*/) override {}
+    void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                    YAML::EmitterStyle::value /*style*/) override {
+        count(mark);
+    }
     void OnMapEnd() override {}
 
 private:
+    [[noreturn]] void refuse(const YAML::Mark& mark, const char* why) const {
+        throw InputError(fmt::format("{}:{}: {}", file_, mark.line + 1, why));
+    }
+    void count(const YAML::Mark& mark) {
+        if (events_left_-- == 0) {
+            refuse(mark, "not valid YAML: a bracket that belongs to no other");
+        }
+    }
+
     const std::string& file_;
+    std::size_t events_left_;
+    int documents_ = 0;
 };
 
-void reject_aliases(const std::string& text, const std::string& file) {
+void check_events(const std::string& text, const std::string& file) {
     std::istringstream stream(text);
     YAML::Parser parser(stream);
-    AliasRefusal handler(file);
+    StreamRefusal handler(file, 2 * text.size() + 8);
     while (parser.HandleNextDocument(handler)) {
     }
 }
@@ -204,7 +226,7 @@ YamlNode load_yaml(const std::string& path) {
         text.replace(0, kDirective.size(), "#YAML");  // a comment keeps the line numbers
     }
     try {
-        reject_aliases(text, path);
+        check_events(text, path);
         const YAML::Node root = YAML::Load(text);
         if (!root.IsMap() && !root.IsNull()) {
             throw InputError(path + ":1: is not a map of keys to values");

@@ -128,7 +128,9 @@ TEST_CASE("bad configuration is one line with file, line and key, and changes no
         Bad{"frontend.seed: -1\n", ":1: frontend.seed: must be within [0, 4294967295], is -1"},
         Bad{"window:\n  keyframes: 5\n  keyframes: 6\n", ":3: keyframes: given twice"},
         Bad{"window:\n  keyframes: 5\nwindow.keyframes: 6\n", ":3: window.keyframes: given twice"},
-        Bad{"window: 3\n", ":1: window: must be a map of parameters"});
+        Bad{"window: 3\n", ":1: window: must be a map of parameters"},
+        Bad{"window.keyframes: 5\n---\nwindow.keyframes: 6\n", ":2: the file goes on behind the end of its document"},
+        Bad{",a]\nc: 1\n", ":1: the file goes on behind the end of its document"});
     const test::TempDir dir;
     const std::string path = dir.write("c.yaml", std::string("") + bad.text);
     ProgramConfig config;
