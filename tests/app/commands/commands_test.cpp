@@ -315,9 +315,12 @@ TEST_CASE("eval holds a folder's covariances against the truth") {
     CHECK_FALSE(nlohmann::json::parse(test::read_file(dir.file("e.json"))).contains("consistency"));
 
     dir.write("run/covariance.csv", covariance);
-    const Outcome good = run(dir, base + " --errors " + dir.file("errors.csv"));
+    const Outcome good = run(dir, base + " --errors " + dir.file("errors.csv") + " --details " + dir.file("details"));
     INFO(good.err);
     REQUIRE(good.code == 0);
+    CHECK(test::read_file(dir.file("details/errors.csv")) == test::read_file(dir.file("errors.csv")));
+    CHECK(count_lines(test::read_file(dir.file("details/ate.csv"))) == 21);
+    CHECK(contains(test::read_file(dir.file("details/rpe.csv")), "\n1,1400000000000000000,"));
     CHECK(contains(good.out, "consistency of 19 samples (0 unusable)"));
     const auto json = nlohmann::json::parse(test::read_file(dir.file("e.json")));
     const auto& nees = json["consistency"]["nees"];
