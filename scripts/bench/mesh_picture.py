@@ -138,8 +138,9 @@ def quarters(vertices, triangles, values):
         values[:, which].mean(axis=2).reshape(-1)
 
 
-def as_png(picture, colours=128):
+def as_png(picture, colours=200):
     """PNG bytes of a picture with few colours."""
     stream = io.BytesIO()
-    cropped(picture).quantize(colours).save(stream, "PNG", optimize=True)
+    few = cropped(picture).quantize(colours, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    few.save(stream, "PNG", optimize=True)
     return stream.getvalue()

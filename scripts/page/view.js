@@ -38,6 +38,26 @@ class View {
     new ResizeObserver(() => this.resize()).observe(this.stage);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.load());
     this.load(true);
+    this.follow(location.hash);
+    window.addEventListener("hashchange", () => this.follow(location.hash));
+  }
+
+  // Shows what an address asks for, such as #sequence=0&run=1&look=distance&keyframe=40&space=1.
+  follow(address) {
+    const asked = new URLSearchParams(address.replace(/^#/, ""));
+    const index = (key, count) => Math.min(Math.max(Number(asked.get(key)) || 0, 0), count - 1);
+    if (![...asked.values()].some((value) => value)) {
+      return;
+    }
+    for (const key of Object.keys(this.shown)) {
+      this.shown[key] = asked.has(key) ? asked.get(key) === "1" : this.shown[key];
+    }
+    const sequence = index("sequence", this.data.sequences.length);
+    const run = index("run", this.data.sequences[sequence].runs.length);
+    this.set({ sequence, run, look: asked.get("look") ?? "planes" }, true);
+    if (asked.has("keyframe")) {
+      this.seek(index("keyframe", this.run.keyframes.times.length));
+    }
   }
 
   get sequence() {

@@ -79,6 +79,9 @@ def check_page(page, width, height):
         browser.call("Network.enable")
         browser.open(page.as_uri())
         check_view(browser)
+        browser.evaluate("location.hash = 'run=0&look=sigma&keyframe=4&space=1'")
+        browser.wait("facetView.state.look === 'sigma' && facetView.run.label === 's'")
+        assert browser.evaluate("[facetView.state.keyframe, facetView.shown.space]") == [4, True]
         sideways = browser.evaluate("document.documentElement.scrollWidth - innerWidth")
         assert sideways <= 0, f"{sideways} px wider than the screen of {width} px"
         elsewhere = [address for address in browser.requests if not address.startswith(("file:", "data:", "blob:"))]
