@@ -113,16 +113,18 @@ def section_html(number, sequence, pictures):
     return "".join(parts)
 
 
-def tables_html(sequences, extra):
+def tables_html(sequences):
     """The tables over all sequences."""
-    shown = [tables.paper_table(sequences), tables.accuracy_table(sequences)] if tables.is_evaluated(sequences) else []
-    return "".join([*shown, *extra, tables.mesh_table(sequences), tables.time_table(sequences)])
+    shown = []
+    if tables.is_evaluated(sequences):
+        shown = [tables.paper_table(sequences), tables.published_table(sequences), tables.accuracy_table(sequences)]
+    return "".join([*shown, tables.mesh_table(sequences), tables.time_table(sequences)])
 
 
-def write(path, title, sequences, pictures, modules, extra_tables=()):
+def write(path, title, sequences, pictures, modules):
     """Writes the report; returns sentences about what is not in it.
 
-    pictures: for each sequence its still pictures. extra_tables: HTML between the tables. Raises OSError.
+    pictures: for each sequence its still pictures. Raises OSError.
     """
     script, problem = bundled_view(modules) if modules else (None, "The 3D view was not asked for.")
     view = ""
@@ -142,7 +144,7 @@ def write(path, title, sequences, pictures, modules, extra_tables=()):
 <body><header><h1>{html.escape(title)}</h1><p class="soft">{html.escape(programs)} · report made {made}</p>
 <nav>{"<a href='#view'>3D view</a>" if view else ""}<a href="#tables">Tables</a>{links}</nav></header>
 <main><script>{as_script((HERE / 'page.js').read_text())}</script>
-{view}{note}<h2 id="tables">Tables</h2>{tables_html(sequences, extra_tables)}
+{view}{note}<h2 id="tables">Tables</h2>{tables_html(sequences)}
 {''.join(section_html(n, *pair) for n, pair in enumerate(zip(sequences, pictures)))}
 </main><footer>Made by scripts/report from the files of facet replay and facet eval. World: z up, metres.</footer>
 </body></html>

@@ -133,6 +133,12 @@ class Run:
         commit = re.search(r"^commit +(\S+)", file.read_text(), re.MULTILINE) if file.is_file() else None
         return f"facet {self.summary.get('version', '?')}, commit {commit.group(1) if commit else 'not recorded'}"
 
+    @functools.cached_property
+    def euroc(self):
+        """The whole sequence of EuRoC that this is by euroc.txt, for example MH_01, or None."""
+        file = self.folder / "euroc.txt"
+        return file.read_text().strip() if file.is_file() else None
+
     def table(self, name):
         """Columns of a file of the run, or None."""
         return read_columns(self.folder / name)

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """The tables of the report, as HTML."""
 import html
+import json
+import pathlib
 
 CM = 100.0
+PUBLISHED = pathlib.Path(__file__).resolve().parent / "published.json"
 
 
 def cell(value, digits, factor=1.0):
@@ -47,6 +50,30 @@ def paper_table(sequences):
     columns = ["sequence", "path (m)"] + [name for _ in labels for name in ("median (cm)", "RMSE (cm)")]
     return table(columns, rows, "<b>Absolute translation error</b> after alignment by SE(3), without scale; every "
                  "frame as it came out, nothing smoothed afterwards", head=[("", 2)] + [(label, 2) for label in labels])
+
+
+def published_table(sequences):
+    """Our figures and those of others, for the sequences that are EuRoC's as a whole; nothing if none is.
+
+    A run whose euroc.txt names a sequence is of that one: scripts/evaluate writes it.
+    """
+    published = json.loads(PUBLISHED.read_text(encoding="utf-8"))
+    real = {run.euroc: sequence for sequence, run in runs_of(sequences) if run.euroc in published["sequences"]}
+    names = [name for name in published["sequences"] if name in real]
+    if not names:
+        return ""
+    rows = []
+    for label in dict.fromkeys(run.label for sequence in real.values() for run in sequence.runs):
+        by_name = {name: next((run for run in real[name].runs if run.label == label), None) for name in names}
+        errors = [run.figure("ate_se3", "translation_m", "rmse") if run else None for run in by_name.values()]
+        rows.append([f"facet, {label}"] + [cell(error, 3) for error in errors])
+    places = [published["sequences"].index(name) for name in names]
+    rows += [[f"{system['name']} [{system['source']}]"] + [cell(system["rmse_m"][place], 3) for place in places]
+             for system in published["systems"]]
+    sources = "; ".join(f"[{number}] {html.escape(source)}" for number, source in
+                        enumerate(published["sources"], start=1))
+    return table(["ATE RMSE (m)", *names], rows, "<b>EuRoC, beside what others have published</b>: whole sequences, "
+                 f"alignment by SE(3); ours causal. {sources}")
 
 
 def accuracy_table(sequences):

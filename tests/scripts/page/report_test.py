@@ -74,6 +74,17 @@ class Report(unittest.TestCase):
         for title in ("Position error", "Relative error", "Absolute translation error", "3-sigma bound; pos"):
             self.assertNotIn(title, page.said)
 
+    def test_a_truth_without_velocities_has_no_chart_of_them(self):
+        folder = write_run(self.root / "a", errors=[0.01] * FRAMES)
+        lines = (folder / "errors.csv").read_text().splitlines()
+        for i, line in enumerate(lines[1:], start=1):
+            fields = line.split(",")
+            lines[i] = ",".join(fields[:7] + ["nan"] * 3 + fields[10:])
+        (folder / "errors.csv").write_text("\n".join(lines))
+        page = Elements(self.make(folder))
+        self.assertIn("Position error within its 3-sigma bound", page.said)
+        self.assertNotIn("Velocity error within its 3-sigma bound", page.said)
+
     def test_a_folder_with_nothing_but_a_trajectory_is_reported(self):
         folder = write_run(self.root / "a")
         for file in folder.iterdir():

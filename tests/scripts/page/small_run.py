@@ -58,7 +58,7 @@ def write_truth(folder, errors):
 
 def write_run(folder, mode="s", dataset="/logs/ring/mav0", errors=None):
     """Fills a folder; with ground truth if there are errors."""
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     keyframes = range(0, FRAMES, EVERY)
     write_table(folder / "trajectory.csv", ["#stamp"] + ["-"] * 16,
                 [(stamp(i), math.cos(0.04 * i), math.sin(0.04 * i), 1.0, 1, 0, 0, 0, 0.1, 0.2, 0, *[0.01] * 6)
