@@ -312,6 +312,26 @@ def calibration(sequence):
                  picture([chart], "corrections of the calibration over time"))
 
 
+CORRECTIONS = [
+    ("Focal length, left fx", "left_fx", "%", 100.0), ("Principal point, left cx", "left_cx", "px", 1.0),
+    ("Mount, about y", "mount_theta_y", "deg", DEG), ("Right camera, along y", "right_p_y", "mm", 1e3)]
+
+
+def corrections(sequence):
+    """What single parameters of the calibration are corrected by, with 3-sigma bounds."""
+    runs = runs_with(sequence, "corrections")
+    for name, key, unit, factor in CORRECTIONS if runs else []:
+        curves = [(index, sequence.seconds(run.corrections["stamp_ns"]), [factor * v for v in run.corrections[key]],
+                   [3.0 * factor * s for s in run.corrections[key + "_sigma"]]) for index, run in runs]
+        spans = [v + sign * b for _, _, values, bounds in curves for v, b in zip(values, bounds) for sign in (-1, 1)]
+        chart = Chart(time_range(sequence), padded(spans), TIME, f"correction ({unit})", time=True)
+        for index, seconds, values, bounds in curves:
+            chart.band(seconds, [v - b for v, b in zip(values, bounds)], [v + b for v, b in zip(values, bounds)],
+                       f"run{index}")
+            chart.line(seconds, values, f"run{index}")
+        yield Figure(name, "correction of what was given, with its 3-sigma bound", picture([chart], name))
+
+
 def plane_lives(sequence):
     """When each plane was known, and when it was held in the estimate."""
     for index, run in runs_with(sequence, "planes"):
@@ -345,7 +365,7 @@ def all_figures(sequence):
     """Sections of figures: a heading each."""
     sections = [("Trajectory", [paths]), ("Accuracy", [error_over_time, relative_errors]),
                 ("Honesty", [claims, normalised_errors]), ("Mesh and planes", [mesh_accuracy, plane_lives]),
-                ("Health and calibration", [health, calibration, biases]), ("Time", [times])]
+                ("Health", [health, calibration, biases]), ("Calibration", [corrections]), ("Time", [times])]
     for heading, makers in sections:
         figures = [figure for maker in makers for figure in maker(sequence)]
         if figures:

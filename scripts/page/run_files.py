@@ -150,6 +150,7 @@ class Run:
     timing = functools.cached_property(lambda self: self.table("timing.csv"))
     planes = functools.cached_property(lambda self: self.table("planes.csv"))
     rays = functools.cached_property(lambda self: self.table("rays.csv"))
+    corrections = functools.cached_property(lambda self: self.table("calibration.csv"))
     mesh_log = functools.cached_property(lambda self: self.table("mesh.csv"))
     mesh_distance = functools.cached_property(lambda self: self.table("mesh_distance.csv"))
     mesh = functools.cached_property(lambda self: read_mesh(self.folder / "mesh.ply"))

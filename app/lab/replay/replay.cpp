@@ -14,6 +14,7 @@
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault_injector.h"
 #include "app/lab/faults/image_faults.h"
+#include "app/lab/replay/calibration_log.h"
 #include "app/lab/replay/log_options.h"
 #include "app/lab/replay/ray_log.h"
 #include "app/lab/replay/replay_output.h"
@@ -92,13 +93,14 @@ private:
     Timestamp newest_;       ///< latest stamp given
     FramePipeline pipeline_;
     FrameResult result_;
-    std::unique_ptr<CarriedEstimate> carried_;  ///< none unless the trajectory is at the IMU's rate
-    std::deque<OwnedFrame> waiting_;            ///< for inertial samples
-    Timestamp newest_fed_;                      ///< of these, the latest that the estimator has
-    std::optional<FaultInjector> injector_;     ///< none without faults
-    std::optional<StartCheck> start_check_;     ///< of the log, without faults
-    std::optional<TruthInjector> truth_;        ///< none if all is to be as measured
-    std::optional<RayLog> rays_;                ///< none unless asked for
+    std::unique_ptr<CarriedEstimate> carried_;   ///< none unless the trajectory is at the IMU's rate
+    std::deque<OwnedFrame> waiting_;             ///< for inertial samples
+    Timestamp newest_fed_;                       ///< of these, the latest that the estimator has
+    std::optional<FaultInjector> injector_;      ///< none without faults
+    std::optional<StartCheck> start_check_;      ///< of the log, without faults
+    std::optional<TruthInjector> truth_;         ///< none if all is to be as measured
+    std::optional<RayLog> rays_;                 ///< none unless asked for
+    std::optional<CalibrationLog> corrections_;  ///< the same
 };
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
@@ -154,6 +156,9 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
     recorder_.write(result_, pipeline_.departed());
     if (rays_) {
         rays_->write(result_, pipeline_);
+    }
+    if (corrections_) {
+        corrections_->write(result_, pipeline_);
     }
     pass_on();
     return true;
@@ -290,6 +295,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     if (options_.write_rays) {
         rays_.emplace(options_.out);
     }
+    if (options_.write_calibration) {
+        corrections_.emplace(options_.out);
+    }
     if (options_.at_imu_rate) {
         carried_ = std::make_unique<CarriedEstimate>(options_.config);
         recorder_.write_trajectory_at_samples();
@@ -333,6 +341,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     recorder_.finish(pipeline_);
     if (rays_) {
         rays_->close();
+    }
+    if (corrections_) {
+        corrections_->close();
     }
     return summary_;
 }

@@ -63,7 +63,8 @@ class Report(unittest.TestCase):
         self.assertRegex(page.said, r"ring\s+6\.4\s+2\.00\s+2\.00\s+1\.00\s+1\.07\s")
         for title in ("Trajectory from above, s", "Position error over time", "Relative error by length: yaw",
                       "Velocity error within its 3-sigma bound", "Mesh within a tolerance", "Planes, spr", "Health",
-                      "Gyroscope bias", "Time offset of the cameras", "Time by stage, keyframes"):
+                      "Gyroscope bias", "Time offset of the cameras", "Focal length, left fx",
+                      "Time by stage, keyframes"):
             self.assertIn(title, page.said)
 
     def test_without_ground_truth_the_rest_is_there(self):
@@ -92,7 +93,8 @@ class Report(unittest.TestCase):
                 file.unlink()
         page = Elements(self.make(folder))
         self.assertIn("Trajectory from above, s", page.said)
-        self.assertNotIn("Health and calibration Health", page.said)
+        self.assertNotIn("Time offset", page.said)
+        self.assertNotIn("Focal length", page.said)
 
     def test_it_needs_no_network(self):
         page = Elements(self.make(write_run(self.root / "a", errors=[0.01] * FRAMES)))

@@ -77,6 +77,9 @@ def write_run(folder, mode="s", dataset="/logs/ring/mav0", errors=None):
                                       "obstacle_m"],
                 [(stamp(i), 1, 0, 1, math.cos(k), math.sin(k), 0, 1, k % 2, 2.0, 1.5 if k % 3 else "inf")
                  for i in keyframes for k in range(8)])
+    names = ["left_fx", "left_cx", "mount_theta_y", "right_p_y"]
+    write_table(folder / "calibration.csv", ["stamp_ns", *(n + end for n in names for end in ("", "_sigma"))],
+                [(stamp(i), *[1e-3, 1e-4] * 4) for i in keyframes])
     write_mesh(folder / "mesh.ply")
     camera = {"intrinsics_px": [450, 450, 376, 240], "p_B_C_m": [0, 0, 0], "q_B_C_xyzw": [0, 0, 0, 1]}
     (folder / "summary.json").write_text(json.dumps({
