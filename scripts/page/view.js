@@ -199,7 +199,11 @@ class View {
     }
     let reach = this.high.distanceTo(this.low);
     const target = middle;
-    const along = new Vector3(0.46, -0.55, 0.7).normalize();
+    // From where most of the mesh is not turned away.
+    const corners = [[1, -1], [1, 1], [-1, 1], [-1, -1]]
+      .map(([x, y]) => new Vector3(0.5 * x, 0.5 * y, 0.7).normalize());
+    const areas = corners.map((corner) => this.parts.mesh?.facing(corner) ?? 0);
+    const along = corners[areas.indexOf(Math.max(...areas))];
     // Nearer or farther, and to the side, until the points fill the picture.
     for (let round = 0; round < 8; ++round) {
       this.camera.position.copy(target).addScaledVector(along, reach);

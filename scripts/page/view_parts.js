@@ -43,7 +43,7 @@ export class Ramp {
 
 export function planeColour(id) {
   const count = PLANE_COLOURS.length;
-  const lighter = 0.5 * (Math.floor(id / count) % 2);
+  const lighter = 0.25 * (Math.floor(id / count) % 2);
   return new Color(PLANE_COLOURS[id % count]).lerp(new Color("#ffffff"), lighter);
 }
 
@@ -125,6 +125,17 @@ export class MeshPart {
           diffuseColor.rgb *= 1.0 - 0.3 * edges * edge;`);
     };
     return material;
+  }
+
+  // Area (m^2) of the mesh that is seen from a direction, shortened by its slant.
+  facing(direction) {
+    const [a, b, c] = [0, 1, 2].map(() => new Vector3());
+    let area = 0;
+    for (let face = 0; face < this.mesh.count; ++face) {
+      [a, b, c].forEach((corner, k) => corner.fromArray(this.corner(face, k)));
+      area += Math.max(0, 0.5 * b.sub(a).cross(c.sub(a)).dot(direction));
+    }
+    return area;
   }
 
   // How the six points of a face are coloured.
