@@ -15,7 +15,7 @@ from small_run import FACES, FRAMES, write_run
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
-from page import chart, figures, scene  # noqa: E402
+from page import chart, figures, scene, stills  # noqa: E402
 from page.run_files import load_sequences  # noqa: E402
 
 
@@ -106,6 +106,17 @@ class Report(unittest.TestCase):
         text = self.make(write_run(self.root / "a"), options=("--no-pictures", "--modules", self.root / "none"))
         self.assertIn("three.js and esbuild are not installed", text)
         self.assertNotIn("facet-view'", text)
+
+    def test_still_pictures_are_there_if_they_can_be_drawn(self):
+        text = self.make(write_run(self.root / "a", errors=[0.01] * FRAMES),
+                         options=("--no-view", "--stills", self.root / "stills"))
+        if stills.mesh_picture is None:
+            self.assertIn("numpy and PIL are missing", text)
+        else:
+            self.assertIn("Mesh by distance to the truth, s", text)
+            written = sorted(file.name for file in (self.root / "stills").iterdir())
+            self.assertEqual(written, ["ring_mesh_by_distance_to_the_truth_s.png", "ring_mesh_by_plane_s.png"])
+            self.assertEqual((self.root / "stills" / written[0]).read_bytes()[:4], b"\x89PNG")
 
     def test_names_cannot_break_the_page(self):
         text = self.make(write_run(self.root / "a", dataset='/logs/<script>alert("x")<b'))
