@@ -51,6 +51,13 @@ def camera(vertices, side):
     return np.stack([right, np.cross(forward, right), forward]), eye
 
 
+def better_side(vertices, triangles):
+    """The side of camera() from which more of the mesh is seen from its front."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    return max((1.0, -1.0), key=lambda side: np.maximum(normals @ np.array([0.62 * side, -0.62 * side, 0.55]), 0).sum())
+
+
 def draw(vertices, triangles, shade, side):
     """Depth-buffered picture. shade(points, normal, index) gives colours in [0, 1] of points on one triangle."""
     world_to_camera, eye = camera(vertices, side)

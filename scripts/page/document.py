@@ -121,8 +121,8 @@ def tables_html(sequences):
     return "".join([*shown, tables.mesh_table(sequences), tables.time_table(sequences)])
 
 
-def write(path, title, sequences, pictures, modules):
-    """Writes the report; returns sentences about what is not in it.
+def write(path, title, sequences, pictures, modules, notes):
+    """Writes the report; returns sentences about what is not in it: `notes`, and why there is no 3D view.
 
     pictures: for each sequence its still pictures. Raises OSError.
     """
@@ -136,7 +136,8 @@ def write(path, title, sequences, pictures, modules):
                     for number, sequence in enumerate(sequences))
     programs = "; ".join(dict.fromkeys(run.program for sequence in sequences for run in sequence.runs))
     made = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
-    note = f"<p class='soft'>{html.escape(problem)}</p>" if problem else ""
+    notes = [*notes, *([problem] if problem else [])]
+    said = "".join(f"<p class='soft'>{html.escape(note)}</p>" for note in notes)
     text = f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{html.escape(title)}</title><link rel="icon" href="data:,">
@@ -144,10 +145,10 @@ def write(path, title, sequences, pictures, modules):
 <body><header><h1>{html.escape(title)}</h1><p class="soft">{html.escape(programs)} · report made {made}</p>
 <nav>{"<a href='#view'>3D view</a>" if view else ""}<a href="#tables">Tables</a>{links}</nav></header>
 <main><script>{as_script((HERE / 'page.js').read_text())}</script>
-{view}{note}<h2 id="tables">Tables</h2>{tables_html(sequences)}
+{view}{said}<h2 id="tables">Tables</h2>{tables_html(sequences)}
 {''.join(section_html(n, *pair) for n, pair in enumerate(zip(sequences, pictures)))}
 </main><footer>Made by scripts/report from the files of facet replay and facet eval. World: z up, metres.</footer>
 </body></html>
 """
     pathlib.Path(path).write_text(text, encoding="utf-8")
-    return [problem] if problem else []
+    return notes

@@ -26,19 +26,21 @@ def stills(sequence):
     if mesh_picture is None:
         return None
     by_distance, by_plane = [], []
+    side = None  # the same for all
     for run in sequence.runs:
         if not run.mesh or not run.mesh["triangles"]:
             continue
         vertices = np.array(run.mesh["vertices"])
         triangles = np.array(run.mesh["triangles"])
+        side = mesh_picture.better_side(vertices, triangles) if side is None else side
         distances = run.mesh_distance
         if distances and len(distances["corner_0"]) == len(triangles):
             at = np.stack(list(distances.values()), axis=1) / MAX_DISTANCE
             points, parts, shades = mesh_picture.quarters(vertices, triangles, at)
-            picture = mesh_picture.draw(points, parts, mesh_picture.by_shade(shades, ramp()), 1.0)
+            picture = mesh_picture.draw(points, parts, mesh_picture.by_shade(shades, ramp()), side)
             by_distance.append((f"Mesh by distance to the truth, {run.label}",
                                 f"blue: on the surface, red: {100 * MAX_DISTANCE:g} cm and more; from above, without "
                                 "what faces away", mesh_picture.as_png(picture)))
-        picture = mesh_picture.draw(vertices, triangles, mesh_picture.by_plane(np.array(run.mesh["planes"])), 1.0)
+        picture = mesh_picture.draw(vertices, triangles, mesh_picture.by_plane(np.array(run.mesh["planes"])), side)
         by_plane.append((f"Mesh by plane, {run.label}", "a colour each; grey: on none", mesh_picture.as_png(picture)))
     return by_distance + by_plane

@@ -233,7 +233,8 @@ class View {
     this.clock.value = `${times[now].toFixed(2)} s`;
     let faces = 0;
     if (mesh) {
-      const wanted = this.state.look === "planes" ? `planes ${now}` : this.state.look;
+      const known = this.run.planes.filter((plane) => plane.first <= now).length;
+      const wanted = this.state.look === "planes" ? `planes ${known}` : this.state.look;
       if (this.painted !== wanted) {
         mesh.paint(this.state.look, now);
         this.painted = wanted;
