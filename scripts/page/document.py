@@ -17,14 +17,14 @@ NO_THREE = ("The interactive 3D view is left out: three.js and esbuild are not i
             "(scripts/setup --npm installs them).")
 
 
-def bundled_view(modules):
-    """view.js and what it needs of three.js as one script, or None and one sentence why there is none."""
+def bundled_view(modules, source="view.js"):
+    """A source, by default view.js, and what it needs of three.js as one script, or None and one sentence why."""
     esbuild = modules / ".bin/esbuild"
     if not esbuild.exists() or not (modules / "three").is_dir() or not shutil.which("node"):
         return None, NO_THREE
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder) / "view.js"
-        command = [esbuild, HERE / "view.js", "--bundle", "--minify", "--format=iife", "--legal-comments=inline",
+        command = [esbuild, HERE / source, "--bundle", "--minify", "--format=iife", "--legal-comments=inline",
                    "--charset=ascii", "--log-level=error", f"--outfile={out}"]
         done = subprocess.run([str(part) for part in command], env={**os.environ, "NODE_PATH": str(modules)},
                               capture_output=True, text=True, check=False)
@@ -152,3 +152,18 @@ def write(path, title, sequences, pictures, modules, notes):
 """
     pathlib.Path(path).write_text(text, encoding="utf-8")
     return notes
+
+
+def write_live(path, modules):
+    """Writes the page that facet replay --view-page shows; one sentence if it cannot be made, or None."""
+    script, problem = bundled_view(modules, "live.js")
+    if not script:
+        return problem
+    pathlib.Path(path).write_text(f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>facet live</title><link rel="icon" href="data:,"><style>{(HERE / 'page.css').read_text()}</style></head>
+<body class="live"><div class="view"><div class="stage"><canvas aria-label="the flight in 3D"></canvas>
+<div class="said"></div><div class="chips"><label><input type="checkbox" checked> Follow</label></div></div></div>
+<script>{as_script(script)}</script></body></html>
+""", encoding="utf-8")
+    return None

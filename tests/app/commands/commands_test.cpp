@@ -155,6 +155,8 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {replay + " --duration -1", "--duration must be positive"},
         {replay + " --truth planes", "--truth planes: only --mode spr uses planes"},
         {replay + " --truth bias --inject time_offset=0.005", "--truth: with stamps that --inject has shifted"},
+        {replay + " --view-page page.html", "--view-page: needs --view"},
+        {replay + " --view 0 --view-page " + dir.file("no.html"), dir.file("no.html") + ": cannot be read"},
         {replay + " --start 1000", "no frame between --start"},
         {replay + " --config " + config, config + ":2: window.keyfames: unknown key"},
         {replay + " --set window.keyframes=1000", "--set window.keyframes=1000: must be within [3, 32], is 1000"},
