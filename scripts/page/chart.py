@@ -32,12 +32,12 @@ def padded(values, share=0.06, low=None):
     return (least - margin if low is None else low), most + margin
 
 
-def thinned(xs, ys):
+def thinned(xs, ys, most=MAX_POINTS):
     """Points of a curve, of long ones the least and the greatest of each stretch."""
     points = [(x, y) for x, y in zip(xs, ys) if math.isfinite(y)]
-    if len(points) <= MAX_POINTS:
+    if len(points) <= most:
         return points
-    size = math.ceil(2 * len(points) / MAX_POINTS)
+    size = math.ceil(2 * len(points) / most)
     kept = []
     for begin in range(0, len(points), size):
         part = points[begin:begin + size]
@@ -108,6 +108,11 @@ class Chart:
         text = " ".join(f"{self.px(x):.1f},{self.py(y):.1f}" for x, y in points)
         self.parts.append(f'<polyline class="curve {style}" points="{text}"/>')
 
+    def points(self, xs, ys, style):
+        """Small marks, of very many the least and the greatest of each stretch."""
+        text = "".join(f"M{self.px(x):.1f} {self.py(y):.1f}h0" for x, y in thinned(xs, ys, 4 * MAX_POINTS))
+        self.parts.append(f'<path class="curve marks {style}" d="{text}"/>')
+
     def coloured_line(self, xs, ys, shades):
         """A curve whose pieces have the colour scale's classes m0 to m7, by `shades` in [0, 1]."""
         step = max(1, len(xs) // (2 * MAX_POINTS))
@@ -138,9 +143,9 @@ class Chart:
         """A mark."""
         self.parts.append(f'<circle class="dot {style}" cx="{self.px(x):.1f}" cy="{self.py(y):.1f}" r="{radius}"/>')
 
-    def text(self, x, y, text, anchor="start", dx=0):
-        """Words at a place in the units of the axes."""
-        self.parts.append(f'<text x="{self.px(x) + dx:.1f}" y="{self.py(y) + 4:.1f}" text-anchor="{anchor}">'
+    def text(self, x, y, text, dx=0, style=""):
+        """Words to the right of a place in the units of the axes."""
+        self.parts.append(f'<text class="{style}" x="{self.px(x) + dx:.1f}" y="{self.py(y) + 3:.1f}">'
                           f'{html.escape(text)}</text>')
 
     def box_plot(self, x, width, quantiles, style):

@@ -97,7 +97,7 @@ def error_over_time(sequence):
                  picture([chart], "absolute trajectory error over time"))
 
 
-def three_axes(sequence, runs, series, unit, settled=0.15):
+def three_axes(sequence, runs, series, settled=0.15):
     """Charts of x, y and z above each other; series(run, axis) gives stamps, values and 3-sigma bounds (or None).
 
     Bounds are wide before the first motion: what comes after the first `settled` of the time decides the scale.
@@ -109,7 +109,7 @@ def three_axes(sequence, runs, series, unit, settled=0.15):
         for _, stamps, values, bounds in curves:
             shown += values
             shown += [sign * b for b in (bounds or [])[int(settled * len(stamps)):] for sign in (-1.0, 1.0)]
-        chart = Chart(time_range(sequence), padded(shown), TIME if row == 2 else "", f"{axis} ({unit})",
+        chart = Chart(time_range(sequence), padded(shown), TIME if row == 2 else "", axis,
                       top=66 * row, height=HEIGHT - 132 if row == 2 else 74, time=True,
                       x_names=None if row == 2 else [])
         for index, stamps, values, bounds in curves:
@@ -133,9 +133,9 @@ def claims(sequence):
             table = run.errors
             return (table["stamp_ns"], [factor * e for e in table[f"error_{key}_{axis}"]],
                     [3.0 * factor * s for s in table[f"sigma_{key}_{axis}"]])
-        yield Figure(f"{name} error within its 3-sigma bound",
+        yield Figure(f"{name} error within its 3-sigma bound ({unit})",
                      "bound: as claimed by the estimator; position and yaw made equal at the first common stamp",
-                     three_axes(sequence, runs, series, unit))
+                     three_axes(sequence, runs, series))
 
 
 def normalised_errors(sequence):
@@ -221,15 +221,15 @@ def times(sequence):
                 thickness = 0.76 / len(means)
                 y = rows - 1 - row + 0.38 - number * thickness
                 chart.bar(0.0, y - 0.92 * thickness, of[k], y, f"run{index}", f"{STAGES[k]}: {of[k]:.2f} ms")
-                chart.text(of[k], y - 0.46 * thickness, f"{of[k]:.2f}", dx=4)
+                chart.text(of[k], y - 0.46 * thickness, f"{of[k]:.2f}", dx=4, style="tiny" if rows > 4 else "")
         yield Figure(f"Time by stage, {name}", "the computer's own load is part of it",
                      picture([chart], f"time by stage at {name}"))
     every = sorted(ms for _, run in runs for ms in run.timing["total_ms"])
     chart = Chart(time_range(sequence), (0.0, 1.3 * quantile(every, 0.99) or 1.0), TIME, "time of a frame (ms)",
                   time=True)
     for index, run in runs:
-        chart.line(sequence.seconds(run.timing["stamp_ns"]), run.timing["total_ms"], f"run{index}")
-    yield Figure("Time of each frame", "peaks: keyframes", picture([chart], "time of each frame"))
+        chart.points(sequence.seconds(run.timing["stamp_ns"]), run.timing["total_ms"], f"run{index}")
+    yield Figure("Time of each frame", "the upper band is of keyframes", picture([chart], "time of each frame"))
 
 
 def draw_states(chart, sequence, run, low, high):
@@ -280,7 +280,7 @@ def biases(sequence):
                                     ("Accelerometer bias", "a", "mm/s\u00b2", 1e3)):
         def series(run, axis, key=key, factor=factor):
             return run.trajectory["stamp_ns"], [factor * value for value in run.trajectory[key + axis]], None
-        yield Figure(name, "as estimated at each frame", three_axes(sequence, runs, series, unit))
+        yield Figure(f"{name} ({unit})", "as estimated at each frame", three_axes(sequence, runs, series))
 
 
 def calibration(sequence):

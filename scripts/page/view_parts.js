@@ -120,8 +120,11 @@ export class MeshPart {
         .replace("#include <color_vertex>", "#include <color_vertex>\nvInside = inside;");
       shader.fragmentShader = `uniform float edges; varying vec3 vInside;\n${shader.fragmentShader}`
         .replace("#include <color_fragment>", `#include <color_fragment>
-          vec3 apart = vInside / max(fwidth(vInside), vec3(1e-6));
+          vec3 perPixel = max(fwidth(vInside), vec3(1e-6));
+          vec3 apart = vInside / perPixel;
           float edge = 1.0 - smoothstep(0.2, 1.0, min(apart.x, min(apart.y, apart.z)));
+          // Of faces a few pixels small the sides would be all that is seen.
+          edge *= 1.0 - smoothstep(0.15, 0.6, max(perPixel.x, max(perPixel.y, perPixel.z)));
           diffuseColor.rgb *= 1.0 - 0.3 * edges * edge;`);
     };
     return material;
