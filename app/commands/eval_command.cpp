@@ -12,6 +12,7 @@
 #include "app/calibration/calibration.h"
 #include "app/commands/run_guarded.h"
 #include "app/lab/eval/consistency.h"
+#include "app/lab/eval/details.h"
 #include "app/lab/eval/evaluation.h"
 #include "app/lab/eval/mesh_report.h"
 #include "app/lab/eval/obstacle_accuracy.h"
@@ -33,6 +34,7 @@ struct EvalArguments {
     std::string estimate;
     std::string json;
     std::string errors;
+    std::string details;
     std::string scene;
     std::string mesh;
     std::vector<double> rpe_lengths_m{1.0, 2.0, 5.0, 10.0};
@@ -97,7 +99,21 @@ std::optional<Consistency> check_claims(const EvalArguments& args, const std::ve
     if (!args.errors.empty()) {
         write_errors(consistency, args.errors);
     }
+    if (!args.details.empty()) {
+        write_errors(consistency, args.details + "/errors.csv");
+    }
     return consistency;
+}
+
+/// The trajectory's part of --details.
+void write_trajectory_details(const EvalArguments& args, const Trajectory& truth, const Trajectory& estimate,
+                              const Evaluation& evaluation) {
+    if (args.details.empty() || evaluation.matched == 0) {
+        return;
+    }
+    const std::vector<PosePair> pairs = associate(truth, estimate, EvaluationOptions{}.max_truth_gap);
+    write_absolute_errors(pairs, evaluation.se3.T_true_est, args.details + "/ate.csv");
+    write_relative_errors(pairs, args.rpe_lengths_m, args.details + "/rpe.csv");
 }
 
 SceneTruth load_true_scene(const EvalArguments& args, const Trajectory& truth, const Trajectory& estimate) {
@@ -120,7 +136,12 @@ std::string with_member(const std::string& json, const std::string& name, const 
 std::string evaluate_scene(const EvalArguments& args, const SceneTruth& scene, const Se3& T_true_est,
                            std::string json) {
     const std::string mesh = !args.mesh.empty() ? args.mesh : args.estimate + "/mesh.ply";
-    const MeshEvaluation mesh_evaluation = evaluate_mesh(load_mesh(mesh), scene, T_true_est, {});
+    const TriangleSoup triangles = load_mesh(mesh);
+    const MeshEvaluation mesh_evaluation = evaluate_mesh(triangles, scene, T_true_est, {});
+    if (!args.details.empty()) {
+        write_mesh_distances(triangles, scene.surface, T_true_est, MeshEvalOptions{}.max_distance_m,
+                             args.details + "/mesh_distance.csv");
+    }
     print_out("{}", text_report(mesh_evaluation));
     json = with_member(json, "mesh", json_report(mesh_evaluation, mesh, args.scene));
     std::error_code ignored;
@@ -153,6 +174,9 @@ int evaluate_files(const EvalArguments& args) {
             throw InputError(fmt::format("--rpe-lengths: {} is not a positive length", length));
         }
     }
+    if (!args.details.empty()) {
+        make_folder(args.details);
+    }
     std::error_code ignored;
     const bool is_folder = fs::is_directory(args.estimate, ignored);
     const std::string tum = is_folder ? args.estimate + "/trajectory.tum" : args.estimate;
@@ -164,6 +188,7 @@ int evaluate_files(const EvalArguments& args) {
     EvaluationOptions options;
     options.rpe_lengths_m = args.rpe_lengths_m;
     const Evaluation evaluation = evaluate(truth, estimate, load_frame_stamps(args.groundtruth), options);
+    write_trajectory_details(args, truth, estimate, evaluation);
     const std::optional<Consistency> consistency = check_claims(args, states);
     print_out("{}{}", text_report(evaluation), consistency ? text_report(*consistency) : "");
     std::string json = json_report(evaluation, args.groundtruth, tum, consistency ? &*consistency : nullptr);
@@ -194,6 +219,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
     command->add_option("--json", args->json, "Also write the figures to this file");
     command->add_option("--errors", args->errors,
                         "Also write error, claimed sigma and NEES of each sample with a covariance to this file (CSV)");
+    command->add_option("--details", args->details,
+                        "Also write the series behind the figures into this folder, for scripts/report: ate.csv, "
+                        "rpe.csv, errors.csv as --errors does, and with --scene mesh_distance.csv");
     command->add_option("--scene", args->scene,
                         "True surface (PLY; planes.json beside it is used for holes and planes): also evaluates the "
                         "mesh, and planes.csv and rays.csv in the folder of --estimate");

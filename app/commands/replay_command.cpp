@@ -45,6 +45,9 @@ struct ReplayArguments {
     std::string rate = "frames";
     std::string mavlink;
     bool write_rays = false;
+    bool write_calibration = false;
+    std::optional<std::uint16_t> view_port;
+    std::string view_page;
     bool in_real_time = false;
     bool quiet = false;
 };
@@ -164,6 +167,13 @@ int replay(const ReplayArguments& args, bool has_duration) {
         throw InputError("--truth: with stamps that --inject has shifted, the truth of another time would be found");
     }
     options.write_rays = args.write_rays;
+    options.write_calibration = args.write_calibration;
+    if (!args.view_port && !args.view_page.empty()) {
+        throw InputError("--view-page: needs --view");
+    }
+    if (args.view_port) {
+        options.view = ViewOptions{.port = *args.view_port, .page = args.view_page, .rig = {}};
+    }
     options.show_progress = !args.quiet;
     options.in_real_time = args.in_real_time;
     LinuxClock clock;
@@ -252,6 +262,11 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_flag(
         "--rays", args->write_rays,
         "Also write rays.csv: what the live grid says along rays at each keyframe, for facet eval --scene");
+    command->add_flag("--log-calibration", args->write_calibration,
+                      "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
+    command->add_option("--view", args->view_port,
+                        "Show the flight in a browser on this computer, at this port; 0: any that is free");
+    command->add_option("--view-page", args->view_page, "The page for it, which scripts/report --live makes");
     command->add_flag("--realtime", args->in_real_time, "No faster than the log was recorded");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(fault_help() +

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """Prints the figures of one run as a short table.
 
-Usage: demo_table.py EVAL.json SUMMARY.json      (written by `facet eval --json` and `facet replay`)
+Usage: demo_table.py MODE EVAL.json SUMMARY.json      (written by `facet eval --json` and `facet replay`)
 """
 import json
 import sys
@@ -23,11 +23,11 @@ def row(name, text, *values):
 
 
 def main():
-    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
+    if len(sys.argv) != 4 or sys.argv[1].startswith("-"):
         print(__doc__)
         return 0 if "--help" in sys.argv or "-h" in sys.argv else 2
-    evaluation, summary = (json.loads(Path(name).read_text(encoding="utf-8")) for name in sys.argv[1:])
-    print("Result")
+    evaluation, summary = (json.loads(Path(name).read_text(encoding="utf-8")) for name in sys.argv[2:])
+    print(f"Result in mode {sys.argv[1]}")
     row("path", "{:.2f} m in {:.1f} s", field(evaluation, "path_m"), field(evaluation, "duration_s"))
     coverage = field(evaluation, "coverage", "time")
     row("time covered", "{:.1f} %", None if coverage is None else 100.0 * coverage)
@@ -42,6 +42,12 @@ def main():
             field(translation, "max"),
         )
     row("drift at the end", "{:.3f} % of the path", field(evaluation, "end_drift_percent"))
+    accuracy = field(evaluation, "mesh", "by_trajectory", "accuracy_m")
+    row("mesh to the true surface", "median {:.4f} m, 90 % within {:.3f} m", field(accuracy, "median"),
+        field(accuracy, "p90"))
+    planes = field(evaluation, "planes")
+    row("planes", "{} found, {} of them right; {} of {} true ones found", field(planes, "found"),
+        field(planes, "right"), field(planes, "wanted_found"), field(planes, "wanted"))
     for key, name in (("tracked", "time of a tracked frame"), ("keyframe", "time of a keyframe")):
         timing = field(summary, "timing", key)
         row(name, "median {:.1f} ms, p99 {:.1f} ms", field(timing, "median"), field(timing, "p99"))

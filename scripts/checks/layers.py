@@ -47,7 +47,8 @@ ALLOWED = {
     "app/output": APP_BASE,
     "app/pipeline": APP_PIPELINE,
     "app/run": APP_PIPELINE,
-    "app/lab": APP_PIPELINE + ("app/lab/",),
+    "app/view": APP_BASE + ("app/view/",),
+    "app/lab": APP_PIPELINE + ("app/lab/", "app/view/"),
     "app/commands": ("platform/", "drivers/", "estimator/", "mesh/", "app/"),
     "app": ("app/commands/",),
     "tests": ("platform/", "drivers/", "estimator/", "mesh/", "app/"),
@@ -74,6 +75,7 @@ THIRD_PARTY = (
     (re.compile(r"^png\.h$"), ("app", "drivers/replay_asl")),
     (re.compile(r"^opencv2/"), ("estimator/frontend",)),
     (re.compile(r"^ceres/"), ("app/lab/calibrate",)),
+    (re.compile(r"^boost/(asio|beast)"), ("app/view",)),
     (re.compile(r"^gpiod\.h$"), ("drivers/trigger_gpio",)),
 )
 

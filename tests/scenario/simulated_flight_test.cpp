@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "app/calibration/calibration.h"
 #include "app/lab/eval/mesh_report.h"
@@ -48,10 +49,27 @@ RunSummary replay(const std::string& dataset, const std::string& out, const std:
     options.config.regularity.mode = mode;
     options.config.frontend.backend = static_cast<int>(backend);
     options.show_progress = false;
+    options.write_calibration = mode == RegularityMode::kSp;
     for (const std::string& spec : faults) {
         options.faults.push_back(parse_fault(spec));
     }
     return run_replay(options, false);
+}
+
+/// Fields of a row of a CSV file that has no empty ones: the first data row is 1; 0 is the last one.
+std::vector<std::string> fields_of_row(const std::string& path, int row) {
+    std::ifstream file(path);
+    std::string line;
+    std::string next;
+    for (int i = 0; (row == 0 || i <= row) && std::getline(file, next); ++i) {
+        line = next;
+    }
+    std::vector<std::string> fields;
+    std::istringstream parts(line);
+    for (std::string field; std::getline(parts, field, ',');) {
+        fields.push_back(field);
+    }
+    return fields;
 }
 
 std::string bytes(const std::string& path) {
@@ -147,6 +165,14 @@ TEST_CASE("a simulated flight is estimated to millimetres, the same each time, a
     }
     replay(log, dir.file("sp"), {}, RegularityMode::kSp);
     CHECK(bytes(dir.file("sp/trajectory.csv")) == bytes(dir.file("first/trajectory.csv")));
+    // That replay alone logs its calibration, which becomes better known: standard deviation of left fx, column 16.
+    CHECK_FALSE(std::filesystem::exists(dir.file("first/calibration.csv")));
+    const std::vector<std::string> first_row = fields_of_row(dir.file("sp/calibration.csv"), 2);
+    const std::vector<std::string> last_row = fields_of_row(dir.file("sp/calibration.csv"), 0);
+    REQUIRE(first_row.size() == 1 + 2 * kImuScale);
+    REQUIRE(last_row.size() == first_row.size());
+    CHECK(std::stod(last_row[16]) > 0.0);
+    CHECK(std::stod(last_row[16]) < 0.8 * std::stod(first_row[16]));
 
     // GIVEN the same flight WHEN its heap calls are counted THEN there is none after set-up, planes and mesh included
     const test::HeapUse heap = test::measure_heap(log, RegularityMode::kSpr);

@@ -64,14 +64,10 @@ AbsoluteError absolute_error(std::span<const PosePair> pairs, AlignmentMode mode
     return result;
 }
 
-RelativeError relative_error(std::span<const PosePair> pairs, double length_m) {
+std::vector<RelativeSample> relative_samples(std::span<const PosePair> pairs, double length_m) {
     const std::vector<double> travelled = distances(pairs);
     const Se3 T_true_est = align(pairs, AlignmentMode::kYaw4);
-    std::vector<double> translation;
-    std::vector<double> percent;
-    std::vector<double> rotation;
-    std::vector<double> rotation_per_m;
-    std::vector<double> yaw;
+    std::vector<RelativeSample> samples;
     std::size_t j = 0;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         while (j < pairs.size() && travelled[j] - travelled[i] < length_m) {
@@ -83,16 +79,31 @@ RelativeError relative_error(std::span<const PosePair> pairs, double length_m) {
         const Se3 true_motion = pairs[i].truth.inverse() * pairs[j].truth;
         const Se3 motion = pairs[i].estimate.inverse() * pairs[j].estimate;
         const PoseDifference error = pose_difference({}, true_motion.inverse() * motion);
-        const double stretch_m = travelled[j] - travelled[i];
-        translation.push_back(error.distance_m());
-        percent.push_back(100.0 * error.distance_m() / stretch_m);
-        rotation.push_back(error.angle_deg());
-        rotation_per_m.push_back(error.angle_deg() / stretch_m);
         // Turns seen from the world: R_W_Bj R_W_Bi^T; the estimate's world is turned into the true one first.
         const Eigen::Quaterniond true_turn = pairs[j].truth.q * pairs[i].truth.q.conjugate();
         const Eigen::Quaterniond turn =
             T_true_est.q * pairs[j].estimate.q * pairs[i].estimate.q.conjugate() * T_true_est.q.conjugate();
-        yaw.push_back(std::abs(so3_log((turn * true_turn.conjugate()).normalized()).z()) * kDegPerRad);
+        samples.push_back({.stamp = pairs[i].stamp,
+                           .stretch_m = travelled[j] - travelled[i],
+                           .translation_m = error.distance_m(),
+                           .rotation_deg = error.angle_deg(),
+                           .yaw_deg = std::abs(so3_log((turn * true_turn.conjugate()).normalized()).z()) * kDegPerRad});
+    }
+    return samples;
+}
+
+RelativeError relative_error(std::span<const PosePair> pairs, double length_m) {
+    std::vector<double> translation;
+    std::vector<double> percent;
+    std::vector<double> rotation;
+    std::vector<double> rotation_per_m;
+    std::vector<double> yaw;
+    for (const RelativeSample& sample : relative_samples(pairs, length_m)) {
+        translation.push_back(sample.translation_m);
+        percent.push_back(sample.translation_percent());
+        rotation.push_back(sample.rotation_deg);
+        rotation_per_m.push_back(sample.rotation_deg / sample.stretch_m);
+        yaw.push_back(sample.yaw_deg);
     }
     return {.length_m = length_m,
             .translation_m = error_statistics(std::move(translation)),

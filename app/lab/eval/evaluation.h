@@ -29,15 +29,28 @@ struct AbsoluteError {
 };
 AbsoluteError absolute_error(std::span<const PosePair> pairs, AlignmentMode mode);
 
-/// Relative error over one length of the true path, in the style of KITTI: every pose starts a stretch, which ends at
-/// the first pose at least `length_m` farther along. Error motion: (truth_i^-1 truth_j)^-1 (estimate_i^-1 estimate_j).
+/// Error over one stretch of the true path: (truth_i^-1 truth_j)^-1 (estimate_i^-1 estimate_j).
+struct RelativeSample {
+    Timestamp stamp;  ///< of pose i
+    double stretch_m = 0.0;
+    double translation_m = 0.0;
+    double rotation_deg = 0.0;
+    double yaw_deg = 0.0;  ///< error of the turn about the world's z; needs the 4-DoF alignment
+    double translation_percent() const { return 100.0 * translation_m / stretch_m; }
+};
+
+/// Every pose starts a stretch, in the style of KITTI, which ends at the first pose at least `length_m` > 0 farther
+/// along. In order of time. Heap. Reentrant.
+std::vector<RelativeSample> relative_samples(std::span<const PosePair> pairs, double length_m);
+
+/// The same in figures.
 struct RelativeError {
     double length_m = 0.0;
     ErrorStatistics translation_m;
     ErrorStatistics translation_percent;  ///< of the stretch's true length
     ErrorStatistics rotation_deg;
     ErrorStatistics rotation_deg_per_m;
-    ErrorStatistics yaw_deg;  ///< error of the turn about the world's z; needs the 4-DoF alignment
+    ErrorStatistics yaw_deg;
 };
 RelativeError relative_error(std::span<const PosePair> pairs, double length_m);
 

@@ -13,7 +13,7 @@
 namespace facet {
 namespace {
 
-constexpr std::size_t kColumns = 1 + kClaimDim * (kClaimDim + 1) / 2;
+constexpr std::size_t kCovarianceColumns = 1 + kClaimDim * (kClaimDim + 1) / 2;
 
 std::map<Timestamp, ClaimMatrix> read_covariances(const std::string& path) {
     CsvFile csv;
@@ -32,8 +32,8 @@ std::map<Timestamp, ClaimMatrix> read_covariances(const std::string& path) {
         const auto fail = [&](const std::string& what) {
             throw InputError(fmt::format("{}:{}: {}", path, csv.line(), what));
         };
-        if (fields.size() != kColumns) {
-            fail(fmt::format("row has {} columns, not {}", fields.size(), kColumns));
+        if (fields.size() != kCovarianceColumns) {
+            fail(fmt::format("row has {} columns, not {}", fields.size(), kCovarianceColumns));
         }
         Timestamp stamp;
         if (!parse_int64(fields[0], stamp.ns)) {

@@ -14,6 +14,7 @@
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault_injector.h"
 #include "app/lab/faults/image_faults.h"
+#include "app/lab/replay/calibration_log.h"
 #include "app/lab/replay/log_options.h"
 #include "app/lab/replay/ray_log.h"
 #include "app/lab/replay/replay_output.h"
@@ -21,6 +22,7 @@
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
 #include "app/pipeline/stage_timer.h"
+#include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "app/support/progress.h"
 #include "drivers/replay_asl/asl_dataset.h"
@@ -77,6 +79,7 @@ private:
     void feed(const ImuSample& sample);
     void feed(const StereoFrame& frame, Timestamp output_stamp);
     bool offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance);
+    void show();
     void pass_on();
     void give_up_waiting();
     void warn(const AslWarning& warning);
@@ -92,13 +95,15 @@ private:
     Timestamp newest_;       ///< latest stamp given
     FramePipeline pipeline_;
     FrameResult result_;
-    std::unique_ptr<CarriedEstimate> carried_;  ///< none unless the trajectory is at the IMU's rate
-    std::deque<OwnedFrame> waiting_;            ///< for inertial samples
-    Timestamp newest_fed_;                      ///< of these, the latest that the estimator has
-    std::optional<FaultInjector> injector_;     ///< none without faults
-    std::optional<StartCheck> start_check_;     ///< of the log, without faults
-    std::optional<TruthInjector> truth_;        ///< none if all is to be as measured
-    std::optional<RayLog> rays_;                ///< none unless asked for
+    std::unique_ptr<CarriedEstimate> carried_;   ///< none unless the trajectory is at the IMU's rate
+    std::deque<OwnedFrame> waiting_;             ///< for inertial samples
+    Timestamp newest_fed_;                       ///< of these, the latest that the estimator has
+    std::optional<FaultInjector> injector_;      ///< none without faults
+    std::optional<StartCheck> start_check_;      ///< of the log, without faults
+    std::optional<TruthInjector> truth_;         ///< none if all is to be as measured
+    std::optional<LiveView> view_;               ///< the same
+    std::optional<RayLog> rays_;                 ///< none unless asked for
+    std::optional<CalibrationLog> corrections_;  ///< the same
 };
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
@@ -155,8 +160,37 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
     if (rays_) {
         rays_->write(result_, pipeline_);
     }
+    if (corrections_) {
+        corrections_->write(result_, pipeline_);
+    }
+    show();
     pass_on();
     return true;
+}
+
+/// Gives the live view the newest frame, and at keyframes the mesh over the horizon.
+void Replay::show() {
+    if (!view_ || !result_.is_usable) {
+        return;
+    }
+    const auto fill = [this](std::vector<ViewFace>& faces) {
+        const HorizonMesh& mesh = pipeline_.mesher().mesh();
+        for (int i = 0; i < mesh.face_end(); ++i) {
+            if (mesh.is_face(i)) {
+                const DepartedFace face = pipeline_.mesher().describe(mesh.face(static_cast<FaceIndex>(i)));
+                faces.push_back({face.p_W, face.plane.valid() ? static_cast<std::int32_t>(face.plane.value) : -1});
+            }
+        }
+    };
+    const Estimate& estimate = result_.estimate;
+    view_->offer({.stamp = estimate.stamp,
+                  .T_W_B = {estimate.state.q_W_B, estimate.state.p_W_B},
+                  .state = to_string(estimate.health.state),
+                  .quality = estimate.health.quality,
+                  .tracked = estimate.health.tracked,
+                  .total_ms = result_.timing.total_ms,
+                  .is_keyframe = result_.is_keyframe},
+                 result_.has_mesh ? LiveView::FillFaces(fill) : LiveView::FillFaces());
 }
 
 /// Gives the sink the newest result, or only its state if poses go out at inertial samples.
@@ -287,8 +321,17 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     pipeline_.configure(options_.config, disturbed(options_));
     recorder_.open();
     start_check_.emplace(options_.calibration.rig);
+    if (options_.view) {
+        ViewOptions view = *options_.view;
+        view.rig = options_.calibration.rig;
+        view_.emplace(view);
+        print_err("view: http://127.0.0.1:{}/\n", view_->port());
+    }
     if (options_.write_rays) {
         rays_.emplace(options_.out);
+    }
+    if (options_.write_calibration) {
+        corrections_.emplace(options_.out);
     }
     if (options_.at_imu_rate) {
         carried_ = std::make_unique<CarriedEstimate>(options_.config);
@@ -333,6 +376,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     recorder_.finish(pipeline_);
     if (rays_) {
         rays_->close();
+    }
+    if (corrections_) {
+        corrections_->close();
     }
     return summary_;
 }

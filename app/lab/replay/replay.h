@@ -12,6 +12,7 @@
 #include "app/lab/faults/fault.h"
 #include "app/lab/truth/truth_injector.h"
 #include "app/output/summary.h"
+#include "app/view/live_view.h"
 #include "platform/port/clock.h"
 #include "platform/port/odometry_sink.h"
 
@@ -36,9 +37,11 @@ struct ReplayOptions {
     std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
     TruthSelection truth;              ///< what is replaced by the dataset's ground truth
     bool write_rays = false;           ///< also rays.csv (RayLog)
+    bool write_calibration = false;    ///< also calibration.csv (CalibrationLog)
     bool show_progress = true;
-    OdometrySink* sink = nullptr;  ///< is given every line of the trajectory, and is serviced; or nobody is
-    bool in_real_time = false;     ///< samples come no faster than they were recorded
+    OdometrySink* sink = nullptr;     ///< is given every line of the trajectory, and is serviced; or nobody is
+    std::optional<ViewOptions> view;  ///< shown live in a browser; its rig is set here
+    bool in_real_time = false;        ///< samples come no faster than they were recorded
 };
 
 /// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,

@@ -155,6 +155,8 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {replay + " --duration -1", "--duration must be positive"},
         {replay + " --truth planes", "--truth planes: only --mode spr uses planes"},
         {replay + " --truth bias --inject time_offset=0.005", "--truth: with stamps that --inject has shifted"},
+        {replay + " --view-page page.html", "--view-page: needs --view"},
+        {replay + " --view 0 --view-page " + dir.file("no.html"), dir.file("no.html") + ": cannot be read"},
         {replay + " --start 1000", "no frame between --start"},
         {replay + " --config " + config, config + ":2: window.keyfames: unknown key"},
         {replay + " --set window.keyframes=1000", "--set window.keyframes=1000: must be within [3, 32], is 1000"},
@@ -315,9 +317,12 @@ TEST_CASE("eval holds a folder's covariances against the truth") {
     CHECK_FALSE(nlohmann::json::parse(test::read_file(dir.file("e.json"))).contains("consistency"));
 
     dir.write("run/covariance.csv", covariance);
-    const Outcome good = run(dir, base + " --errors " + dir.file("errors.csv"));
+    const Outcome good = run(dir, base + " --errors " + dir.file("errors.csv") + " --details " + dir.file("details"));
     INFO(good.err);
     REQUIRE(good.code == 0);
+    CHECK(test::read_file(dir.file("details/errors.csv")) == test::read_file(dir.file("errors.csv")));
+    CHECK(count_lines(test::read_file(dir.file("details/ate.csv"))) == 21);
+    CHECK(contains(test::read_file(dir.file("details/rpe.csv")), "\n1,1400000000000000000,"));
     CHECK(contains(good.out, "consistency of 19 samples (0 unusable)"));
     const auto json = nlohmann::json::parse(test::read_file(dir.file("e.json")));
     const auto& nees = json["consistency"]["nees"];

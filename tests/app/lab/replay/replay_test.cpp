@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "app/lab/replay/calibration_log.h"
 #include "tests/support/asl_folder.h"
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
@@ -67,6 +68,29 @@ TEST_CASE("a replay writes one row a frame and gives the same bytes twice") {
     a.erase("timing");
     b.erase("timing");
     CHECK(a == b);
+}
+
+TEST_CASE("the calibration's log has a row for each keyframe with an estimate, and a name for each number") {
+    const test::TempDir dir;
+    CalibrationLog log(dir.path());
+    const FramePipeline pipeline;
+    FrameResult result;
+    for (const bool is_keyframe : {true, false, true}) {
+        for (const bool is_usable : {true, false}) {
+            result.output_stamp = result.output_stamp + Duration{7};
+            result.is_keyframe = is_keyframe;
+            result.is_usable = is_usable;
+            log.write(result, pipeline);
+        }
+    }
+    log.close();
+    std::istringstream lines(test::read_file(dir.file("calibration.csv")));
+    std::vector<std::string> read;
+    for (std::string line; std::getline(lines, line);) {
+        CHECK(std::count(line.begin(), line.end(), ',') == 2 * kImuScale);
+        read.push_back(line.substr(0, line.find(',', line.find(',') + 1)));
+    }
+    CHECK(read == std::vector<std::string>{"stamp_ns,time_offset", "7,0", "35,0"});
 }
 
 TEST_CASE("bad images cost their view, are counted by kind and listed in warnings.txt") {

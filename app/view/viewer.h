@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// One browser that looks at the live view.
+#pragma once
+
+#include <atomic>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace facet {
+
+/// What all browsers are given, made once.
+struct ViewMessage {
+    bool is_binary = false;
+    std::string body;
+};
+using SharedMessage = std::shared_ptr<const ViewMessage>;
+
+/// What a browser needs of the server; it outlives all of them.
+struct ViewSource {
+    std::string page;
+    SharedMessage hello;        ///< the first message
+    SharedMessage newest_mesh;  ///< none before the first
+    std::atomic<std::uint64_t> replaced{0};
+    std::atomic<std::uint64_t> viewers{0};
+};
+
+/// Answers one request: the page, or a WebSocket that stays. Lives as long as something is under way. Bound to the
+/// server's thread. Heap.
+class Viewer : public std::enable_shared_from_this<Viewer> {
+public:
+    Viewer(boost::asio::ip::tcp::socket socket, ViewSource& source);
+    void start();
+    /// The newest frame, and the newest mesh or null. Replaces what still waits; nothing if there is no WebSocket.
+    void push(const SharedMessage& frame, const SharedMessage& mesh);
+
+private:
+    using Request = boost::beast::http::request<boost::beast::http::empty_body>;
+
+    void answer();
+    void reply(boost::beast::http::status status, const char* type, std::string body);
+    void begin_live();
+    void listen();
+    void send();
+
+    ViewSource& source_;
+    boost::beast::websocket::stream<boost::beast::tcp_stream> stream_;
+    boost::beast::flat_buffer buffer_;
+    std::optional<boost::beast::http::request_parser<boost::beast::http::empty_body>> parser_;
+    boost::beast::http::response<boost::beast::http::string_body> response_;
+    bool is_live_ = false;
+    SharedMessage under_way_;
+    SharedMessage waiting_hello_;
+    SharedMessage waiting_frame_;
+    SharedMessage waiting_mesh_;
+};
+
+}  // namespace facet

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The live view of facet replay --view: mesh over the horizon, path and camera as they come by WebSocket. Bundled with
+// three.js by document.py.
+import {
+  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, FrontSide, GridHelper, Line,
+  LineBasicMaterial, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { CameraPart, cssColour, planeColour } from "./view_parts.js";
+
+const MAX_POINTS = 40000; // of the path: half an hour at 20 Hz; then it begins anew
+const FACE_BYTES = 40;
+const RETRY_MS = 1500;
+
+class Live {
+  constructor(root) {
+    this.root = root;
+    this.canvas = root.querySelector("canvas");
+    this.said = root.querySelector(".said");
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(55, 1, 0.05, 500);
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(-3, -3, 3);
+    const light = new DirectionalLight("#ffffff", 1.7);
+    light.position.set(0.6, 0.9, 0.4);
+    this.camera.add(light);
+    const grid = new GridHelper(40, 40, cssColour("--line"), cssColour("--line"));
+    grid.rotation.x = Math.PI / 2;
+    grid.position.z = -1.5;
+    this.mesh = new Mesh(new BufferGeometry(),
+      new MeshLambertMaterial({ vertexColors: true, flatShading: true, side: FrontSide }));
+    this.mesh.frustumCulled = false;
+    this.points = new Float32Array(3 * MAX_POINTS);
+    this.count = 0;
+    const path = new BufferGeometry();
+    path.setAttribute("position", new BufferAttribute(this.points, 3));
+    this.path = new Line(path, new LineBasicMaterial({ color: cssColour("--run1") }));
+    this.path.frustumCulled = false;
+    this.scene.add(new AmbientLight("#ffffff", 1.7), this.camera, grid, this.mesh, this.path);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.addEventListener("change", () => this.draw());
+    this.follow = root.querySelector("input");
+    new ResizeObserver(() => this.resize()).observe(root);
+    this.received = { frames: 0, meshes: 0 };
+    this.connect();
+  }
+
+  connect() {
+    this.tell("connecting ...");
+    const socket = new WebSocket(`ws://${location.host}/live`);
+    socket.binaryType = "arraybuffer";
+    socket.addEventListener("message", ({ data }) => {
+      if (typeof data !== "string") {
+        this.showMesh(data);
+        return;
+      }
+      const message = JSON.parse(data);
+      if (message.camera) {
+        this.begin(message.camera);
+      } else {
+        this.showFrame(message);
+      }
+    });
+    socket.addEventListener("close", () => {
+      this.tell("the flight has ended, or has not begun");
+      setTimeout(() => this.connect(), RETRY_MS);
+    });
+  }
+
+  begin(camera) {
+    if (this.frustum) {
+      this.scene.remove(this.frustum.group);
+    }
+    this.count = 0;
+    this.frustum = new CameraPart({ poses: "", camera }, cssColour("--run0"));
+    this.scene.add(this.frustum.group);
+  }
+
+  showFrame(frame) {
+    this.received.frames += 1;
+    const at = new Vector3(...frame.p);
+    if (this.count === MAX_POINTS) {
+      this.count = 0;
+    }
+    at.toArray(this.points, 3 * this.count);
+    this.count += 1;
+    this.path.geometry.setDrawRange(0, this.count);
+    this.path.geometry.attributes.position.needsUpdate = true;
+    this.frustum.poses = new Float32Array([...frame.p, ...frame.q]);
+    this.frustum.show(0);
+    if (this.follow.checked) {
+      this.camera.position.add(at).sub(this.controls.target);
+      this.controls.target.copy(at);
+      this.controls.update();
+    }
+    this.tell(`${frame.t.toFixed(2)} s  ${frame.state}, quality ${frame.quality}, ${frame.tracked} features, `
+      + `${frame.ms.toFixed(1)} ms`);
+    this.draw();
+  }
+
+  showMesh(data) {
+    this.received.meshes += 1;
+    const view = new DataView(data);
+    const faces = data.byteLength / FACE_BYTES;
+    const place = new Float32Array(9 * faces);
+    const colours = new Float32Array(9 * faces);
+    const plain = cssColour("--truth").lerp(new Color("#ffffff"), 0.45);
+    for (let face = 0; face < faces; ++face) {
+      const plane = view.getInt32(FACE_BYTES * face + 36, true);
+      const colour = plane >= 0 ? planeColour(plane) : plain;
+      for (let k = 0; k < 9; ++k) {
+        place[9 * face + k] = view.getFloat32(FACE_BYTES * face + 4 * k, true);
+      }
+      [0, 3, 6].forEach((k) => colour.toArray(colours, 9 * face + k));
+    }
+    this.mesh.geometry.dispose();
+    this.mesh.geometry = new BufferGeometry();
+    this.mesh.geometry.setAttribute("position", new BufferAttribute(place, 3));
+    this.mesh.geometry.setAttribute("color", new BufferAttribute(colours, 3));
+    this.draw();
+  }
+
+  tell(text) {
+    this.said.textContent = text;
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.root;
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / Math.max(height, 1);
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  draw() {
+    if (!this.due) {
+      this.due = requestAnimationFrame(() => {
+        this.due = 0;
+        this.renderer.render(this.scene, this.camera);
+      });
+    }
+  }
+
+  // What is shown as a PNG (data URL).
+  picture() {
+    this.renderer.render(this.scene, this.camera);
+    return this.canvas.toDataURL("image/png");
+  }
+}
+
+// For tests.
+globalThis.facetView = new Live(document.querySelector(".stage"));

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The live view from a browser's side, and that no browser holds up whoever offers frames.
+#include "app/view/live_view.h"
+
+#include <boost/asio/connect.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/support/input_error_text.h"
+#include "tests/support/temp_dir.h"
+
+namespace facet {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+namespace websocket = boost::beast::websocket;
+using Tcp = asio::ip::tcp;
+using Clock = std::chrono::steady_clock;
+
+Tcp::endpoint place_of(const LiveView& view) { return {asio::ip::address_v4::loopback(), view.port()}; }
+
+/// What the server answers to a GET.
+http::response<http::string_body> get(const LiveView& view, const std::string& target, const std::string& host) {
+    asio::io_context io;
+    beast::tcp_stream stream(io);
+    stream.connect(place_of(view));
+    http::request<http::empty_body> request{http::verb::get, target, 11};
+    request.set(http::field::host, host);
+    http::write(stream, request);
+    beast::flat_buffer buffer;
+    http::response<http::string_body> response;
+    http::read(stream, buffer, response);
+    return response;
+}
+
+/// A browser's WebSocket.
+class Client {
+public:
+    /// @param receive_buffer  of the socket in bytes; 0: as the system has it
+    explicit Client(const LiveView& view, const std::string& origin = "", int receive_buffer = 0) : stream_(io_) {
+        stream_.next_layer().open(Tcp::v4());
+        if (receive_buffer > 0) {
+            stream_.next_layer().set_option(asio::socket_base::receive_buffer_size(receive_buffer));
+        }
+        stream_.next_layer().connect(place_of(view));
+        stream_.set_option(websocket::stream_base::decorator([origin](websocket::request_type& request) {
+            if (!origin.empty()) {
+                request.set(http::field::origin, origin);
+            }
+        }));
+        stream_.handshake("127.0.0.1:" + std::to_string(view.port()), "/live");
+    }
+    std::string read() {
+        beast::flat_buffer buffer;
+        stream_.read(buffer);
+        return beast::buffers_to_string(buffer.data());
+    }
+    bool is_binary() const { return stream_.got_binary(); }
+
+private:
+    asio::io_context io_;
+    websocket::stream<Tcp::socket> stream_;
+};
+
+ViewState state_at(int frame) {
+    ViewState state;
+    state.stamp = Timestamp{1'000'000'000 + 50'000'000LL * frame};
+    state.T_W_B.p = {1.0 * frame, 2.0, 3.0};
+    state.state = "TRACKING";
+    state.quality = 90;
+    return state;
+}
+
+void fill_with(std::vector<ViewFace>& faces, std::size_t count) {
+    ViewFace face;
+    face.p_W = {Eigen::Vector3f(1, 2, 3), Eigen::Vector3f(4, 5, 6), Eigen::Vector3f(7, 8, 9)};
+    face.plane = 5;
+    faces.assign(count, face);
+}
+
+TEST_CASE("the page is there for browsers on this computer, and for no one else's page") {
+    const test::TempDir dir;
+    LiveView view({.port = 0, .page = dir.write("page.html", "<p>hello"), .rig = {}});
+    const std::string own = "127.0.0.1:" + std::to_string(view.port());
+    const auto page = get(view, "/", own);
+    CHECK(page.result() == http::status::ok);
+    CHECK(page.body() == "<p>hello");
+    CHECK(get(view, "/etc/passwd", own).result() == http::status::not_found);
+    CHECK(get(view, "/", "elsewhere.example:80").result() == http::status::forbidden);
+    CHECK_THROWS(Client(view, "http://elsewhere.example"));
+    CHECK_NOTHROW(Client(view, "http://" + own));
+    // The server counts after its answer has left.
+    for (int i = 0; i < 200 && view.account().viewers == 0; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    CHECK(view.account().viewers == 1);
+}
+
+TEST_CASE("a browser gets the camera, the newest frame and the mesh, also if it comes late") {
+    LiveView view({});
+    Client early(view);
+    CHECK(nlohmann::json::parse(early.read())["camera"]["q"] == std::vector<double>{0, 0, 0, 1});
+    view.offer(state_at(0), [](std::vector<ViewFace>& faces) { fill_with(faces, 2); });
+    const std::string mesh = early.read();
+    CHECK(early.is_binary());
+    REQUIRE(mesh.size() == 80);
+    CHECK(mesh.substr(36, 4) == std::string("\5\0\0\0", 4));
+    const auto frame = nlohmann::json::parse(early.read());
+    CHECK(frame["t"] == 0.0);
+    CHECK(frame["p"] == std::vector<double>{0, 2, 3});
+    CHECK(frame["state"] == "TRACKING");
+    Client late(view);
+    late.read();
+    CHECK(late.read() == mesh);
+    view.offer(state_at(3), {});
+    CHECK(nlohmann::json::parse(late.read())["t"] == Approx(0.15));
+}
+
+TEST_CASE("browsers that read nothing, or vanish, hold up nobody and lose old messages only") {
+    LiveView view({});
+    Client stalled(view, "", 4096);
+    auto vanishing = std::make_unique<Client>(view);
+    Client good(view);
+    good.read();
+    Clock::duration longest{};
+    for (int frame = 0; frame < 80; ++frame) {
+        const auto begin = Clock::now();
+        view.offer(state_at(frame), [](std::vector<ViewFace>& faces) { fill_with(faces, LiveView::kMaxFaces + 5); });
+        longest = std::max(longest, Clock::now() - begin);
+        if (frame == 20) {
+            vanishing.reset();
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(15));
+    }
+    // 26 MB went to the good one; the stalled one's socket holds a few of them, and the rest was replaced.
+    CHECK(std::chrono::duration<double>(longest).count() < 0.25);
+    const ViewAccount account = view.account();
+    CHECK(account.offered == 80);
+    CHECK(account.skipped < 8);
+    CHECK(account.replaced > 10);
+    view.offer(state_at(100), {});
+    double newest = 0.0;
+    for (int messages = 0; messages < 400 && newest < 5.0 - 1e-6; ++messages) {
+        const std::string message = good.read();
+        newest = good.is_binary() ? newest : nlohmann::json::parse(message)["t"].get<double>();
+    }
+    CHECK(newest == Approx(5.0));
+}
+
+TEST_CASE("a port in use and a page that is not there are refused") {
+    LiveView view({});
+    CHECK(test::input_error_text([&] { LiveView({.port = view.port(), .page = "", .rig = {}}); }).find("in use") !=
+          std::string::npos);
+    CHECK(test::input_error_text([&] { LiveView({.port = 0, .page = "/none.html", .rig = {}}); }) ==
+          "/none.html: cannot be read");
+}
+
+}  // namespace
+}  // namespace facet

@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-2-Clause
+"""The live view in a headless Chromium: a simulated flight is replayed in real time, and frames, meshes and the path
+arrive in the page; its closing changes nothing in the flight. Skipped (77) without Chromium or three.js.
+
+Usage: live_browser_test.py NODE_MODULES FACET...      the program, after the emulator that runs it if there is one
+"""
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from browser import Browser, find_chromium
+
+ROOT = Path(__file__).resolve().parents[3]
+SKIPPED = 77
+
+
+def watch(address):
+    with Browser(1000, 700) as browser:
+        browser.open(address)
+        browser.wait("globalThis.facetView && facetView.received.frames > 10 && facetView.received.meshes > 0")
+        assert "TRACKING" in browser.evaluate("document.querySelector('.said').textContent")
+        browser.wait("facetView.mesh.geometry.attributes.position.count > 300")
+        before = browser.evaluate("facetView.picture()")
+        count = browser.evaluate("facetView.count")
+        browser.wait(f"facetView.count > {count} + 5")
+        assert browser.evaluate("facetView.picture()") != before, "the picture stands still"
+        assert not browser.problems, browser.problems
+
+
+def main():
+    modules, program = Path(sys.argv[1]), sys.argv[2:]
+    if not find_chromium() or not (modules / "three").is_dir() or not (modules / "esbuild").is_dir():
+        print("skipped: no Chromium, or no three.js and esbuild: scripts/setup --browser --npm")
+        return SKIPPED
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        page = folder / "live.html"
+        subprocess.run([sys.executable, ROOT / "scripts/report", "--live", page, "--modules", modules], check=True)
+        simulate = ["sim", "--scene", "room", "--out", folder / "log", "--duration", "8", "--samples", "1",
+                    "--stand", "1"]
+        subprocess.run([*program, *simulate], check=True, capture_output=True)
+        replay = [*program, "replay", folder / "log", "--quiet", "--out"]
+        with subprocess.Popen([*replay, folder / "seen", "--realtime", "--view", "0", "--view-page", page],
+                              stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as flight:
+            address = re.search(r"http://127\.0\.0\.1:\d+/", flight.stderr.readline()).group(0)
+            watch(address)
+            flight.stderr.read()
+            assert flight.wait(60) == 0
+        subprocess.run([*replay, folder / "unseen"], check=True, capture_output=True)
+        seen, unseen = ((folder / which / "trajectory.csv").read_bytes() for which in ("seen", "unseen"))
+        assert seen == unseen, "the trajectory differs"
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
