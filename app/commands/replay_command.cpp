@@ -11,6 +11,7 @@
 #include "app/commands/mavlink_argument.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
+#include "app/commands/stream_argument.h"
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
 #include "app/lab/check/check_calibration.h"
@@ -45,6 +46,7 @@ struct ReplayArguments {
     std::string rate = "frames";
     std::string mavlink;
     bool write_rays = false;
+    std::string stream;
     bool in_real_time = false;
     bool quiet = false;
 };
@@ -170,6 +172,8 @@ int replay(const ReplayArguments& args, bool has_duration) {
     LinuxKernelIo io;
     const std::unique_ptr<MavlinkLink> link = open_mavlink(args.mavlink, io, clock);
     options.sink = link.get();
+    const std::unique_ptr<WorldServer> world = open_stream(args.stream);
+    options.world = world.get();
     const RunSummary run = run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
     const int code = report(run, options, args.min_coverage);
     if (link) {
@@ -249,6 +253,7 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_option("--mavlink", args->mavlink,
                         "Send the estimates: udp:HOST:PORT (IPv4 address) or serial:DEVICE[:BAUD]. Stamps are those of "
                         "the log; one ODOMETRY for every line of the trajectory");
+    command->add_option("--stream", args->stream, kStreamHelp);
     command->add_flag(
         "--rays", args->write_rays,
         "Also write rays.csv: what the live grid says along rays at each keyframe, for facet eval --scene");
