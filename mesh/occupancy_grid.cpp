@@ -253,6 +253,17 @@ GridState OccupancyGrid::describe(Cell cell) const {
     return state;
 }
 
+void OccupancyGrid::pack(std::span<std::uint8_t, kPackedBytes> states) const {
+    const auto code = [](Cell cell) {
+        return static_cast<unsigned>(cell.evidence <= kFree) + 2U * static_cast<unsigned>(cell.evidence >= kOccupied);
+    };
+    for (std::size_t i = 0; i < states.size(); ++i) {
+        const Cell* const four = &cells_[4 * i];
+        states[i] = static_cast<std::uint8_t>(code(four[0]) | (code(four[1]) << 2U) | (code(four[2]) << 4U) |
+                                              (code(four[3]) << 6U));
+    }
+}
+
 std::array<int, 3> OccupancyGrid::count() const {
     std::array<int, 3> count{};
     for (const Cell cell : cells_) {

@@ -104,6 +104,12 @@ public:
     /// Cells in each state, by Space. Looks at all of them.
     std::array<int, 3> count() const;
     double cell_m() const { return config_.cell_m; }
+    /// The corner cell: cell c covers [c, c + 1) cell_m() along each axis, and the grid holds kGridX x kGridY x kGridZ.
+    Eigen::Vector3i lowest_cell() const { return low_; }
+    static constexpr std::size_t kPackedBytes = static_cast<std::size_t>(kGridX) * kGridY * kGridZ / 4;
+    /// All states, two bits each from the low ones on: 0 unknown, 1 free, 2 occupied. Cell c has the place
+    /// ((c.z mod kGridZ) kGridY + c.y mod kGridY) kGridX + c.x mod kGridX.
+    void pack(std::span<std::uint8_t, kPackedBytes> states) const;
 
 private:
     static_assert((kGridX & (kGridX - 1)) == 0 && (kGridY & (kGridY - 1)) == 0 && (kGridZ & (kGridZ - 1)) == 0);

@@ -11,6 +11,7 @@
 #include "app/commands/mavlink_argument.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
+#include "app/commands/stream_argument.h"
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
 #include "app/lab/check/check_calibration.h"
@@ -48,6 +49,7 @@ struct ReplayArguments {
     bool write_calibration = false;
     std::optional<std::uint16_t> view_port;
     std::string view_page;
+    std::string stream;
     bool in_real_time = false;
     bool quiet = false;
 };
@@ -180,6 +182,8 @@ int replay(const ReplayArguments& args, bool has_duration) {
     LinuxKernelIo io;
     const std::unique_ptr<MavlinkLink> link = open_mavlink(args.mavlink, io, clock);
     options.sink = link.get();
+    const std::unique_ptr<WorldServer> world = open_stream(args.stream);
+    options.world = world.get();
     const RunSummary run = run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
     const int code = report(run, options, args.min_coverage);
     if (link) {
@@ -259,6 +263,7 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_option("--mavlink", args->mavlink,
                         "Send the estimates: udp:HOST:PORT (IPv4 address) or serial:DEVICE[:BAUD]. Stamps are those of "
                         "the log; one ODOMETRY for every line of the trajectory");
+    command->add_option("--stream", args->stream, kStreamHelp);
     command->add_flag(
         "--rays", args->write_rays,
         "Also write rays.csv: what the live grid says along rays at each keyframe, for facet eval --scene");

@@ -13,6 +13,7 @@
 
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
+#include "app/commands/stream_argument.h"
 #include "app/config/vehicle_file.h"
 #include "app/run/dry_run.h"
 #include "app/run/hardware.h"
@@ -36,6 +37,7 @@ constexpr Duration kLinePeriod = Duration::from_seconds(10.0);
 struct RunArguments {
     std::string vehicle;
     std::string out;
+    std::string stream;
     double duration_s = 0.0;
     bool dry_run = false;
     bool record = false;
@@ -158,7 +160,9 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     const bool is_terminal = isatty(STDOUT_FILENO) != 0 && !args.quiet;
     ServiceNotifier notifier(io, clock, environment("NOTIFY_SOCKET"), environment("WATCHDOG_USEC"),
                              environment("WATCHDOG_PID"), getpid());
+    const std::unique_ptr<WorldServer> world = open_stream(args.stream);
     LiveRun run(clock, vehicle, hardware.sources(), sinks);
+    run.stream_to(world.get());
     if (args.record) {
         run.record(vehicle.log.folder);
     }
@@ -235,6 +239,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
                      "app/config/examples")
         ->required();
     command->add_option("--out", args->out, "Folder for the files, instead of the vehicle file's sinks.log.folder");
+    command->add_option("--stream", args->stream, kStreamHelp);
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
     command->add_flag("--dry-run", args->dry_run, "Only try the hardware: prints one line per device");
     command->add_flag("--record", args->record,

@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "app/config/config_table.h"
+#include "app/pipeline/world_description.h"
 #include "app/support/input_error.h"
+#include "drivers/world_stream/world_server.h"
 
 namespace facet {
 namespace {
@@ -93,6 +95,7 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
         }
     }
     update_ranges(result);
+    stream_world(result);
     result.timing = timer_.take();
 }
 
@@ -107,6 +110,20 @@ void FramePipeline::update_ranges(FrameResult& result) {
         obstacles_->update(mesher_->mesh());
     }
     result.has_ranges = result.is_usable && obstacles_->sweep(result.estimate, grid_.get(), result.ranges);
+    timer_.add_total(begin);
+}
+
+/// Part of the frame's time.
+void FramePipeline::stream_world(const FrameResult& result) {
+    if (world_ == nullptr || !mesh_is_new_) {
+        return;
+    }
+    const auto begin = StageTimer::Clock::now();
+    WorldState& world = world_->next();
+    world.stamp_ns = result.estimate.stamp.ns;
+    world.resets = result.estimate.health.reset_counter;
+    describe_world(mesher_->mesh(), {result.planes.data(), result.planes.size()}, grid_.get(), world);
+    world_->publish();
     timer_.add_total(begin);
 }
 

@@ -20,6 +20,8 @@
 
 namespace facet {
 
+class WorldServer;
+
 /// What became of one frame, as values: it may be handed to another thread. About 10 KB.
 struct FrameResult {
     Timestamp frame_stamp;   ///< as given to the estimator
@@ -59,6 +61,9 @@ public:
     /// Distances to obstacles from now on, in FrameResult::ranges. Heap.
     void measure_ranges(const ObstacleOptions& options) { obstacles_.emplace(options); }
 
+    /// Mesh, planes and grid from now on after each keyframe that brings a mesh. Borrowed; nullptr: to nobody.
+    void stream_to(WorldServer* world) { world_ = world; }
+
     /// See Estimator.
     void request_reset() { estimator_.request_reset(); }
 
@@ -94,6 +99,7 @@ public:
 private:
     void describe_refusal(Timestamp stamp, Status status, Health& health) const;
     void update_ranges(FrameResult& result);
+    void stream_world(const FrameResult& result);
     bool update_mesh(const StereoFrame& frame, const Health& health);
     void update_planes(const KeyframeView& view, const Health& health);
     void update_grid(const KeyframeView& view, const Health& health);
@@ -105,6 +111,7 @@ private:
     std::unique_ptr<OccupancyGrid> grid_;  ///< none unless enabled
     PlaneSource plane_source_;
     std::optional<ObstacleSweep> obstacles_;
+    WorldServer* world_ = nullptr;
     std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
     std::uint32_t grid_reset_counter_ = 0;    ///< and when the grid was last filled
     std::uint32_t last_view_ = 0;

@@ -67,6 +67,9 @@ public:
     /// start() throws InputError if there is a log already.
     void record(std::string folder) { record_folder_ = std::move(folder); }
 
+    /// To be called before start(): mesh, planes and grid go there. Borrowed.
+    void stream_to(WorldServer* world) { pipeline_.stream_to(world); }
+
     /// Stops everything in the order of the data, so that all that was estimated is sent and written.
     RunSummary stop();
     /// After stop(): why files are incomplete; empty if they are complete.

@@ -319,6 +319,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     const auto begin = StageTimer::Clock::now();
     open_log();
     pipeline_.configure(options_.config, disturbed(options_));
+    pipeline_.stream_to(options_.world);
     recorder_.open();
     start_check_.emplace(options_.calibration.rig);
     if (options_.view) {

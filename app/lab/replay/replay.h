@@ -18,6 +18,8 @@
 
 namespace facet {
 
+class WorldServer;
+
 /// Time without any sample between two passes of a log.
 inline constexpr Duration kSeam{5'000'000'000};
 /// A frame that is not ready when inertial samples are this far past its stamp never will be: longer than any time
@@ -40,6 +42,7 @@ struct ReplayOptions {
     bool write_calibration = false;    ///< also calibration.csv (CalibrationLog)
     bool show_progress = true;
     OdometrySink* sink = nullptr;     ///< is given every line of the trajectory, and is serviced; or nobody is
+    WorldServer* world = nullptr;     ///< is given mesh, planes and grid at each keyframe; or nobody is
     std::optional<ViewOptions> view;  ///< shown live in a browser; its rig is set here
     bool in_real_time = false;        ///< samples come no faster than they were recorded
 };
