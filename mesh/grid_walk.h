@@ -27,16 +27,26 @@ void OccupancyGrid::walk(const Eigen::Vector3d& from, const Eigen::Vector3d& dir
             next[k] = ((cell[k] + (d > 0.0 ? 1 : 0)) * size - from[k]) / d;
         }
     }
+    // Scalars and selections: the axis is as good as random, so that a branch or an index on it would stall every step.
+    double x_next = next.x();
+    double y_next = next.y();
+    double z_next = next.z();
     double entered = 0.0;
     constexpr int kMost = kGridX + kGridY + kGridZ;
     for (int i = 0; i < kMost && entered <= max_m; ++i) {
         if (!visit(cell, entered)) {
             return;
         }
-        const int axis = next.x() < next.y() ? (next.x() < next.z() ? 0 : 2) : (next.y() < next.z() ? 1 : 2);
-        cell[axis] += step[axis];
-        entered = next[axis];
-        next[axis] += width[axis];
+        const bool before_y = x_next < y_next;
+        const bool before_z = x_next < z_next;
+        const bool along_x = before_y & before_z;
+        const bool along_y = !before_y & (y_next < z_next);
+        const bool along_z = !along_x & !along_y;
+        entered = along_x ? x_next : along_y ? y_next : z_next;
+        x_next = along_x ? x_next + width.x() : x_next;
+        y_next = along_y ? y_next + width.y() : y_next;
+        z_next = along_z ? z_next + width.z() : z_next;
+        cell += Eigen::Vector3i(along_x ? step.x() : 0, along_y ? step.y() : 0, along_z ? step.z() : 0);
     }
 }
 
