@@ -2,13 +2,18 @@
 #include "app/calibration/calibration.h"
 
 #include <filesystem>
+#include <string_view>
+#include <system_error>
 
 #include "app/calibration/calibration_fields.h"
+#include "app/support/input_error.h"
 
 namespace facet {
 namespace {
 
 constexpr double kMaxTimeShiftS = 1.0;
+constexpr const char* kChainName = "camchain.yaml";  // in a log's root
+constexpr const char* kImuName = "imu.yaml";
 
 Duration read_time_shift(const YamlNode& camera) {
     if (!camera.has("timeshift_cam_imu")) {
@@ -45,6 +50,11 @@ Calibration load_euroc_calibration(const std::string& root) {
     calibration.camera_time_shift = read_time_shift(left);
     calibration.sigmas = read_stated_sigmas(left, right);
     calibration.source = "sensor.yaml";
+    for (const char* place : {"cam0/sensor.yaml", "cam1/sensor.yaml", "imu0/sensor.yaml"}) {
+        if (has_right || std::string_view(place) != "cam1/sensor.yaml") {
+            calibration.files.push_back({root + "/" + place, place});
+        }
+    }
     return calibration;
 }
 
@@ -75,11 +85,13 @@ void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibrat
     calibration.camera_time_shift = read_time_shift(left);
     calibration.sigmas = read_stated_sigmas(left, right);
     calibration.source = "camchain";
+    calibration.files.clear();
 }
 
 void load_kalibr_imu(const std::string& imu_path, Calibration& calibration) {
     const YamlNode file = load_yaml(imu_path);
     calibration.noise = read_imu_noise(file.has("imu0") ? file.at("imu0") : file, "update_rate");
+    calibration.files.clear();
 }
 
 Calibration load_calibration(const std::string& root, const std::string& cameras, const std::string& imu) {
@@ -92,7 +104,9 @@ Calibration load_calibration(const std::string& root, const std::string& cameras
         calibration = load_euroc_calibration(fs::is_directory(cameras + "/mav0") ? cameras + "/mav0" : cameras);
         calibration.source = cameras;
     } else {
-        calibration = load_euroc_calibration(root);
+        const bool is_kalibr = !fs::exists(root + "/cam0/sensor.yaml") && fs::exists(root + "/" + kChainName);
+        calibration = is_kalibr ? load_kalibr_calibration(root + "/" + kChainName, root + "/" + kImuName)
+                                : load_euroc_calibration(root);
         if (!cameras.empty()) {
             load_kalibr_cameras(cameras, calibration);
         }
@@ -103,10 +117,21 @@ Calibration load_calibration(const std::string& root, const std::string& cameras
     return calibration;
 }
 
+void keep_calibration(const Calibration& calibration, const std::string& root) {
+    for (const CalibrationFile& file : calibration.files) {
+        std::error_code error;
+        std::filesystem::copy_file(file.path, root + "/" + file.place, error);
+        if (error) {
+            throw InputError(root + "/" + file.place + ": cannot be copied from " + file.path + ": " + error.message());
+        }
+    }
+}
+
 Calibration load_kalibr_calibration(const std::string& camchain_path, const std::string& imu_path) {
     Calibration calibration;
     load_kalibr_cameras(camchain_path, calibration);
     load_kalibr_imu(imu_path, calibration);
+    calibration.files = {{camchain_path, kChainName}, {imu_path, kImuName}};
     return calibration;
 }
 

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/values/imu_noise.h"
@@ -21,6 +22,12 @@ struct StatedSigmas {
     double rotation_rad = 0.0;     ///< (rad)
 };
 
+/// A file that a calibration was read from.
+struct CalibrationFile {
+    std::string path;
+    std::string place;  ///< where load_calibration finds it below a log's root
+};
+
 /// What calibration files say, with body frame = IMU frame.
 struct Calibration {
     StereoRig rig;
@@ -28,6 +35,7 @@ struct Calibration {
     Duration camera_time_shift;          ///< t_imu = t_cam + shift (Kalibr's timeshift_cam_imu of cam0)
     std::optional<StatedSigmas> sigmas;  ///< how well the cameras are known, if the files say so
     std::string source;                  ///< files it came from, for the summary
+    std::vector<CalibrationFile> files;  ///< none if they are of both kinds, EuRoC's and Kalibr's
 };
 
 /// From a EuRoC/ASL folder: cam0, cam1 and imu0/sensor.yaml. T_BS maps sensor to body; an IMU away from the body frame
@@ -41,13 +49,18 @@ Calibration load_euroc_calibration(const std::string& root);
 /// instead. Throws as above.
 Calibration load_kalibr_calibration(const std::string& camchain_path, const std::string& imu_path);
 
-/// The calibration of a log: its own sensor.yaml files, unless others are named.
+/// The calibration of a log: its own sensor.yaml files (or Kalibr's camchain.yaml and imu.yaml in the log's root, if
+/// there is no cam0/sensor.yaml), unless others are named.
 /// @param root     the log's folder that holds cam0
 /// @param cameras  Kalibr's camchain.yaml, or a folder in EuRoC/ASL layout, whose imu0/sensor.yaml counts too; empty:
 ///                 the log's own
 /// @param imu      Kalibr's imu.yaml; empty: as above
 /// Throws as above.
 Calibration load_calibration(const std::string& root, const std::string& cameras, const std::string& imu);
+
+/// Copies the files that a calibration was read from to a log's root, byte for byte, so that load_calibration(root, "",
+/// "") gives the same one. The folders of its sensors must be there. Throws InputError naming the file.
+void keep_calibration(const Calibration& calibration, const std::string& root);
 
 /// Only the cameras of a camchain.yaml; noise stays as it is in `calibration`.
 void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibration);

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include "app/config/config_file.h"
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
 #include "platform/linux/memory_lock.h"
@@ -112,6 +113,10 @@ void LiveRun::start_recorder() {
     const CameraIntrinsics k = vehicle_.calibration.rig.left.intrinsics();
     log_ = std::make_unique<SampleRecorder>(clock_, record_folder_, vehicle_.calibration.rig.has_right,
                                             static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
+    keep_calibration(vehicle_.calibration, record_folder_ + "/mav0");
+    TextFile parameters(record_folder_ + "/mav0/parameters.yaml");
+    parameters.write(print_config(vehicle_.config));
+    parameters.close();
     loop_->show(log_.get());
     start_worker(log_writer_, "facet-record", {}, [this](const std::atomic<bool>& stopping) { log_->write(stopping); });
 }

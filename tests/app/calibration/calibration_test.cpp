@@ -239,6 +239,29 @@ TEST_CASE("a log's calibration may come from another folder, time shift included
           std::string::npos);
 }
 
+TEST_CASE("a log keeps the files of its calibration, EuRoC's or Kalibr's") {
+    const test::TempDir given;
+    write_euroc(given);
+    const std::string camchain = given.write("camchain-imucam.yaml", kCamchain);
+    const std::string imu = given.write("imu-of-the-vehicle.yaml", kKalibrImu);
+    const bool is_kalibr = GENERATE(false, true);
+    const Calibration c =
+        is_kalibr ? load_kalibr_calibration(camchain, imu) : load_calibration("unused", given.path(), "");
+    const test::TempDir log;
+    for (const char* folder : {"cam0", "cam1", "imu0"}) {
+        std::filesystem::create_directory(log.file(folder));
+    }
+    keep_calibration(c, log.path());
+    const Calibration again = load_calibration(log.path(), "", "");
+    CHECK(again.rig.T_B_C1.p == c.rig.T_B_C1.p);
+    CHECK(again.rig.T_B_C1.q.coeffs() == c.rig.T_B_C1.q.coeffs());
+    CHECK(again.rig.right.intrinsics().coeffs == c.rig.right.intrinsics().coeffs);
+    CHECK(again.noise.rate_hz == c.noise.rate_hz);
+    CHECK(again.camera_time_shift == c.camera_time_shift);
+    CHECK(std::filesystem::exists(log.file("camchain.yaml")) == is_kalibr);
+    CHECK(input_error_text([&] { keep_calibration(c, log.path()); }).find("cannot be copied") != std::string::npos);
+}
+
 TEST_CASE("standard deviations are read if both cameras state them") {
     const test::TempDir dir;
     write_euroc(dir);

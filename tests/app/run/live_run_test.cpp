@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "app/config/config_file.h"
 #include "app/lab/replay/replay.h"
 #include "app/lab/sim/simulate.h"
 #include "platform/linux/linux_clock.h"
@@ -258,8 +259,10 @@ TEST_CASE("the log of a run replays to the bytes of the run") {
     ReplayOptions replay;
     replay.dataset = dir.file("out");
     replay.out = dir.file("replay");
-    replay.config = vehicle.config;
-    replay.calibration = vehicle.calibration;
+    load_config(dir.file("out/mav0/parameters.yaml"), replay.config);
+    replay.config.regularity.mode = vehicle.config.regularity.mode;
+    replay.calibration = load_calibration(dir.file("out/mav0"), "", "");
+    replay.config.imu_noise = replay.calibration.noise;
     replay.show_progress = false;
     const RunSummary replayed = run_replay(replay, false);
     CHECK(replayed.warnings.empty());
