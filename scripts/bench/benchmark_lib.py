@@ -3,6 +3,7 @@
 import argparse
 import csv
 import dataclasses
+import hashlib
 import json
 import math
 import pathlib
@@ -183,6 +184,17 @@ def fresh_folder(path):
     shutil.rmtree(path, ignore_errors=True)
     path.mkdir(parents=True)
     return path
+
+
+def sum_of(files):
+    """Changes when the files do."""
+    return hashlib.sha256(b"".join(pathlib.Path(file).read_bytes() for file in files)).hexdigest()[:16]
+
+
+def simulator_sum():
+    """Changes when the simulator does: its flights are then rendered anew."""
+    return sum_of(sorted(file for folder in ("app/lab/sim", "estimator/geometry")
+                         for file in (ROOT / folder).rglob("*.*")))
 
 
 def read_table(path):
