@@ -89,9 +89,12 @@ def accuracy_table(sequences):
                      cell(run.figure("ate_yaw4", "rotation_deg", "rmse"), 2), cell(run.figure("end_drift_percent"), 3),
                      cell(share if share is not None else run.figure("coverage", "time"), 1, 100.0),
                      cell(parts[0], 1), cell(parts[1], 1)])
+    traps = json.loads(PUBLISHED.read_text(encoding="utf-8"))["traps"]
+    notes = "".join(f"; {name}: {html.escape(trap)}" for name, trap in traps.items()
+                    if any(run.euroc == name for _, run in runs_of(sequences)))
     return table(["sequence", "mode", "ATE max (cm)", "rotation RMSE (deg)", "drift (% of path)", "coverage (%)",
                   "pose NEES", "velocity NEES"], rows, "<b>Trajectory</b>; NEES is 6 for the pose and 3 for the "
-                 "velocity if the claimed covariance is honest, more if it is too small", left=2)
+                 f"velocity if the claimed covariance is honest, more if it is too small{notes}", left=2)
 
 
 def mesh_table(sequences):

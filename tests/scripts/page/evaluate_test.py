@@ -102,9 +102,16 @@ class Evaluate(unittest.TestCase):
         for name in ("MH_01_easy", "V2_03_difficult"):
             self.log(name)
         self.run_it(self.root / "logs")
+        self.assertNotIn("its true orientation is known to be inaccurate", self.page())
         self.assertIn("EuRoC, beside what others have published", self.page())
         self.assertIn("<td class=\"left\">facet, spr</td><td>0.020</td><td>0.020</td>", self.page())
         self.assertIn("Kimera-VIO [4]</td><td>0.080</td><td>0.190</td>", self.page())
+        self.assertIn("SVO+GTSAM, one camera [5]</td><td>0.050</td><td>\u2013</td>", self.page())
+
+    def test_an_inaccurate_truth_is_named(self):
+        self.log("V1_01_easy")
+        self.run_it(self.root / "logs", "--modes", "s")
+        self.assertIn("V1_01: its true orientation is known to be inaccurate", self.page())
 
     def test_what_is_not_such_a_sequence_does_not(self):
         self.log("MH_01_easy", seconds=15)
