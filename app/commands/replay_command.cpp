@@ -12,6 +12,7 @@
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
 #include "app/commands/stream_argument.h"
+#include "app/commands/view_argument.h"
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
 #include "app/lab/check/check_calibration.h"
@@ -47,8 +48,7 @@ struct ReplayArguments {
     std::string mavlink;
     bool write_rays = false;
     bool write_calibration = false;
-    std::optional<std::uint16_t> view_port;
-    std::string view_page;
+    ViewArguments view;
     std::string stream;
     bool in_real_time = false;
     bool quiet = false;
@@ -170,12 +170,6 @@ int replay(const ReplayArguments& args, bool has_duration) {
     }
     options.write_rays = args.write_rays;
     options.write_calibration = args.write_calibration;
-    if (!args.view_port && !args.view_page.empty()) {
-        throw InputError("--view-page: needs --view");
-    }
-    if (args.view_port) {
-        options.view = ViewOptions{.port = *args.view_port, .page = args.view_page, .rig = {}};
-    }
     options.show_progress = !args.quiet;
     options.in_real_time = args.in_real_time;
     LinuxClock clock;
@@ -184,10 +178,15 @@ int replay(const ReplayArguments& args, bool has_duration) {
     options.sink = link.get();
     const std::unique_ptr<WorldServer> world = open_stream(args.stream);
     options.world = world.get();
+    const std::unique_ptr<LiveView> view = open_view(args.view, options.calibration.rig);
+    options.view = view.get();
     const RunSummary run = run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
     const int code = report(run, options, args.min_coverage);
     if (link) {
         print_out("mavlink      {} sent, {} dropped\n", link->counters().sent, link->counters().dropped);
+    }
+    if (view) {
+        print_view(view->account());
     }
     if (args.in_real_time) {
         print_out("real time    at most {:.3f} s behind the log\n", run.greatest_lag_s);
@@ -269,9 +268,7 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         "Also write rays.csv: what the live grid says along rays at each keyframe, for facet eval --scene");
     command->add_flag("--log-calibration", args->write_calibration,
                       "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
-    command->add_option("--view", args->view_port,
-                        "Show the flight in a browser on this computer, at this port; 0: any that is free");
-    command->add_option("--view-page", args->view_page, "The page for it, which scripts/report --live makes");
+    add_view_options(*command, args->view);
     command->add_flag("--realtime", args->in_real_time, "No faster than the log was recorded");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(fault_help() +

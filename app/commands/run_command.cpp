@@ -14,6 +14,7 @@
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
 #include "app/commands/stream_argument.h"
+#include "app/commands/view_argument.h"
 #include "app/config/vehicle_file.h"
 #include "app/run/dry_run.h"
 #include "app/run/hardware.h"
@@ -38,6 +39,7 @@ struct RunArguments {
     std::string vehicle;
     std::string out;
     std::string stream;
+    ViewArguments view;
     double duration_s = 0.0;
     bool dry_run = false;
     bool record = false;
@@ -161,8 +163,10 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     ServiceNotifier notifier(io, clock, environment("NOTIFY_SOCKET"), environment("WATCHDOG_USEC"),
                              environment("WATCHDOG_PID"), getpid());
     const std::unique_ptr<WorldServer> world = open_stream(args.stream);
+    const std::unique_ptr<LiveView> view = open_view(args.view, vehicle.calibration.rig);
     LiveRun run(clock, vehicle, hardware.sources(), sinks);
     run.stream_to(world.get());
+    run.show_to(view.get());
     if (args.record) {
         run.record(vehicle.log.folder);
     }
@@ -204,6 +208,9 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     if (mavlink != nullptr) {
         print_mavlink(*mavlink);
     }
+    if (view) {
+        print_view(view->account());
+    }
     return report(summary, run, vehicle.log.folder);
 }
 
@@ -240,6 +247,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
         ->required();
     command->add_option("--out", args->out, "Folder for the files, instead of the vehicle file's sinks.log.folder");
     command->add_option("--stream", args->stream, kStreamHelp);
+    add_view_options(*command, args->view);
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
     command->add_flag("--dry-run", args->dry_run, "Only try the hardware: prints one line per device");
     command->add_flag("--record", args->record,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/config/config_table.h"
+#include "app/pipeline/live_picture.h"
 #include "app/pipeline/world_description.h"
 #include "app/support/input_error.h"
 #include "drivers/world_stream/world_server.h"
@@ -97,6 +98,9 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
     update_ranges(result);
     stream_world(result);
     result.timing = timer_.take();
+    if (view_ != nullptr) {
+        show_frame(result, frame, estimator_.keyframe_view(), *mesher_, *view_);
+    }
 }
 
 /// Part of the frame's time.

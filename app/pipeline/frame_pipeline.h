@@ -20,6 +20,7 @@
 
 namespace facet {
 
+class LiveView;
 class WorldServer;
 
 /// What became of one frame, as values: it may be handed to another thread. About 10 KB.
@@ -63,6 +64,9 @@ public:
 
     /// Mesh, planes and grid from now on after each keyframe that brings a mesh. Borrowed; nullptr: to nobody.
     void stream_to(WorldServer* world) { world_ = world; }
+
+    /// Every usable frame from now on. Borrowed; nullptr: to nobody.
+    void show_to(LiveView* view) { view_ = view; }
 
     /// See Estimator.
     void request_reset() { estimator_.request_reset(); }
@@ -112,6 +116,7 @@ private:
     PlaneSource plane_source_;
     std::optional<ObstacleSweep> obstacles_;
     WorldServer* world_ = nullptr;
+    LiveView* view_ = nullptr;
     std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
     std::uint32_t grid_reset_counter_ = 0;    ///< and when the grid was last filled
     std::uint32_t last_view_ = 0;

@@ -69,6 +69,8 @@ public:
 
     /// To be called before start(): mesh, planes and grid go there. Borrowed.
     void stream_to(WorldServer* world) { pipeline_.stream_to(world); }
+    /// To be called before start(): every usable frame goes there. Borrowed.
+    void show_to(LiveView* view) { pipeline_.show_to(view); }
 
     /// Stops everything in the order of the data, so that all that was estimated is sent and written.
     RunSummary stop();

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <bit>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
@@ -16,7 +15,7 @@
 #include <utility>
 
 #include "app/support/input_error.h"
-#include "app/view/viewer.h"
+#include "app/view/view_messages.h"
 
 namespace facet {
 namespace {
@@ -41,62 +40,19 @@ std::string read_page(const std::string& path) {
     return page;
 }
 
-SharedMessage text_message(std::string body) {
-    return std::make_shared<const ViewMessage>(ViewMessage{false, std::move(body)});
-}
-
-/// The left camera: pose on the body, half of its field of view as tangents.
-SharedMessage hello_of(const StereoRig& rig) {
-    const CameraIntrinsics& k = rig.left.intrinsics();
-    const Se3& T = rig.T_B_C0;
-    const double fx = k.fx > 0.0 ? k.fx : 1.0;
-    const double fy = k.fy > 0.0 ? k.fy : 1.0;
-    return text_message(fmt::format(R"({{"camera":{{"p":[{},{},{}],"q":[{},{},{},{}],"x":{},"y":{}}}}})", T.p.x(),
-                                    T.p.y(), T.p.z(), T.q.x(), T.q.y(), T.q.z(), T.q.w(), k.cx / fx, k.cy / fy));
-}
-
-SharedMessage frame_message(const ViewState& s, Timestamp begin) {
-    const Eigen::Vector3d& p = s.T_W_B.p;
-    const Eigen::Quaterniond& q = s.T_W_B.q;
-    return text_message(
-        fmt::format(R"({{"t":{:.4f},"p":[{:.4f},{:.4f},{:.4f}],"q":[{:.6f},{:.6f},{:.6f},{:.6f}],"state":"{}",)"
-                    R"("quality":{},"tracked":{},"ms":{:.2f},"keyframe":{}}})",
-                    (s.stamp - begin).seconds(), p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w(), s.state, s.quality,
-                    s.tracked, s.total_ms, s.is_keyframe));
-}
-
-void append_word(std::string& body, std::uint32_t word) {
-    for (int shift = 0; shift < 32; shift += 8) {
-        body.push_back(static_cast<char>((word >> shift) & 0xffU));
-    }
-}
-
-/// For each face nine float32 and an int32, little-endian.
-SharedMessage mesh_message(const std::vector<ViewFace>& faces) {
-    auto message = std::make_shared<ViewMessage>();
-    message->is_binary = true;
-    message->body.reserve(40 * faces.size());
-    for (const ViewFace& face : faces) {
-        for (const Eigen::Vector3f& p : face.p_W) {
-            for (int k = 0; k < 3; ++k) {
-                append_word(message->body, std::bit_cast<std::uint32_t>(p[k]));
-            }
-        }
-        append_word(message->body, static_cast<std::uint32_t>(face.plane));
-    }
-    return message;
-}
-
 }  // namespace
 
 class LiveView::Server {
 public:
     explicit Server(const ViewOptions& options) : acceptor_(io_), timer_(io_) {
         source_.page = read_page(options.page);
-        source_.hello = hello_of(options.rig);
+        source_.hello = hello_message(options.rig);
         listen(options.port);
-        inbox_.faces.reserve(kMaxFaces);
-        taken_.faces.reserve(kMaxFaces);
+        for (Snapshot* snapshot : {&inbox_, &taken_}) {
+            snapshot->faces.reserve(kMaxFaces);
+            snapshot->picture.pixels.reserve(std::size_t{kMaxPictureSide} * kMaxPictureSide);
+            snapshot->picture.points.reserve(kMaxPoints);
+        }
         accept();
         tick();
         thread_ = std::thread([this] { io_.run(); });
@@ -108,7 +64,12 @@ public:
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
-    void offer(const ViewState& state, const FillFaces& fill) {
+    bool wants_picture(Timestamp stamp, bool has_points) const {
+        return source_.watching > 0 &&
+               (!last_picture_ || stamp - *last_picture_ >= (has_points ? kPicturePeriod : kPointlessAfter));
+    }
+
+    void offer(const ViewState& state, const FillFaces& fill, const FillPicture& fill_picture) {
         ++offered_;
         const std::unique_lock lock(mutex_, std::try_to_lock);
         if (!lock.owns_lock()) {
@@ -124,6 +85,14 @@ public:
             inbox_.faces.resize(std::min(inbox_.faces.size(), kMaxFaces));
             inbox_.has_mesh = true;
         }
+        if (fill_picture) {
+            inbox_.picture.pixels.clear();
+            inbox_.picture.points.clear();
+            fill_picture(inbox_.picture);
+            inbox_.picture.points.resize(std::min(inbox_.picture.points.size(), kMaxPoints));
+            inbox_.has_picture = true;
+            last_picture_ = state.stamp;
+        }
     }
 
     std::uint16_t port() const { return port_; }
@@ -135,6 +104,8 @@ private:
         Timestamp begin;  ///< of the first frame that was taken
         std::vector<ViewFace> faces;
         bool has_mesh = false;
+        ViewPicture picture;
+        bool has_picture = false;
     };
 
     void listen(std::uint16_t port) {
@@ -176,6 +147,7 @@ private:
                 std::swap(inbox_, taken_);
                 inbox_.state.reset();
                 inbox_.has_mesh = false;
+                inbox_.has_picture = false;
             }
             pass_on();
             tick();
@@ -188,10 +160,11 @@ private:
         }
         const SharedMessage frame = frame_message(*taken_.state, taken_.begin);
         const SharedMessage mesh = taken_.has_mesh ? mesh_message(taken_.faces) : nullptr;
+        const SharedMessage picture = taken_.has_picture ? picture_message(taken_.picture) : nullptr;
         source_.newest_mesh = mesh ? mesh : source_.newest_mesh;
         for (const std::weak_ptr<Viewer>& known : viewers_) {
             if (const auto viewer = known.lock()) {
-                viewer->push(frame, mesh);
+                viewer->push(frame, mesh, picture);
             }
         }
     }
@@ -201,7 +174,8 @@ private:
     Tcp::acceptor acceptor_;
     asio::steady_timer timer_;
     std::vector<std::weak_ptr<Viewer>> viewers_;
-    std::optional<Timestamp> begin_;  ///< of the thread that offers
+    std::optional<Timestamp> begin_;         ///< of the thread that offers
+    std::optional<Timestamp> last_picture_;  ///< the same
     Snapshot taken_;
     std::mutex mutex_;  ///< of inbox_
     Snapshot inbox_;
@@ -213,7 +187,12 @@ private:
 
 LiveView::LiveView(const ViewOptions& options) : server_(std::make_unique<Server>(options)) {}
 LiveView::~LiveView() = default;
-void LiveView::offer(const ViewState& state, const FillFaces& fill) { server_->offer(state, fill); }
+bool LiveView::wants_picture(Timestamp stamp, bool has_points) const {
+    return server_->wants_picture(stamp, has_points);
+}
+void LiveView::offer(const ViewState& state, const FillFaces& fill, const FillPicture& fill_picture) {
+    server_->offer(state, fill, fill_picture);
+}
 std::uint16_t LiveView::port() const { return server_->port(); }
 ViewAccount LiveView::account() const { return server_->account(); }
 

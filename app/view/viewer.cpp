@@ -31,6 +31,8 @@ bool is_own_name(beast::string_view host) {
 
 Viewer::Viewer(asio::ip::tcp::socket socket, ViewSource& source) : source_(source), stream_(std::move(socket)) {}
 
+Viewer::~Viewer() { end_live(); }
+
 void Viewer::start() {
     parser_.emplace();
     parser_->header_limit(kMaxHeader);
@@ -79,6 +81,7 @@ void Viewer::begin_live() {
             return;
         }
         ++self->source_.viewers;
+        ++self->source_.watching;
         self->is_live_ = true;
         self->waiting_hello_ = self->source_.hello;
         self->waiting_mesh_ = self->source_.newest_mesh;
@@ -91,7 +94,7 @@ void Viewer::begin_live() {
 void Viewer::listen() {
     stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
         if (error) {
-            self->is_live_ = false;
+            self->end_live();
             return;
         }
         self->buffer_.consume(self->buffer_.size());
@@ -99,21 +102,33 @@ void Viewer::listen() {
     });
 }
 
-void Viewer::push(const SharedMessage& frame, const SharedMessage& mesh) {
+void Viewer::end_live() {
+    if (std::exchange(is_live_, false)) {
+        --source_.watching;
+    }
+}
+
+void Viewer::push(const SharedMessage& frame, const SharedMessage& mesh, const SharedMessage& picture) {
     if (!is_live_) {
         return;
     }
-    source_.replaced += (frame && waiting_frame_ ? 1U : 0U) + (mesh && waiting_mesh_ ? 1U : 0U);
-    waiting_frame_ = frame ? frame : waiting_frame_;
-    waiting_mesh_ = mesh ? mesh : waiting_mesh_;
+    const auto replace = [this](SharedMessage& waiting, const SharedMessage& newer) {
+        source_.replaced += newer && waiting ? 1U : 0U;
+        waiting = newer ? newer : waiting;
+    };
+    replace(waiting_frame_, frame);
+    replace(waiting_mesh_, mesh);
+    replace(waiting_picture_, picture);
     if (!under_way_) {
         send();
     }
 }
 
 void Viewer::send() {
-    SharedMessage* const next = waiting_hello_ ? &waiting_hello_ : waiting_mesh_ ? &waiting_mesh_ : &waiting_frame_;
-    under_way_ = std::exchange(*next, nullptr);
+    // The mesh before the frame that brought it, the picture last.
+    for (SharedMessage* waiting : {&waiting_hello_, &waiting_mesh_, &waiting_frame_, &waiting_picture_}) {
+        under_way_ = under_way_ ? under_way_ : std::exchange(*waiting, nullptr);
+    }
     if (!under_way_ || !is_live_) {
         return;
     }
@@ -122,7 +137,7 @@ void Viewer::send() {
                         [self = shared_from_this()](beast::error_code error, std::size_t) {
                             self->under_way_ = nullptr;
                             if (error) {
-                                self->is_live_ = false;
+                                self->end_live();
                             } else {
                                 self->send();
                             }

@@ -28,6 +28,7 @@ struct ViewSource {
     SharedMessage newest_mesh;  ///< none before the first
     std::atomic<std::uint64_t> replaced{0};
     std::atomic<std::uint64_t> viewers{0};
+    std::atomic<int> watching{0};  ///< viewers whose WebSocket is open
 };
 
 /// Answers one request: the page, or a WebSocket that stays. Lives as long as something is under way. Bound to the
@@ -36,8 +37,10 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 public:
     Viewer(boost::asio::ip::tcp::socket socket, ViewSource& source);
     void start();
-    /// The newest frame, and the newest mesh or null. Replaces what still waits; nothing if there is no WebSocket.
-    void push(const SharedMessage& frame, const SharedMessage& mesh);
+    ~Viewer();
+    /// The newest frame, and the newest mesh and picture or null. Replaces what still waits; nothing if there is no
+    /// WebSocket.
+    void push(const SharedMessage& frame, const SharedMessage& mesh, const SharedMessage& picture);
 
 private:
     using Request = boost::beast::http::request<boost::beast::http::empty_body>;
@@ -47,6 +50,7 @@ private:
     void begin_live();
     void listen();
     void send();
+    void end_live();
 
     ViewSource& source_;
     boost::beast::websocket::stream<boost::beast::tcp_stream> stream_;
@@ -58,6 +62,7 @@ private:
     SharedMessage waiting_hello_;
     SharedMessage waiting_frame_;
     SharedMessage waiting_mesh_;
+    SharedMessage waiting_picture_;
 };
 
 }  // namespace facet

@@ -23,7 +23,7 @@ BASE = ("platform/base/",)
 VALUES = BASE + ("estimator/geometry/", "estimator/values/")
 APP_BASE = ("platform/", "estimator/", "mesh/", "app/support/")
 APP_CONFIG = APP_BASE + ("drivers/", "app/calibration/", "app/config/")
-APP_PIPELINE = APP_CONFIG + ("app/output/", "app/pipeline/")
+APP_PIPELINE = APP_CONFIG + ("app/output/", "app/pipeline/", "app/view/")
 ALLOWED = {
     "platform/base": (),
     "platform/port": BASE,
@@ -48,7 +48,7 @@ ALLOWED = {
     "app/pipeline": APP_PIPELINE,
     "app/run": APP_PIPELINE,
     "app/view": APP_BASE + ("app/view/",),
-    "app/lab": APP_PIPELINE + ("app/lab/", "app/view/"),
+    "app/lab": APP_PIPELINE + ("app/lab/",),
     "app/commands": ("platform/", "drivers/", "estimator/", "mesh/", "app/"),
     "app": ("app/commands/",),
     "tests": ("platform/", "drivers/", "estimator/", "mesh/", "app/"),

@@ -155,7 +155,7 @@ def write(path, title, sequences, pictures, modules, notes):
 
 
 def write_live(path, modules):
-    """Writes the page that facet replay --view-page shows; one sentence if it cannot be made, or None."""
+    """Writes the page that --view-page shows; one sentence if it cannot be made, or None."""
     script, problem = bundled_view(modules, "live.js")
     if not script:
         return problem
@@ -163,6 +163,7 @@ def write_live(path, modules):
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>facet live</title><link rel="icon" href="data:,"><style>{(HERE / 'page.css').read_text()}</style></head>
 <body class="live"><div class="view"><div class="stage"><canvas aria-label="the flight in 3D"></canvas>
+<canvas class="eye" hidden aria-label="the left image with its landmarks"></canvas>
 <div class="said"></div><div class="chips"><label><input type="checkbox" checked> Follow</label></div></div></div>
 <script>{as_script(script)}</script></body></html>
 """, encoding="utf-8")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The live view of facet replay --view: mesh over the horizon, path and camera as they come by WebSocket. Bundled with
+// The live view of --view: mesh over the horizon, path, camera and its image as they come by WebSocket. Bundled with
 // three.js by document.py.
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, FrontSide, GridHelper, Line,
@@ -9,7 +9,11 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { CameraPart, cssColour, planeColour } from "./view_parts.js";
 
 const MAX_POINTS = 40000; // of the path: half an hour at 20 Hz; then it begins anew
+const HEAD_BYTES = 4;
 const FACE_BYTES = 40;
+const POINT_BYTES = 16;
+const MESH = 0;
+const PICTURE = 1;
 const RETRY_MS = 1500;
 
 class Live {
@@ -43,7 +47,8 @@ class Live {
     this.controls.addEventListener("change", () => this.draw());
     this.follow = root.querySelector("input");
     new ResizeObserver(() => this.resize()).observe(root);
-    this.received = { frames: 0, meshes: 0 };
+    this.eye = root.querySelector(".eye");
+    this.received = { frames: 0, meshes: 0, pictures: 0, points: 0 };
     this.connect();
   }
 
@@ -53,7 +58,13 @@ class Live {
     socket.binaryType = "arraybuffer";
     socket.addEventListener("message", ({ data }) => {
       if (typeof data !== "string") {
-        this.showMesh(data);
+        const view = new DataView(data);
+        const kind = view.getInt32(0, true);
+        if (kind === MESH) {
+          this.showMesh(view);
+        } else if (kind === PICTURE) {
+          this.showPicture(view);
+        }
         return;
       }
       const message = JSON.parse(data);
@@ -80,6 +91,11 @@ class Live {
 
   showFrame(frame) {
     this.received.frames += 1;
+    this.tell(`${frame.t.toFixed(2)} s  ${frame.state}, quality ${frame.quality}, ${frame.tracked} features, `
+      + `${frame.ms.toFixed(1)} ms`);
+    if (!frame.p) {
+      return;
+    }
     const at = new Vector3(...frame.p);
     if (this.count === MAX_POINTS) {
       this.count = 0;
@@ -95,23 +111,49 @@ class Live {
       this.controls.target.copy(at);
       this.controls.update();
     }
-    this.tell(`${frame.t.toFixed(2)} s  ${frame.state}, quality ${frame.quality}, ${frame.tracked} features, `
-      + `${frame.ms.toFixed(1)} ms`);
     this.draw();
   }
 
-  showMesh(data) {
+  // The image with its landmarks, each in the colour of its plane.
+  showPicture(view) {
+    const [width, height, count] = [4, 8, 12].map((at) => view.getInt32(at, true));
+    const pixels = 16 + POINT_BYTES * count;
+    this.eye.width = width;
+    this.eye.height = height;
+    this.eye.hidden = false;
+    const pen = this.eye.getContext("2d");
+    const image = pen.createImageData(width, height);
+    for (let i = 0; i < width * height; ++i) {
+      image.data.fill(view.getUint8(pixels + i), 4 * i, 4 * i + 3);
+      image.data[4 * i + 3] = 255;
+    }
+    pen.putImageData(image, 0, 0);
+    for (let i = 0; i < count; ++i) {
+      const [x, y] = [0, 4].map((at) => view.getFloat32(16 + POINT_BYTES * i + at, true));
+      const plane = view.getInt32(16 + POINT_BYTES * i + 12, true);
+      pen.beginPath();
+      pen.arc(x + 0.5, y + 0.5, 3.2, 0, 2 * Math.PI);
+      pen.fillStyle = plane >= 0 ? planeColour(plane).getStyle() : "#ffffff";
+      pen.fill();
+      pen.strokeStyle = "#000000";
+      pen.stroke();
+    }
+    this.received.pictures += 1;
+    this.received.points += count;
+  }
+
+  showMesh(view) {
     this.received.meshes += 1;
-    const view = new DataView(data);
-    const faces = data.byteLength / FACE_BYTES;
+    const faces = (view.byteLength - HEAD_BYTES) / FACE_BYTES;
     const place = new Float32Array(9 * faces);
     const colours = new Float32Array(9 * faces);
     const plain = cssColour("--truth").lerp(new Color("#ffffff"), 0.45);
     for (let face = 0; face < faces; ++face) {
-      const plane = view.getInt32(FACE_BYTES * face + 36, true);
+      const at = HEAD_BYTES + FACE_BYTES * face;
+      const plane = view.getInt32(at + 36, true);
       const colour = plane >= 0 ? planeColour(plane) : plain;
       for (let k = 0; k < 9; ++k) {
-        place[9 * face + k] = view.getFloat32(FACE_BYTES * face + 4 * k, true);
+        place[9 * face + k] = view.getFloat32(at + 4 * k, true);
       }
       [0, 3, 6].forEach((k) => colour.toArray(colours, 9 * face + k));
     }

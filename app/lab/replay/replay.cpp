@@ -79,7 +79,6 @@ private:
     void feed(const ImuSample& sample);
     void feed(const StereoFrame& frame, Timestamp output_stamp);
     bool offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance);
-    void show();
     void pass_on();
     void give_up_waiting();
     void warn(const AslWarning& warning);
@@ -101,7 +100,6 @@ private:
     std::optional<FaultInjector> injector_;      ///< none without faults
     std::optional<StartCheck> start_check_;      ///< of the log, without faults
     std::optional<TruthInjector> truth_;         ///< none if all is to be as measured
-    std::optional<LiveView> view_;               ///< the same
     std::optional<RayLog> rays_;                 ///< none unless asked for
     std::optional<CalibrationLog> corrections_;  ///< the same
 };
@@ -163,34 +161,8 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
     if (corrections_) {
         corrections_->write(result_, pipeline_);
     }
-    show();
     pass_on();
     return true;
-}
-
-/// Gives the live view the newest frame, and at keyframes the mesh over the horizon.
-void Replay::show() {
-    if (!view_ || !result_.is_usable) {
-        return;
-    }
-    const auto fill = [this](std::vector<ViewFace>& faces) {
-        const HorizonMesh& mesh = pipeline_.mesher().mesh();
-        for (int i = 0; i < mesh.face_end(); ++i) {
-            if (mesh.is_face(i)) {
-                const DepartedFace face = pipeline_.mesher().describe(mesh.face(static_cast<FaceIndex>(i)));
-                faces.push_back({face.p_W, face.plane.valid() ? static_cast<std::int32_t>(face.plane.value) : -1});
-            }
-        }
-    };
-    const Estimate& estimate = result_.estimate;
-    view_->offer({.stamp = estimate.stamp,
-                  .T_W_B = {estimate.state.q_W_B, estimate.state.p_W_B},
-                  .state = to_string(estimate.health.state),
-                  .quality = estimate.health.quality,
-                  .tracked = estimate.health.tracked,
-                  .total_ms = result_.timing.total_ms,
-                  .is_keyframe = result_.is_keyframe},
-                 result_.has_mesh ? LiveView::FillFaces(fill) : LiveView::FillFaces());
 }
 
 /// Gives the sink the newest result, or only its state if poses go out at inertial samples.
@@ -320,14 +292,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     open_log();
     pipeline_.configure(options_.config, disturbed(options_));
     pipeline_.stream_to(options_.world);
+    pipeline_.show_to(options_.view);
     recorder_.open();
     start_check_.emplace(options_.calibration.rig);
-    if (options_.view) {
-        ViewOptions view = *options_.view;
-        view.rig = options_.calibration.rig;
-        view_.emplace(view);
-        print_err("view: http://127.0.0.1:{}/\n", view_->port());
-    }
     if (options_.write_rays) {
         rays_.emplace(options_.out);
     }

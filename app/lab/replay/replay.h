@@ -12,12 +12,12 @@
 #include "app/lab/faults/fault.h"
 #include "app/lab/truth/truth_injector.h"
 #include "app/output/summary.h"
-#include "app/view/live_view.h"
 #include "platform/port/clock.h"
 #include "platform/port/odometry_sink.h"
 
 namespace facet {
 
+class LiveView;
 class WorldServer;
 
 /// Time without any sample between two passes of a log.
@@ -41,10 +41,10 @@ struct ReplayOptions {
     bool write_rays = false;           ///< also rays.csv (RayLog)
     bool write_calibration = false;    ///< also calibration.csv (CalibrationLog)
     bool show_progress = true;
-    OdometrySink* sink = nullptr;     ///< is given every line of the trajectory, and is serviced; or nobody is
-    WorldServer* world = nullptr;     ///< is given mesh, planes and grid at each keyframe; or nobody is
-    std::optional<ViewOptions> view;  ///< shown live in a browser; its rig is set here
-    bool in_real_time = false;        ///< samples come no faster than they were recorded
+    OdometrySink* sink = nullptr;  ///< is given every line of the trajectory, and is serviced; or nobody is
+    WorldServer* world = nullptr;  ///< is given mesh, planes and grid at each keyframe; or nobody is
+    LiveView* view = nullptr;      ///< is shown every usable frame; or nobody is
+    bool in_real_time = false;     ///< samples come no faster than they were recorded
 };
 
 /// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,

@@ -11,6 +11,7 @@
 #include "app/config/config_file.h"
 #include "app/lab/replay/replay.h"
 #include "app/lab/sim/simulate.h"
+#include "app/view/live_view.h"
 #include "platform/linux/linux_clock.h"
 #include "tests/support/asl_sources.h"
 #include "tests/support/paced_sources.h"
@@ -219,8 +220,11 @@ TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
     CountingSink sink;
     Vehicle vehicle = flight().vehicle(dir.file("out"));
     vehicle.odometry.rate_hz = 0.0;
+    LiveView view({});
     LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {&sink});
+    run.show_to(&view);
     const RunSummary summary = run_to_end(run);
+    CHECK(view.account().offered == summary.frames);
     CHECK(run.failure().empty());
     CHECK_FALSE(summary.interrupted);
     CHECK(summary.frames == flight().run().frames);

@@ -110,8 +110,9 @@ TEST_CASE("a browser gets the camera, the newest frame and the mesh, also if it 
     view.offer(state_at(0), [](std::vector<ViewFace>& faces) { fill_with(faces, 2); });
     const std::string mesh = early.read();
     CHECK(early.is_binary());
-    REQUIRE(mesh.size() == 80);
-    CHECK(mesh.substr(36, 4) == std::string("\5\0\0\0", 4));
+    REQUIRE(mesh.size() == 4 + 80);
+    CHECK(mesh.substr(0, 4) == std::string(4, '\0'));
+    CHECK(mesh.substr(4 + 36, 4) == std::string("\5\0\0\0", 4));
     const auto frame = nlohmann::json::parse(early.read());
     CHECK(frame["t"] == 0.0);
     CHECK(frame["p"] == std::vector<double>{0, 2, 3});
@@ -121,6 +122,37 @@ TEST_CASE("a browser gets the camera, the newest frame and the mesh, also if it 
     CHECK(late.read() == mesh);
     view.offer(state_at(3), {});
     CHECK(nlohmann::json::parse(late.read())["t"] == Approx(0.15));
+}
+
+TEST_CASE("pictures are wanted while someone looks, five a second with landmarks and two without") {
+    LiveView view({});
+    CHECK_FALSE(view.wants_picture(Timestamp{0}, true));
+    auto client = std::make_unique<Client>(view);
+    client->read();
+    const auto wanted_within_2s = [&view](Timestamp stamp, bool has_points, bool expected) {
+        for (int i = 0; i < 200 && view.wants_picture(stamp, has_points) != expected; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        return view.wants_picture(stamp, has_points) == expected;
+    };
+    REQUIRE(wanted_within_2s(Timestamp{0}, false, true));
+    ViewState state = state_at(0);
+    state.has_pose = false;
+    view.offer(state, {}, [](ViewPicture& picture) {
+        picture = {.width = 2, .height = 1, .pixels = {7, 200}, .points = {{{1.5F, 0.0F}, 3.0F, 4}}};
+    });
+    CHECK_FALSE(view.wants_picture(state.stamp + Duration{190'000'000}, true));
+    CHECK(view.wants_picture(state.stamp + Duration{200'000'000}, true));
+    CHECK_FALSE(view.wants_picture(state.stamp + Duration{490'000'000}, false));
+    CHECK(view.wants_picture(state.stamp + Duration{500'000'000}, false));
+    CHECK_FALSE(nlohmann::json::parse(client->read()).contains("p"));
+    const std::string picture = client->read();
+    REQUIRE(picture.size() == 16 + 16 + 2);
+    CHECK(picture.substr(0, 16) == std::string("\1\0\0\0\2\0\0\0\1\0\0\0\1\0\0\0", 16));
+    CHECK(picture.substr(16, 4) == std::string("\0\0\xc0\x3f", 4));  // 1.5
+    CHECK(picture.substr(28) == std::string("\4\0\0\0\7\xc8", 6));
+    client.reset();
+    CHECK(wanted_within_2s(state.stamp + Duration{900'000'000}, true, false));
 }
 
 TEST_CASE("browsers that read nothing, or vanish, hold up nobody and lose old messages only") {

@@ -20,6 +20,8 @@ SKIPPED = 77
 def watch(browser, address):
     browser.open(address)
     browser.wait("globalThis.facetView && facetView.received.frames > 10 && facetView.received.meshes > 0")
+    browser.wait("facetView.received.pictures > 3 && facetView.received.points > 100 && !facetView.eye.hidden")
+    assert browser.evaluate("[facetView.eye.width, facetView.eye.height].join()") == "376,240"
     assert "TRACKING" in browser.evaluate("document.querySelector('.said').textContent")
     browser.wait("facetView.mesh.geometry.attributes.position.count > 300")
     browser.evaluate("globalThis.before = {picture: facetView.picture(), count: facetView.count}")

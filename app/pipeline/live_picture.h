@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A frame's result as the live view shows it.
+#pragma once
+
+#include "app/pipeline/frame_pipeline.h"
+#include "app/view/live_view.h"
+#include "estimator/values/keyframe_view.h"
+#include "mesh/mesher.h"
+#include "platform/base/samples.h"
+
+namespace facet {
+
+/// Means over squares of pixels, the smallest squares that keep the longer side within LiveView::kMaxPictureSide.
+/// @param picture  size and pixels are set; the vector's capacity suffices for any image
+/// @return side of the squares (px)
+int shrink(const ImageView& image, ViewPicture& picture);
+
+/// Offers a frame's health, with the pose if it is to be used, the mesh over the horizon if the frame has brought one,
+/// and the left image with the keyframe's landmarks if the view wants it. As LiveView::offer().
+/// @param seen  of the newest keyframe; looked at if that is this frame
+void show_frame(const FrameResult& result, const StereoFrame& frame, const KeyframeView& seen, const Mesher& mesher,
+                LiveView& view);
+
+}  // namespace facet
