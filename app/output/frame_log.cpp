@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-constexpr std::array<std::pair<std::uint32_t, const char*>, 19> kReasons{{
+constexpr std::array<std::pair<std::uint32_t, const char*>, 20> kReasons{{
     {kReasonFewFeatures, "few_features"},
     {kReasonFewStereo, "few_stereo"},
     {kReasonNoRightImage, "no_right_image"},
@@ -26,6 +26,7 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 19> kReasons{{
     {kReasonCalibration, "calibration"},
     {kReasonNoImages, "no_images"},
     {kReasonOneCamera, "one_camera"},
+    {kReasonTriggerSilent, "trigger_silent"},
 }};
 
 /// One column of health.csv.

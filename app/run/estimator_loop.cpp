@@ -122,6 +122,7 @@ bool EstimatorLoop::try_frame() {
     const Timestamp begin = clock_.now();
     const StereoFrame frame{stamp, pending_->left.image, pending_->right.image};
     feed_until(stamp);
+    pipeline_.doubt_stamps(pending_->is_by_stamps);
     pipeline_.add_frame(frame, stamp, result_);
     while (result_.status == Status::kNotReady && !held_.empty()) {
         feed_next();

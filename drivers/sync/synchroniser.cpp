@@ -314,7 +314,8 @@ Status Synchroniser::pop(SyncedFrame& frame) {
     assign(SyncCamera::kRight);
     for (Turn next = turn(); any_imu_ && next != Turn::kNobodys; next = turn()) {
         const SyncCamera camera = next == Turn::kRight ? SyncCamera::kRight : SyncCamera::kLeft;
-        const SyncEvent event = stream(camera).pending.front().event;
+        const Pending& first = stream(camera).pending.front();
+        const SyncEvent event = first.event;
         if (newest_imu_ < event.stamp) {
             return Status::kNotReady;
         }
@@ -326,6 +327,7 @@ Status Synchroniser::pop(SyncedFrame& frame) {
         }
         frame.stamp = event.stamp;
         frame.event = event.sequence;
+        frame.is_by_stamps = first.by_stamp;
         deliver(next, frame);
         any_given_ = true;
         last_given_ = frame.stamp;

@@ -64,6 +64,7 @@ struct SyncedFrame {
     CameraFrame left;  ///< the image of one of them is empty if it is missing
     CameraFrame right;
     std::uint32_t event = 0;
+    bool is_by_stamps = false;  ///< the trigger is silent: stamped and paired by the cameras' own stamps
 };
 
 /// All stamps are on one clock (ClockMap). A CountMatcher assigns each camera's frames to events (edges, or the left
@@ -109,6 +110,7 @@ private:
         CameraFrame frame;
         SyncEvent event;  ///< once assigned
         bool assigned = false;
+        bool by_stamp = false;  ///< assigned while the trigger is silent
     };
     struct Stream {
         CountMatcher matcher;

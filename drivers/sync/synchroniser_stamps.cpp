@@ -37,6 +37,7 @@ void Synchroniser::assign_by_stamp(SyncCamera camera, Pending& pending) {
     const Timestamp start = pending.event.stamp - Duration{pending.frame.exposure.ns / 2};
     pending.event.sequence = count_at(last_by_stamp_, start);
     pending.assigned = true;
+    pending.by_stamp = true;
     if (static_cast<std::int32_t>(pending.event.sequence - last_by_stamp_.sequence) > 0) {
         last_by_stamp_ = {pending.event.sequence, start};
     }

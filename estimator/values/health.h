@@ -44,6 +44,7 @@ enum HealthReason : std::uint32_t {
     kReasonCalibration = 1U << 16,        ///< images contradict the calibration, or it had to be bent too far
     kReasonNoImages = 1U << 17,           ///< no frame comes: carried on by inertial data alone
     kReasonOneCamera = 1U << 18,          ///< one of two cameras has been silent for a while
+    kReasonTriggerSilent = 1U << 19,      ///< no trigger edges: frames are stamped by the cameras' own clocks
 };
 
 /// One row of health.csv.

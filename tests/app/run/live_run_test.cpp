@@ -119,10 +119,11 @@ private:
     std::unique_ptr<StereoAsCamera<kSlots>> both_;
 };
 
-/// The log's frame stamps as edges; then lets the cameras go.
+/// The log's frame stamps as edges, the first `last` of them; then lets the cameras go.
 class LogTrigger final : public TriggerSource {
 public:
-    LogTrigger(Clock& clock, std::atomic<bool>& go) : stereo_(clock, flight().source()), go_(go) {}
+    LogTrigger(Clock& clock, std::atomic<bool>& go, std::uint32_t last = 1'000'000)
+        : stereo_(clock, flight().source()), go_(go), last_(last) {}
     Status start() override { return stereo_.start(); }
     void stop() override { stereo_.stop(); }
     ClockDomain clock() const override { return ClockDomain::kMonotonic; }
@@ -130,19 +131,20 @@ public:
     std::string_view problem() const override { return stereo_.problem(); }
     Status next(Duration timeout, TriggerEdge& edge) override {
         StereoFrame frame;
-        const Status status = stereo_.next(timeout, frame);
+        const Status status = count_ < last_ ? stereo_.next(timeout, frame) : Status::kEndOfStream;
         if (status == Status::kEndOfStream) {
             go_ = true;
         }
         FACET_TRY(status);
-        edge = {frame.stamp, count_++, true};
+        edge = {frame.stamp, 100 + count_++, true};
         return Status::kOk;
     }
 
 private:
     AslStereoSource stereo_;
-    std::uint32_t count_ = 100;
     std::atomic<bool>& go_;
+    std::uint32_t last_;
+    std::uint32_t count_ = 0;
 };
 
 /// Gives nothing but failures instead of the samples from `first` on, `count` of them.
@@ -323,6 +325,29 @@ TEST_CASE("two cameras and a trigger line are put together, and estimate the sam
     CHECK(summary.last.health.state == TrackingState::kTracking);
     // The estimated time offset is part of an estimate's stamp, and may differ a little.
     CHECK(std::abs((summary.last.stamp - flight().run().last.stamp).ns) < 2'000'000);
+    CHECK((summary.last.state.p_W_B - flight().run().last.state.p_W_B).norm() < 0.05);
+}
+
+TEST_CASE("a trigger wire that breaks in flight costs a moment; from then on the estimate is DEGRADED and says why") {
+    StillClock clock;
+    std::atomic<bool> go{false};
+    ViewCamera<8> left_view(clock, true, go);  // images wait for edges until these are given up
+    ViewCamera<8> right_view(clock, false, go);
+    LogTrigger trigger(clock, go, 40);
+    AslImuSource log_imu(clock, flight().source());
+    Pace pace(2, Duration::from_seconds(0.06));
+    PacedCamera left(left_view, pace, 0);
+    PacedCamera right(right_view, pace, 1);
+    PacedImu imu(log_imu, pace);
+    Vehicle vehicle = flight().vehicle("");
+    vehicle.cameras.side_by_side = false;
+    vehicle.trigger.emplace();
+    LiveRun run(clock, vehicle, {&left, &right, &trigger, &imu}, {});
+    const RunSummary summary = run_to_end(run);
+    CHECK(summary.frames > flight().run().frames - 12);
+    CHECK(summary.live->findings[static_cast<std::size_t>(SyncFault::kTriggerSilent)].value > 0);
+    CHECK(summary.last.health.state == TrackingState::kDegraded);
+    CHECK((summary.last.health.reasons & kReasonTriggerSilent) != 0);
     CHECK((summary.last.state.p_W_B - flight().run().last.state.p_W_B).norm() < 0.05);
 }
 

@@ -50,6 +50,7 @@ struct Given {
     int event() const { return left >= 0 ? left : right; }
     std::int64_t stamp_error_ns = 0;
     std::int64_t at_ns = 0;  ///< when it came out
+    bool is_by_stamps = false;
 };
 
 struct Outcome {
@@ -159,7 +160,7 @@ inline Outcome run(const World& world, Synchroniser& sync, unsigned seed = 1) {
             const auto event_of = [&](const CameraFrame& f) {
                 return f.slot.held() ? truth[static_cast<std::size_t>(f.slot.slot())] : -1;
             };
-            Given g{event_of(frame.left), event_of(frame.right), 0, a.at_ns};
+            Given g{event_of(frame.left), event_of(frame.right), 0, a.at_ns, frame.is_by_stamps};
             g.stamp_error_ns = frame.stamp.ns - midpoint(g.event());
             outcome.given.push_back(g);
             outcome.allocations += guard.allocations();
