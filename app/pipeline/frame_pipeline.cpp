@@ -75,7 +75,6 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
     } else {
         last_health_ = estimate.health;
     }
-    describe_doubt(estimate.health);
     last_accepted_ = ok(result.status) ? frame.stamp : last_accepted_;
     shift_ = frame.stamp - output_stamp;
     estimate.stamp = estimate.stamp - shift_;
@@ -130,14 +129,6 @@ void FramePipeline::stream_world(const FrameResult& result) {
     describe_world(mesher_->mesh(), {result.planes.data(), result.planes.size()}, grid_.get(), world);
     world_->publish();
     timer_.add_total(begin);
-}
-
-/// After last_health_ was kept: the doubt is this frame's.
-void FramePipeline::describe_doubt(Health& health) const {
-    if (is_by_stamps_) {
-        health.reasons |= kReasonTriggerSilent;
-        health.state = health.state == TrackingState::kTracking ? TrackingState::kDegraded : health.state;
-    }
 }
 
 void FramePipeline::describe_refusal(Timestamp stamp, Status status, Health& health) const {

@@ -71,10 +71,6 @@ public:
     /// See Estimator.
     void request_reset() { estimator_.request_reset(); }
 
-    /// Whether the frames from now on are stamped by the cameras' own clocks because the trigger's edges fail: the
-    /// estimate goes on, but is DEGRADED, since an error of the stamps is one of the pose in fast motion.
-    void doubt_stamps(bool is_by_stamps) { is_by_stamps_ = is_by_stamps; }
-
     void add_imu(const ImuSample& sample);
     /// What the estimator says while frames do not come; ask after each inertial sample. @return whether it said
     /// anything (result untouched otherwise)
@@ -105,7 +101,6 @@ public:
     std::size_t imu_refused() const { return imu_refused_; }
 
 private:
-    void describe_doubt(Health& health) const;
     void describe_refusal(Timestamp stamp, Status status, Health& health) const;
     void update_ranges(FrameResult& result);
     void stream_world(const FrameResult& result);
@@ -129,7 +124,6 @@ private:
     Timestamp last_accepted_;  ///< stamp of its frame, as given
     Duration shift_;           ///< of output stamps against the frames'
     double lost_after_s_ = 0.0;
-    bool is_by_stamps_ = false;
     bool mesh_is_new_ = false;
     StageTimer timer_;
     std::size_t imu_samples_ = 0;

@@ -120,9 +120,8 @@ void EstimatorLoop::feed_until(Timestamp stamp) {
 bool EstimatorLoop::try_frame() {
     const Timestamp stamp = pending_->stamp + options_.camera_time_shift;
     const Timestamp begin = clock_.now();
-    const StereoFrame frame{stamp, pending_->left.image, pending_->right.image};
+    const StereoFrame frame{stamp, pending_->left.image, pending_->right.image, pending_->is_by_stamps};
     feed_until(stamp);
-    pipeline_.doubt_stamps(pending_->is_by_stamps);
     pipeline_.add_frame(frame, stamp, result_);
     while (result_.status == Status::kNotReady && !held_.empty()) {
         feed_next();

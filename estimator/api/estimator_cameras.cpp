@@ -30,7 +30,7 @@ RigCalibration exchange(const RigCalibration& c, const StereoRig& given) {
 }  // namespace
 
 StereoFrame Estimator::Impl::in_roles(const StereoFrame& frame) const {
-    return is_exchanged ? StereoFrame{frame.stamp, frame.right, frame.left} : frame;
+    return is_exchanged ? StereoFrame{frame.stamp, frame.right, frame.left, frame.is_by_stamps} : frame;
 }
 
 bool Estimator::Impl::is_alone(const StereoFrame& seen) const {

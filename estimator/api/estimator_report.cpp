@@ -16,6 +16,7 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     e.has_right = !frame.right.empty();
     e.lacks_right = rig.has_right && (is_exchanged ? frame.left : frame.right).empty();
     e.misses_camera = misses_camera(last_image);
+    e.is_by_stamps = frame.is_by_stamps;
     e.stands = rest_claim == RestClaim::kSeen;
     e.is_confirmed = is_confirmed && rest_claim != RestClaim::kOpen && rest_claim != RestClaim::kRefuted;
     if (frame_taken && phase != Phase::kEmpty) {

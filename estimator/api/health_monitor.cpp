@@ -20,7 +20,7 @@ constexpr double kDoubtQuality = 0.5;
 constexpr std::uint32_t kDegrading =
     kReasonFewFeatures | kReasonImageRejected | kReasonImageDark | kReasonImageOverexposed | kReasonImageFrozen |
     kReasonBiasLimit | kReasonHighResidual | kReasonSolverFailed | kReasonVelocityUncertain | kReasonImuClipped |
-    kReasonImuGap | kReasonSpeedLimit | kReasonNoImages | kReasonOneCamera;
+    kReasonImuGap | kReasonSpeedLimit | kReasonNoImages | kReasonOneCamera | kReasonTriggerSilent;
 
 }  // namespace
 
@@ -50,6 +50,7 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
               kReasonFewFeatures);
         raise(e.is_keyframe && e.has_right && e.stereo < kFewStereo, kReasonFewStereo);
         raise(e.lacks_right, kReasonNoRightImage);
+        raise(e.is_by_stamps, kReasonTriggerSilent);
     }
     raise(e.misses_camera, kReasonOneCamera);
     raise(e.imu.has_gap, kReasonImuGap);

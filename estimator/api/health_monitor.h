@@ -18,6 +18,7 @@ struct HealthEvidence {
     bool has_right = false;      ///< there is a pair of images
     bool lacks_right = false;    ///< there is a right camera, but no image of it
     bool misses_camera = false;  ///< one of two cameras has been silent for a while
+    bool is_by_stamps = false;   ///< the frame is stamped by the cameras' own clocks, for want of trigger edges
     bool stands = false;         ///< a start at rest, which the images confirm
     bool is_confirmed = true;    ///< false: a start with one camera whose velocity no second opinion supports yet
     ImageState image = ImageState::kUsable;

@@ -21,6 +21,7 @@ struct StereoFrame {
     Timestamp stamp;
     ImageView left;
     ImageView right;
+    bool is_by_stamps = false;  ///< stamped by the cameras' own clocks because the trigger's edges fail
 };
 
 }  // namespace facet

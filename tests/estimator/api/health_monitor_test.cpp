@@ -123,6 +123,15 @@ TEST_CASE("a camera that is silent for good degrades, with a reason of its own",
     CHECK(f.step(good(3.1)) == TrackingState::kTracking);
 }
 
+TEST_CASE("frames by the cameras' own stamps degrade, with a reason of their own", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(3.0);
+    e.is_by_stamps = true;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    CHECK(f.has(kReasonTriggerSilent));
+    CHECK(f.step(good(3.1)) == TrackingState::kTracking);
+}
+
 TEST_CASE("a start with one camera waits for its second opinion", "[health]") {
     Fixture f;
     f.monitor.restart(at(0.0), false);
