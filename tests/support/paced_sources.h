@@ -23,33 +23,43 @@ public:
     void sleep_until(Timestamp /*until*/) override { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 };
 
-/// How far the cameras of a log have come, for its inertial samples to keep step. Thread-safe.
+/// How far the sources of a log have come, for them to keep step, whatever the machine's load. An inertial sample waits
+/// until every camera has come near it; a camera's next image waits for the other camera's last one, and until inertial
+/// samples cover its own last one. Thread-safe.
 class Pace {
 public:
     /// @param cameras  one or two
-    /// @param lead     how far inertial samples may be ahead of the newest image that all cameras have given
+    /// @param lead     how far inertial samples may be ahead of the newest image that all cameras have given; positive
     Pace(std::size_t cameras, Duration lead) : lead_(lead) {
         for (std::size_t i = 0; i < newest_ns_.size(); ++i) {
-            newest_ns_[i] = i < cameras ? std::numeric_limits<std::int64_t>::min() : kEnded;
+            newest_ns_[i] = i < cameras ? kNone : kEnded;
         }
     }
 
     void give_image(std::size_t camera, Timestamp stamp) { newest_ns_[camera] = stamp.ns; }
+    void give_sample(Timestamp stamp) { newest_sample_ns_ = stamp.ns; }
     void end_camera(std::size_t camera) { newest_ns_[camera] = kEnded; }
+    void end_samples() { newest_sample_ns_ = kEnded; }
     bool cameras_ended() const { return newest_ns_[0] == kEnded && newest_ns_[1] == kEnded; }
-    bool reaches(Timestamp imu_stamp) const {
-        const std::int64_t limit_ns = imu_stamp.ns - lead_.ns;
+    bool lets_sample(Timestamp stamp) const {
+        const std::int64_t limit_ns = stamp.ns - lead_.ns;
         return newest_ns_[0] >= limit_ns && newest_ns_[1] >= limit_ns;
+    }
+    bool lets_image(std::size_t camera) const {
+        const std::int64_t last_ns = newest_ns_[camera];
+        return last_ns <= newest_ns_[1 - camera] && last_ns <= newest_sample_ns_;
     }
 
 private:
+    static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
     static constexpr std::int64_t kEnded = std::numeric_limits<std::int64_t>::max();
 
     Duration lead_;
     std::array<std::atomic<std::int64_t>, 2> newest_ns_;
+    std::atomic<std::int64_t> newest_sample_ns_{kNone};
 };
 
-/// A camera that reports to a pace what it gives. It should have one slot, so that it waits for each image to be used.
+/// A camera that keeps step. With one slot it also waits for each image to be used.
 class PacedCamera final : public CameraSource {
 public:
     /// Borrowed: camera and pace. @param index  of the camera, from 0
@@ -61,6 +71,9 @@ public:
     SourceCounters counters() const override { return camera_.counters(); }
     std::string_view problem() const override { return camera_.problem(); }
     Status next(Duration timeout, CameraFrame& frame) override {
+        if (!pace_.lets_image(index_)) {
+            return Status::kNotReady;
+        }
         const Status status = camera_.next(timeout, frame);
         if (ok(status)) {
             pace_.give_image(index_, frame.stamp);
@@ -80,7 +93,7 @@ private:
 class PacedImu final : public ImuSource {
 public:
     /// Borrowed: imu and pace.
-    PacedImu(ImuSource& imu, const Pace& pace) : imu_(imu), pace_(pace) {}
+    PacedImu(ImuSource& imu, Pace& pace) : imu_(imu), pace_(pace) {}
 
     Status start() override { return imu_.start(); }
     void stop() override { imu_.stop(); }
@@ -93,20 +106,25 @@ public:
         }
         if (!ahead_) {
             ImuSample taken;
-            FACET_TRY(imu_.next(timeout, taken));
+            const Status status = imu_.next(timeout, taken);
+            if (status == Status::kEndOfStream) {
+                pace_.end_samples();
+            }
+            FACET_TRY(status);
             ahead_ = taken;
         }
-        if (!pace_.reaches(ahead_->stamp)) {
+        if (!pace_.lets_sample(ahead_->stamp)) {
             return Status::kNotReady;
         }
         sample = *ahead_;
         ahead_.reset();
+        pace_.give_sample(sample.stamp);
         return Status::kOk;
     }
 
 private:
     ImuSource& imu_;
-    const Pace& pace_;
+    Pace& pace_;
     std::optional<ImuSample> ahead_;  ///< the next one, until the cameras have come near
 };
 

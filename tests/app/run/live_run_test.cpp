@@ -331,8 +331,8 @@ TEST_CASE("two cameras and a trigger line are put together, and estimate the sam
 TEST_CASE("a trigger wire that breaks in flight costs a moment; from then on the estimate is DEGRADED and says why") {
     StillClock clock;
     std::atomic<bool> go{false};
-    ViewCamera<8> left_view(clock, true, go);  // images wait for edges until these are given up
-    ViewCamera<8> right_view(clock, false, go);
+    ViewCamera<5> left_view(clock, true, go);  // four wait for edges until these are given up
+    ViewCamera<5> right_view(clock, false, go);
     LogTrigger trigger(clock, go, 40);
     AslImuSource log_imu(clock, flight().source());
     Pace pace(2, Duration::from_seconds(0.06));
@@ -344,7 +344,9 @@ TEST_CASE("a trigger wire that breaks in flight costs a moment; from then on the
     vehicle.trigger.emplace();
     LiveRun run(clock, vehicle, {&left, &right, &trigger, &imu}, {});
     const RunSummary summary = run_to_end(run);
-    CHECK(summary.frames > flight().run().frames - 12);
+    // About ten without load: 4 not yet believed, 3 that gave way while they waited, 3 that came with a newer one. On
+    // a busy machine more give way to newer ones; synchroniser_stamps_test counts without threads.
+    CHECK(summary.frames > flight().run().frames - 21);
     CHECK(summary.live->findings[static_cast<std::size_t>(SyncFault::kTriggerSilent)].value > 0);
     CHECK(summary.last.health.state == TrackingState::kDegraded);
     CHECK((summary.last.health.reasons & kReasonTriggerSilent) != 0);
