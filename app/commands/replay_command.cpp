@@ -92,7 +92,7 @@ int report(const RunSummary& run, const ReplayOptions& options, double min_cover
         std::vector<double> times;
         for (const RunSummary::TimedFrame& frame : run.timed) {
             if (frame.is_keyframe == keyframes) {
-                times.push_back(frame.timing.total_ms);
+                times.push_back(frame.timing.total.wall_ms);
             }
         }
         return timing_statistics(std::move(times));

@@ -91,13 +91,21 @@ TimingWriter::TimingWriter(const std::string& folder) : file_(folder + "/timing.
     for (std::size_t i = 0; i < kStageCount; ++i) {
         file_.print(",{}_ms", to_string(static_cast<Stage>(i)));
     }
+    file_.write(",total_cpu_ms");
+    for (std::size_t i = 0; i < kStageCount; ++i) {
+        file_.print(",{}_cpu_ms", to_string(static_cast<Stage>(i)));
+    }
     file_.write("\n");
 }
 
 void TimingWriter::write(Timestamp stamp, bool is_keyframe, const FrameTiming& timing) {
-    file_.print("{},{:d},{:.4f}", stamp.ns, is_keyframe, timing.total_ms);
-    for (const double ms : timing.stage_ms) {
-        file_.print(",{:.4f}", ms);
+    file_.print("{},{:d},{:.4f}", stamp.ns, is_keyframe, timing.total.wall_ms);
+    for (const SpentTime& stage : timing.stages) {
+        file_.print(",{:.4f}", stage.wall_ms);
+    }
+    file_.print(",{:.4f}", timing.total.processor_ms);
+    for (const SpentTime& stage : timing.stages) {
+        file_.print(",{:.4f}", stage.processor_ms);
     }
     file_.write("\n");
 }

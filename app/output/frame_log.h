@@ -13,13 +13,19 @@ namespace facet {
 
 inline constexpr std::size_t kStageCount = static_cast<std::size_t>(Stage::kCount);
 
-/// Processing time of one frame, without reading and decoding.
-struct FrameTiming {
-    double total_ms = 0.0;
-    std::array<double, kStageCount> stage_ms{};
+struct SpentTime {
+    double wall_ms = 0.0;
+    double processor_ms = 0.0;  ///< of the estimator's thread: does not grow when others take the core
 };
 
-/// timing.csv: stamp_ns, is_keyframe, total_ms and a column a Stage. Throws InputError if it cannot be written.
+/// Processing time of one frame, without reading and decoding.
+struct FrameTiming {
+    SpentTime total;
+    std::array<SpentTime, kStageCount> stages{};
+};
+
+/// timing.csv: stamp_ns, is_keyframe, total_ms and a column a Stage, then the same in processor time: total_cpu_ms and
+/// so on. Throws InputError if it cannot be written.
 class TimingWriter {
 public:
     explicit TimingWriter(const std::string& folder);

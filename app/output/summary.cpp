@@ -128,25 +128,32 @@ Json planes(const RunSummary& summary) {
     return json;
 }
 
-Json timing(const RunSummary& summary) {
+/// Statistics of one of the two times that a frame has.
+Json timing_by(double SpentTime::*time, const RunSummary& summary) {
     std::vector<double> all;
     std::vector<double> tracked;
     std::vector<double> keyframes;
     std::array<std::vector<double>, kStageCount> stages;
     for (const RunSummary::TimedFrame& frame : summary.timed) {
-        all.push_back(frame.timing.total_ms);
-        (frame.is_keyframe ? keyframes : tracked).push_back(frame.timing.total_ms);
+        all.push_back(frame.timing.total.*time);
+        (frame.is_keyframe ? keyframes : tracked).push_back(frame.timing.total.*time);
         for (std::size_t i = 0; i < kStageCount && frame.is_keyframe; ++i) {
-            stages[i].push_back(frame.timing.stage_ms[i]);
+            stages[i].push_back(frame.timing.stages[i].*time);
         }
     }
-    Json json = {{"unit", "ms"},
-                 {"all", to_json(timing_statistics(all))},
+    Json json = {{"all", to_json(timing_statistics(all))},
                  {"tracked", to_json(timing_statistics(tracked))},
                  {"keyframe", to_json(timing_statistics(keyframes))}};
     for (std::size_t i = 0; i < kStageCount; ++i) {
         json["keyframe_stages"][to_string(static_cast<Stage>(i))] = to_json(timing_statistics(stages[i]));
     }
+    return json;
+}
+
+Json timing(const RunSummary& summary) {
+    Json json = {{"unit", "ms"}};
+    json.update(timing_by(&SpentTime::wall_ms, summary));
+    json["processor"] = timing_by(&SpentTime::processor_ms, summary);
     json["wall_s"] = summary.wall_s;
     return json;
 }

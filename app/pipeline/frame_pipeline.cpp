@@ -54,7 +54,7 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
 }
 
 void FramePipeline::add_imu(const ImuSample& sample) {
-    const auto begin = StageTimer::Clock::now();
+    const StageTimer::Instant begin = StageTimer::now();
     const Status status = estimator_.add_imu(sample);
     timer_.add_total(begin);
     ++imu_samples_;
@@ -65,7 +65,7 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
     Estimate& estimate = result.estimate;
     estimate = {};
     estimate.stamp = kUnset;
-    const auto begin = StageTimer::Clock::now();
+    const StageTimer::Instant begin = StageTimer::now();
     result.has_frame = true;
     result.status = estimator_.add_frame(frame, estimate);
     timer_.add_total(begin);
@@ -109,7 +109,7 @@ void FramePipeline::update_ranges(FrameResult& result) {
     if (!obstacles_) {
         return;
     }
-    const auto begin = StageTimer::Clock::now();
+    const StageTimer::Instant begin = StageTimer::now();
     if (mesh_is_new_) {
         obstacles_->update(mesher_->mesh());
     }
@@ -122,7 +122,7 @@ void FramePipeline::stream_world(const FrameResult& result) {
     if (world_ == nullptr || !mesh_is_new_) {
         return;
     }
-    const auto begin = StageTimer::Clock::now();
+    const StageTimer::Instant begin = StageTimer::now();
     WorldState& world = world_->next();
     world.stamp_ns = result.estimate.stamp.ns;
     world.resets = result.estimate.health.reset_counter;
@@ -171,7 +171,7 @@ bool FramePipeline::update_mesh(const StereoFrame& frame, const Health& health) 
         return false;  // the first keyframe, or one the window refused
     }
     last_view_ = view.number;
-    const auto begin = StageTimer::Clock::now();
+    const StageTimer::Instant begin = StageTimer::now();
     timer_.begin(Stage::kMesh);
     mesher_->set_camera(view.is_exchanged ? rig_.right : rig_.left);
     mesher_->update(view, view.is_exchanged ? frame.right : frame.left);

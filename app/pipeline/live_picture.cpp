@@ -85,7 +85,7 @@ void show_frame(const FrameResult& result, const StereoFrame& frame, const Keyfr
                 .state = to_string(estimate.health.state),
                 .quality = estimate.health.quality,
                 .tracked = estimate.health.tracked,
-                .total_ms = result.timing.total_ms,
+                .total_ms = result.timing.total.wall_ms,
                 .is_keyframe = result.is_keyframe},
                fill, fill_picture);
 }

@@ -1,21 +1,27 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Times the stages of one frame with the steady clock.
+// Times the stages of one frame, by the steady clock and by the processor's.
 #pragma once
 
 #include <chrono>
 
 #include "app/output/frame_log.h"
+#include "app/support/processor_time.h"
 
 namespace facet {
 
 /// StageObserver that adds up the time of each stage until taken. Thread-bound. No heap.
 class StageTimer final : public StageObserver {
 public:
-    using Clock = std::chrono::steady_clock;
+    /// Two clocks, read together.
+    struct Instant {
+        std::chrono::steady_clock::time_point wall;
+        double processor_s = 0.0;  ///< of this thread
+    };
+    static Instant now() { return {std::chrono::steady_clock::now(), thread_processor_s()}; }
 
-    void begin(Stage /*stage*/) override { begin_ = Clock::now(); }
-    void end(Stage stage) override { timing_.stage_ms[static_cast<std::size_t>(stage)] += ms_since(begin_); }
-    void add_total(Clock::time_point begin) { timing_.total_ms += ms_since(begin); }
+    void begin(Stage /*stage*/) override { begin_ = now(); }
+    void end(Stage stage) override { add(begin_, timing_.stages[static_cast<std::size_t>(stage)]); }
+    void add_total(const Instant& begin) { add(begin, timing_.total); }
 
     /// Times since the last call.
     FrameTiming take() {
@@ -25,11 +31,13 @@ public:
     }
 
 private:
-    static double ms_since(Clock::time_point begin) {
-        return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    static void add(const Instant& begin, SpentTime& sum) {
+        const Instant end = now();
+        sum.wall_ms += std::chrono::duration<double, std::milli>(end.wall - begin.wall).count();
+        sum.processor_ms += 1e3 * (end.processor_s - begin.processor_s);
     }
 
-    Clock::time_point begin_;
+    Instant begin_;
     FrameTiming timing_;
 };
 

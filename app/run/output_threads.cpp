@@ -158,7 +158,7 @@ void OutputThreads::publish(const FrameResult& frame) {
         status_.p_W_B = frame.estimate.state.p_W_B;
         status_.speed_m_per_s = frame.estimate.state.v_W_B.norm();
     }
-    status_.total_ms = frame.has_frame ? frame.timing.total_ms : status_.total_ms;
+    status_.total_ms = frame.has_frame ? frame.timing.total.wall_ms : status_.total_ms;
     if (frame.has_mesh) {
         status_.planes = frame.planes.size();
         status_.mesh_faces = frame.mesh_faces;

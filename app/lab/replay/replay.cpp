@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <chrono>
 #include <deque>
 #include <iterator>
 #include <memory>
@@ -21,7 +22,6 @@
 #include "app/pipeline/carried_estimate.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
-#include "app/pipeline/stage_timer.h"
 #include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "app/support/progress.h"
@@ -288,7 +288,7 @@ bool Replay::pull(const std::atomic<bool>& stop) {
 }
 
 RunSummary Replay::run(const std::atomic<bool>& stop) {
-    const auto begin = StageTimer::Clock::now();
+    const auto begin = std::chrono::steady_clock::now();
     open_log();
     pipeline_.configure(options_.config, disturbed(options_));
     pipeline_.stream_to(options_.world);
@@ -340,7 +340,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     }
     recorder_.warnings()->set_progress(nullptr);
     summary_.greatest_lag_s = output_.greatest_lag().seconds();
-    summary_.wall_s = std::chrono::duration<double>(StageTimer::Clock::now() - begin).count();
+    summary_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     recorder_.finish(pipeline_);
     if (rays_) {
         rays_->close();

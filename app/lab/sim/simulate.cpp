@@ -10,7 +10,6 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
@@ -26,6 +25,7 @@
 #include "app/lab/sim/truth.h"
 #include "app/lab/sim/vibration.h"
 #include "app/support/png_writer.h"
+#include "app/support/processor_time.h"
 #include "app/support/rng.h"
 
 namespace facet::sim {
@@ -39,13 +39,6 @@ constexpr Duration kFirstImage{101'723'456};
 constexpr double kTail_s = 0.1;  // inertial samples after the last image
 constexpr double kRightGain = 1.06;
 constexpr double kMoverDelay_s = 1.0;  // after take-off
-
-/// Processor time of this thread (s): what an image costs, whatever else the machine does.
-double thread_cpu_s() {
-    std::timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -291,7 +284,7 @@ Status render_images(const Job& job, const SimProgress& progress, double& cpu_s,
         if (failed) {
             return;
         }
-        const double begin_s = thread_cpu_s();
+        const double begin_s = thread_processor_s();
         const auto frame = static_cast<std::size_t>(i / 2);
         const int camera = i % 2;
         const Renderer& renderer = camera == 0 ? job.left : job.right;
@@ -301,7 +294,7 @@ Status render_images(const Job& job, const SimProgress& progress, double& cpu_s,
         const std::string path = asl_image_path(job.options.out, camera, job.stamps[frame]);
         const bool written = ok(write_png(path, {image.data(), renderer.width(), renderer.height(), renderer.width()}));
         const std::lock_guard<std::mutex> lock(mutex);
-        cpu_s += thread_cpu_s() - begin_s;
+        cpu_s += thread_processor_s() - begin_s;
         if (!written) {
             failed = true;
             error = fmt::format("cannot write '{}'", path);

@@ -135,17 +135,21 @@ TEST_CASE("timing.csv has a column for every stage") {
     const test::TempDir dir;
     TimingWriter writer(dir.path());
     FrameTiming timing;
-    timing.total_ms = 10.0;
-    timing.stage_ms[static_cast<std::size_t>(Stage::kSolve)] = 2.5;
+    timing.total = {10.0, 8.0};
+    timing.stages[static_cast<std::size_t>(Stage::kSolve)] = {2.5, 2.0};
     writer.write({42}, true, timing);
     writer.close();
     const std::vector<std::string> rows = lines(dir.file("timing.csv"));
     REQUIRE(rows.size() == 2);
     CHECK(rows[0] ==
           "stamp_ns,is_keyframe,total_ms,propagation_ms,tracking_ms,frame_update_ms,triangulation_ms,linearization_ms,"
-          "solve_ms,marginalization_ms,landmarks_ms,mesh_ms,planes_ms");
-    CHECK(rows[1] == "42,1,10.0000,0.0000,0.0000,0.0000,0.0000,0.0000,2.5000,0.0000,0.0000,0.0000,0.0000");
-    CHECK(columns(rows[0]) == 3 + kStageCount);
+          "solve_ms,marginalization_ms,landmarks_ms,mesh_ms,planes_ms,total_cpu_ms,propagation_cpu_ms,tracking_cpu_ms,"
+          "frame_update_cpu_ms,triangulation_cpu_ms,linearization_cpu_ms,solve_cpu_ms,marginalization_cpu_ms,"
+          "landmarks_cpu_ms,mesh_cpu_ms,planes_cpu_ms");
+    CHECK(rows[1] ==
+          "42,1,10.0000,0.0000,0.0000,0.0000,0.0000,0.0000,2.5000,0.0000,0.0000,0.0000,0.0000,"
+          "8.0000,0.0000,0.0000,0.0000,0.0000,0.0000,2.0000,0.0000,0.0000,0.0000,0.0000");
+    CHECK(columns(rows[0]) == 2 + 2 * (1 + kStageCount));
 }
 
 TEST_CASE("timing statistics are order statistics") {
@@ -178,7 +182,7 @@ TEST_CASE("summary.json differs between runs under timing only") {
     run.last.health.state = TrackingState::kTracking;
     run.timed = {{true, {}}, {false, {}}};
     const auto write = [&](double total_ms, double wall_s) {
-        run.timed[0].timing.total_ms = total_ms;
+        run.timed[0].timing.total = {total_ms, 0.5 * total_ms};
         run.wall_s = wall_s;
         write_summary(run, dir.path());
         return nlohmann::json::parse(test::read_file(dir.file("summary.json")));
@@ -193,6 +197,7 @@ TEST_CASE("summary.json differs between runs under timing only") {
     CHECK(first["final"]["quaternion_xyzw"][3].get<double>() == 0.8);
     CHECK_FALSE(first["version"].get<std::string>().empty());
     CHECK(first["timing"]["keyframe"]["median"].get<double>() == 30.0);
+    CHECK(first["timing"]["processor"]["keyframe"]["median"].get<double>() == 15.0);
     CHECK(first["timing"]["tracked"]["count"] == 1);
     CHECK(first["timing"]["all"]["count"] == 2);
     CHECK(first != second);

@@ -20,7 +20,7 @@ FrameResult tracked_frame(int k) {
     frame.estimate.health.state = TrackingState::kTracking;
     frame.estimate.state.p_W_B.x() = 0.1 * k;
     frame.is_usable = true;
-    frame.timing.total_ms = k;
+    frame.timing.total.wall_ms = k;
     return frame;
 }
 
@@ -66,7 +66,7 @@ TEST_CASE("a run of hours keeps the newest frames' times and a bounded mesh") {
     REQUIRE(run.timed.size() == 10);
     std::vector<int> kept;
     for (const RunSummary::TimedFrame& t : run.timed) {
-        kept.push_back(static_cast<int>(t.timing.total_ms));
+        kept.push_back(static_cast<int>(t.timing.total.wall_ms));
     }
     std::sort(kept.begin(), kept.end());
     CHECK(kept.front() == 15);
