@@ -67,6 +67,17 @@ constexpr std::array kHealthColumns{
     HealthColumn{"imu_dropped", [](const Health& h) { return fmt::format("{}", h.imu_dropped); }},
 };
 
+/// The columns of timing.csv that are of one clock.
+struct TimeColumns {
+    double SpentTime::*time;
+    const char* ending;  ///< of their names
+};
+
+constexpr std::array kTimeColumns{
+    TimeColumns{&SpentTime::wall_ms, "_ms"},
+    TimeColumns{&SpentTime::processor_ms, "_cpu_ms"},
+};
+
 }  // namespace
 
 std::string reason_names(std::uint32_t reasons) {
@@ -87,25 +98,23 @@ std::string reason_names(std::uint32_t reasons) {
 }
 
 TimingWriter::TimingWriter(const std::string& folder) : file_(folder + "/timing.csv") {
-    file_.write("stamp_ns,is_keyframe,total_ms");
-    for (std::size_t i = 0; i < kStageCount; ++i) {
-        file_.print(",{}_ms", to_string(static_cast<Stage>(i)));
-    }
-    file_.write(",total_cpu_ms");
-    for (std::size_t i = 0; i < kStageCount; ++i) {
-        file_.print(",{}_cpu_ms", to_string(static_cast<Stage>(i)));
+    file_.write("stamp_ns,is_keyframe");
+    for (const TimeColumns& columns : kTimeColumns) {
+        file_.print(",total{}", columns.ending);
+        for (std::size_t i = 0; i < kStageCount; ++i) {
+            file_.print(",{}{}", to_string(static_cast<Stage>(i)), columns.ending);
+        }
     }
     file_.write("\n");
 }
 
 void TimingWriter::write(Timestamp stamp, bool is_keyframe, const FrameTiming& timing) {
-    file_.print("{},{:d},{:.4f}", stamp.ns, is_keyframe, timing.total.wall_ms);
-    for (const SpentTime& stage : timing.stages) {
-        file_.print(",{:.4f}", stage.wall_ms);
-    }
-    file_.print(",{:.4f}", timing.total.processor_ms);
-    for (const SpentTime& stage : timing.stages) {
-        file_.print(",{:.4f}", stage.processor_ms);
+    file_.print("{},{:d}", stamp.ns, is_keyframe);
+    for (const TimeColumns& columns : kTimeColumns) {
+        file_.print(",{:.4f}", timing.total.*columns.time);
+        for (const SpentTime& stage : timing.stages) {
+            file_.print(",{:.4f}", stage.*columns.time);
+        }
     }
     file_.write("\n");
 }

@@ -13,6 +13,7 @@ namespace facet {
 
 inline constexpr std::size_t kStageCount = static_cast<std::size_t>(Stage::kCount);
 
+/// What a piece of work took, by both clocks.
 struct SpentTime {
     double wall_ms = 0.0;
     double processor_ms = 0.0;  ///< of the estimator's thread: does not grow when others take the core
