@@ -247,7 +247,9 @@ bool AslDataset::load_image(const std::optional<ImageRow>& row, int camera, Grey
         return false;
     }
     const std::string& csv = camera_csv_[static_cast<std::size_t>(camera)];
-    const std::string path = (fs::path(csv).parent_path() / "data" / row->file).string();
+    image_path_.assign(csv, 0, csv.rfind('/') + 1);  // the storage is reused
+    image_path_.append("data/").append(row->file);
+    const std::string& path = image_path_;
     ImageSize& size = camera == 0 ? options_.left_size : options_.right_size;
     const char* consequence = camera == 0 ? "; frame has a right view at most" : "; frame has a left view at most";
     switch (decoder_.decode(path, size.width, size.height, image)) {

@@ -123,6 +123,7 @@ private:
     std::optional<Timestamp> imu_before_;  // stamp of the last row read, to find gaps
     std::optional<Timestamp> imu_given_;   // stamp of the last sample delivered
 
+    std::string image_path_;
     PngDecoder decoder_;
     std::array<GreyImage, 2> images_;
 };

@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/replay_asl/png_decoder.h"
 
+#include <fcntl.h>
 #include <png.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
 
-#include "platform/base/regular_file.h"
-
 namespace facet {
 namespace {
 
 constexpr png_uint_32 kMaxSize = 16384;
-constexpr std::uintmax_t kMaxBytes = 64U << 20U;  // ten times what cameras of today give
-constexpr png_fixed_point kRedWeight = 29900;     // of 100000, ITU-R BT.601
+constexpr off_t kMaxBytes = off_t{64} << 20U;  // ten times what cameras of today give
+constexpr png_fixed_point kRedWeight = 29900;  // of 100000, ITU-R BT.601
 constexpr png_fixed_point kGreenWeight = 58700;
 constexpr std::size_t kMessageLength = 128;
 
@@ -76,38 +78,80 @@ bool read_pixels(png_structp png, png_bytepp rows) {
     return true;
 }
 
-bool read_whole_file(const std::string& path, std::vector<std::uint8_t>& bytes, std::string& error) {
-    if (error = refuse_file(path, kMaxBytes); !error.empty()) {
+void* allocate(png_structp png, png_alloc_size_t size) {
+    return static_cast<PngArena*>(png_get_mem_ptr(png))->allocate(size);
+}
+
+void give_back(png_structp png, png_voidp piece) { static_cast<PngArena*>(png_get_mem_ptr(png))->free(piece); }
+
+/// An open file, closed when it goes.
+struct OpenFile {
+    // O_NONBLOCK: opening a pipe without a writer would wait for one.
+    explicit OpenFile(const char* path) : descriptor(::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
+    ~OpenFile() {
+        if (descriptor >= 0) {
+            ::close(descriptor);
+        }
+    }
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+
+    int descriptor;
+};
+
+/// Why a file is not to be read: a pipe would wait, a device never end, and a file of gigabytes fill the memory.
+bool refuse(const struct stat& status, std::string& error) {
+    if (S_ISDIR(status.st_mode)) {
+        error = std::strerror(EISDIR);
+    } else if (!S_ISREG(status.st_mode)) {
+        error = "is not a regular file";
+    } else if (status.st_size > kMaxBytes) {
+        error = "has " + std::to_string(status.st_size >> 20U) + " MiB, more than the " +
+                std::to_string(kMaxBytes >> 20U) + " that are read";
+    } else {
         return false;
     }
-    std::FILE* file = std::fopen(path.c_str(), "rb");
-    if (file == nullptr) {
+    return true;
+}
+
+/// Reads up to kMaxBytes; `bytes` only grows, and its first `size` ones are the file's.
+bool read_whole_file(const std::string& path, std::vector<std::uint8_t>& bytes, std::size_t& size, std::string& error) {
+    const OpenFile file(path.c_str());
+    struct stat status {};
+    if (file.descriptor < 0 || ::fstat(file.descriptor, &status) != 0) {
         error = std::strerror(errno);
         return false;
     }
-    constexpr std::size_t kChunk = 1U << 18;
-    std::size_t size = 0;
-    for (;;) {
-        if (bytes.size() < size + kChunk) {
-            bytes.resize(size + kChunk);
+    if (refuse(status, error)) {
+        return false;
+    }
+    // A file that grows meanwhile is read as long as it was; one that shrinks ends too early, which libpng says.
+    const auto wanted = static_cast<std::size_t>(status.st_size);
+    if (bytes.size() < wanted) {
+        bytes.resize(wanted);
+    }
+    for (size = 0; size < wanted;) {
+        const ssize_t got = ::read(file.descriptor, bytes.data() + size, wanted - size);
+        if (got < 0 && errno == EINTR) {
+            continue;
         }
-        const std::size_t got = std::fread(bytes.data() + size, 1, bytes.size() - size, file);
-        size += got;
+        if (got < 0) {
+            error = std::strerror(errno);
+            return false;
+        }
         if (got == 0) {
             break;
         }
+        size += static_cast<std::size_t>(got);
     }
-    const bool failed = std::ferror(file) != 0;
-    error = failed ? std::strerror(errno) : "";
-    std::fclose(file);
-    bytes.resize(size);
-    return !failed;
+    return true;
 }
 
 /// Owns libpng's two structures.
 struct PngReader {
-    explicit PngReader(PngBytes& source)
-        : png(png_create_read_struct(PNG_LIBPNG_VER_STRING, &source, keep_error, ignore_warning)) {
+    PngReader(PngBytes& source, PngArena& arena)
+        : png(png_create_read_struct_2(PNG_LIBPNG_VER_STRING, &source, keep_error, ignore_warning, &arena, allocate,
+                                       give_back)) {
         if (png != nullptr) {
             info = png_create_info_struct(png);
             png_set_read_fn(png, &source, read_bytes);
@@ -124,11 +168,12 @@ struct PngReader {
 }  // namespace
 
 Status PngDecoder::decode(const std::string& path, int expected_width, int expected_height, GreyImage& image) {
-    if (!read_whole_file(path, file_, error_)) {
+    if (!read_whole_file(path, file_, file_size_, error_)) {
         return Status::kNotFound;
     }
-    PngBytes source{.data = file_.data(), .size = file_.size()};
-    PngReader reader(source);
+    arena_.reset();
+    PngBytes source{.data = file_.data(), .size = file_size_};
+    PngReader reader(source, arena_);
     if (reader.png == nullptr || reader.info == nullptr) {
         error_ = "libpng cannot be initialised";
         return Status::kCorrupt;

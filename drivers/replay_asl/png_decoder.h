@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/replay_asl/png_arena.h"
 #include "platform/base/image_view.h"
 #include "platform/base/status.h"
 
@@ -22,7 +23,7 @@ struct GreyImage {
 
 /// PNG reader: 1 to 16 bits, grey, palette or colour, with or without alpha (dropped), interlaced or not, becomes 8-bit
 /// grey. 16 bits are rounded to 8; colour becomes luma 0.299 R + 0.587 G + 0.114 B of the stored values, without gamma.
-/// Thread-bound. Heap: the file buffer (reused) and libpng's own.
+/// Thread-bound. Heap: none for an image of the size, kind and number of bytes of one before.
 class PngDecoder {
 public:
     /// Decodes a file; image's storage is reused.
@@ -35,7 +36,9 @@ public:
     const std::string& error() const { return error_; }
 
 private:
-    std::vector<std::uint8_t> file_;
+    PngArena arena_;
+    std::vector<std::uint8_t> file_;  // as long as the longest file so far
+    std::size_t file_size_ = 0;
     std::vector<std::uint8_t*> rows_;
     std::string error_;
 };

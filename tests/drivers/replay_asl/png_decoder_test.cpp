@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
+#include "tests/support/allocation_guard.h"
 #include "tests/support/asl_folder.h"
 #include "tests/support/temp_dir.h"
 
@@ -66,6 +67,34 @@ TEST_CASE("colour becomes luma, alpha is dropped") {
         const double luma = channels == 2 ? s[0] : 0.299 * s[0] + 0.587 * s[1] + 0.114 * s[2];
         REQUIRE(std::abs(image.pixels[i] - luma) <= 1.0);
     }
+}
+
+TEST_CASE("images of one kind make no heap call after the first, whatever came between") {
+    if (!test::AllocationGuard::active()) {
+        return;
+    }
+    const test::TempDir dir;
+    const std::string whole = test::encode_png(kWidth, kHeight, 1, 8, ramp(1, 7));
+    const std::string grey = dir.write("grey.png", whole);
+    const std::string colour = dir.write("colour.png", test::encode_png(kWidth, kHeight, 3, 16, ramp(3, 11)));
+    const std::string cut = dir.write("cut.png", whole.substr(0, whole.size() / 2));
+    PngDecoder decoder;
+    GreyImage image;
+    GreyImage luma;
+    REQUIRE(decoder.decode(grey, kWidth, kHeight, image) == Status::kOk);
+    REQUIRE(decoder.decode(colour, kWidth, kHeight, luma) == Status::kOk);
+    REQUIRE(decoder.decode(cut, kWidth, kHeight, luma) == Status::kCorrupt);
+    REQUIRE(decoder.decode(grey, kWidth, kHeight, image) == Status::kOk);
+    const std::vector<std::uint8_t> first = image.pixels;
+    image.pixels.assign(image.pixels.size(), 0);
+    const test::AllocationGuard guard;
+    const Status again = decoder.decode(grey, kWidth, kHeight, image);
+    const Status other = decoder.decode(colour, kWidth, kHeight, luma);
+    const std::uint64_t allocations = guard.allocations();
+    CHECK(again == Status::kOk);
+    CHECK(other == Status::kOk);
+    CHECK(allocations == 0);
+    CHECK(image.pixels == first);
 }
 
 TEST_CASE("every truncation of a PNG is found, and the decoder goes on working") {
