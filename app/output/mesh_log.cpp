@@ -1,31 +1,48 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/output/mesh_log.h"
 
+#include <array>
+
 namespace facet {
+namespace {
+
+/// A counter that is not of a verdict, and its name.
+struct Column {
+    const char* name;
+    std::uint64_t MeshCounters::*count;
+};
+
+constexpr std::array kColumns{
+    Column{"duplicate_points", &MeshCounters::duplicate_points},
+    Column{"added", &MeshCounters::added},
+    Column{"confirmed", &MeshCounters::confirmed},
+    Column{"superseded", &MeshCounters::superseded},
+    Column{"contradicted", &MeshCounters::contradicted},
+    Column{"misshapen", &MeshCounters::misshapen},
+    Column{"judged_bad", &MeshCounters::judged_bad},
+    Column{"departed", &MeshCounters::departed},
+    Column{"doubtful", &MeshCounters::doubtful},
+    Column{"dropped", &MeshCounters::dropped},
+    Column{"refused", &MeshCounters::refused},
+    Column{"aged", &MeshCounters::aged},
+    Column{"flown_through", &MeshCounters::flown_through},
+    Column{"turned", &MeshCounters::turned},
+    Column{"rehosted", &MeshCounters::rehosted},
+    Column{"holes_filled", &MeshCounters::holes_filled},
+    Column{"fill_faces", &MeshCounters::fill_faces},
+};
+
+}  // namespace
 
 std::vector<NamedCounter> named_counters(const MeshCounters& c) {
-    std::vector<NamedCounter> columns;
+    std::vector<NamedCounter> counters;
     for (std::size_t i = 0; i < c.verdicts.size(); ++i) {
-        columns.push_back({std::string("triangles_") + to_string(static_cast<FaceVerdict>(i)), c.verdicts[i]});
+        counters.push_back({std::string("triangles_") + to_string(static_cast<FaceVerdict>(i)), c.verdicts[i]});
     }
-    columns.insert(columns.end(), {{"duplicate_points", c.duplicate_points},
-                                   {"added", c.added},
-                                   {"confirmed", c.confirmed},
-                                   {"superseded", c.superseded},
-                                   {"contradicted", c.contradicted},
-                                   {"misshapen", c.misshapen},
-                                   {"judged_bad", c.judged_bad},
-                                   {"departed", c.departed},
-                                   {"doubtful", c.doubtful},
-                                   {"dropped", c.dropped},
-                                   {"refused", c.refused},
-                                   {"aged", c.aged},
-                                   {"flown_through", c.flown_through},
-                                   {"turned", c.turned},
-                                   {"rehosted", c.rehosted},
-                                   {"holes_filled", c.holes_filled},
-                                   {"fill_faces", c.fill_faces}});
-    return columns;
+    for (const Column& column : kColumns) {
+        counters.push_back({column.name, c.*column.count});
+    }
+    return counters;
 }
 
 MeshLog::MeshLog(const std::string& folder) : file_(folder + "/mesh.csv") {
@@ -38,10 +55,11 @@ MeshLog::MeshLog(const std::string& folder) : file_(folder + "/mesh.csv") {
 
 void MeshLog::write(Timestamp stamp, int vertices, int faces, const MeshCounters& counters) {
     file_.print("{},{},{}", stamp.ns, vertices, faces);
-    const std::vector<NamedCounter> before = named_counters(last_);
-    const std::vector<NamedCounter> now = named_counters(counters);
-    for (std::size_t i = 0; i < now.size(); ++i) {
-        file_.print(",{}", now[i].value - before[i].value);
+    for (std::size_t i = 0; i < counters.verdicts.size(); ++i) {
+        file_.print(",{}", counters.verdicts[i] - last_.verdicts[i]);
+    }
+    for (const Column& column : kColumns) {
+        file_.print(",{}", counters.*column.count - last_.*column.count);
     }
     file_.write("\n");
     last_ = counters;

@@ -19,7 +19,8 @@ PlaneLog::PlaneLog(const std::string& folder) : file_(folder + "/planes.csv") {
 }
 
 void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes) {
-    std::vector<const TrackedPlane*> reported;
+    std::vector<const TrackedPlane*>& reported = reported_;  // storage kept from keyframe to keyframe
+    reported.clear();
     for (const TrackedPlane& plane : planes) {
         if (plane.is_reported) {
             reported.push_back(&plane);

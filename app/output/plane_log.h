@@ -39,7 +39,8 @@ private:
     };
 
     TextFile file_;
-    std::map<std::uint32_t, Record> records_;  ///< by id
+    std::vector<const TrackedPlane*> reported_;  ///< while a row is written
+    std::map<std::uint32_t, Record> records_;    ///< by id
 };
 
 }  // namespace facet

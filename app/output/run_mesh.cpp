@@ -63,7 +63,8 @@ private:
         return at->second;
     }
 
-    std::map<std::tuple<std::uint32_t, float, float, float>, int> indices_;
+    std::pmr::monotonic_buffer_resource nodes_;
+    std::pmr::map<std::tuple<std::uint32_t, float, float, float>, int> indices_{&nodes_};
     std::vector<Eigen::Vector3f> vertices_;
     std::vector<Eigen::Vector3f> normals_;
     std::vector<Eigen::Vector3i> triangles_;

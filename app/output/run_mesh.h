@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory_resource>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,7 +19,7 @@ namespace facet {
 /// Collects faces as they leave the horizon and writes meshes as PLY with vertex normals and plane ids. A face is
 /// identified by its three landmarks: if it comes back, the newer one replaces the older one. Faces share a vertex if
 /// they have the same landmark at the same place. When full: new faces are dropped and counted; faces already there can
-/// still be replaced. Heap; thread-bound.
+/// still be replaced. Heap: now and then, more each time, not at every face. Thread-bound; stays where it is made.
 class RunMesh {
 public:
     explicit RunMesh(std::size_t max_faces = std::numeric_limits<std::size_t>::max()) : max_faces_(max_faces) {}
@@ -39,7 +40,8 @@ private:
     std::size_t max_faces_;
     std::size_t dropped_ = 0;
     std::vector<DepartedFace> faces_;
-    std::map<std::array<std::uint32_t, 3>, std::size_t> by_landmarks_;  ///< sorted ids -> index in faces_
+    std::pmr::monotonic_buffer_resource nodes_;  ///< of the map, from which nothing is ever taken
+    std::pmr::map<std::array<std::uint32_t, 3>, std::size_t> by_landmarks_{&nodes_};  ///< sorted ids -> index in faces_
 };
 
 }  // namespace facet

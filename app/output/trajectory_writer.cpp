@@ -10,14 +10,19 @@ constexpr const char* kEurocHeader =
     "b_w_RS_S_z [rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]\n";
 
 constexpr int kCovarianceDim = 9;
+constexpr std::uint64_t kNsPerS = 1'000'000'000;
+
+/// Nanoseconds without their sign.
+std::uint64_t magnitude(Timestamp stamp) {
+    return stamp.ns < 0 ? 0 - static_cast<std::uint64_t>(stamp.ns) : static_cast<std::uint64_t>(stamp.ns);
+}
+
+const char* sign(Timestamp stamp) { return stamp.ns < 0 ? "-" : ""; }
 
 }  // namespace
 
 std::string tum_seconds(Timestamp stamp) {
-    constexpr std::int64_t kNsPerS = 1'000'000'000;
-    const bool negative = stamp.ns < 0;
-    const auto ns = negative ? 0 - static_cast<std::uint64_t>(stamp.ns) : static_cast<std::uint64_t>(stamp.ns);
-    return fmt::format("{}{}.{:09}", negative ? "-" : "", ns / kNsPerS, ns % kNsPerS);
+    return fmt::format("{}{}.{:09}", sign(stamp), magnitude(stamp) / kNsPerS, magnitude(stamp) % kNsPerS);
 }
 
 TrajectoryWriter::TrajectoryWriter(const std::string& folder)
@@ -39,8 +44,9 @@ void TrajectoryWriter::write(const Estimate& estimate) {
     const Eigen::Vector3d& v = s.v_W_B;
     const Eigen::Vector3d& bg = s.bias.gyro;
     const Eigen::Vector3d& ba = s.bias.accel;
-    tum_.print("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", tum_seconds(estimate.stamp), p.x(), p.y(),
-               p.z(), q.x(), q.y(), q.z(), q.w());
+    const std::uint64_t ns = magnitude(estimate.stamp);
+    tum_.print("{}{}.{:09} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", sign(estimate.stamp), ns / kNsPerS,
+               ns % kNsPerS, p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
     csv_.print("{},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", estimate.stamp.ns, p.x(), p.y(), p.z(), q.w(),
                q.x(), q.y(), q.z());
     csv_.print(",{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}\n", v.x(), v.y(), v.z(), bg.x(), bg.y(),

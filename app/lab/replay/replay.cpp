@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <deque>
 #include <iterator>
+#include <list>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -95,7 +95,8 @@ private:
     FramePipeline pipeline_;
     FrameResult result_;
     std::unique_ptr<CarriedEstimate> carried_;   ///< none unless the trajectory is at the IMU's rate
-    std::deque<OwnedFrame> waiting_;             ///< for inertial samples
+    std::list<OwnedFrame> waiting_;              ///< for inertial samples
+    std::list<OwnedFrame> spare_;                ///< have waited: their storage serves the next ones
     Timestamp newest_fed_;                       ///< of these, the latest that the estimator has
     std::optional<FaultInjector> injector_;      ///< none without faults
     std::optional<StartCheck> start_check_;      ///< of the log, without faults
@@ -178,7 +179,11 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     if (waiting_.empty() && offer(frame, output_stamp, false)) {
         return;
     }
-    OwnedFrame& kept = waiting_.emplace_back();
+    if (spare_.empty()) {
+        spare_.emplace_back();
+    }
+    waiting_.splice(waiting_.end(), spare_, spare_.begin());
+    OwnedFrame& kept = waiting_.back();
     kept.stamp = frame.stamp;
     kept.output_stamp = output_stamp;
     kept.has_left = !frame.left.empty();
@@ -206,7 +211,7 @@ void Replay::feed(const ImuSample& sample) {
         pass_on();
     }
     while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {
-        waiting_.pop_front();
+        spare_.splice(spare_.end(), waiting_, waiting_.begin());
     }
 }
 
