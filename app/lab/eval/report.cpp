@@ -88,6 +88,12 @@ std::string text_report(const Evaluation& e) {
     text +=
         "                  median       mean       RMSE        max\n" + absolute_rows(e.se3) + absolute_rows(e.yaw4);
     text += fmt::format("scale        {:.5f} (what SIM(3) would choose; not applied)\n", e.scale);
+    if (const TimeShift& s = e.time_shift; s.is_known) {
+        text += fmt::format(
+            "time shift   {:+.1f} ms of the true positions, {:+.1f} ms of the orientations (what would fit best; not "
+            "applied; positions then to {:.4f} m)\n",
+            1e3 * s.position_s, 1e3 * s.orientation_s, s.position_rmse_m);
+    }
     text += fmt::format("end drift    {:.4f} m ({:.3f} % of the path), first poses made equal\n", e.end_drift_m,
                         e.drift_percent());
     text += "RPE, RMSE over stretches of the true path, no alignment (yaw: world axes by 4-DoF alignment)\n";
@@ -130,6 +136,11 @@ std::string json_report(const Evaluation& e, const std::string& groundtruth, con
                  {"sim3_scale", e.scale},
                  {"end_drift_m", e.end_drift_m},
                  {"end_drift_percent", e.drift_percent()}};
+    if (e.time_shift.is_known) {
+        json["time_shift"] = {{"position_s", e.time_shift.position_s},
+                              {"position_rmse_m", e.time_shift.position_rmse_m},
+                              {"orientation_s", e.time_shift.orientation_s}};
+    }
     json["rpe"] = Json::array();
     for (const RelativeError& r : e.relative) {
         json["rpe"].push_back(to_json(r));
