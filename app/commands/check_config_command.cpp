@@ -49,6 +49,14 @@ std::string describe_mavlink(const Vehicle& vehicle) {
     return text;
 }
 
+std::string describe_files(const VehicleLog& log) {
+    if (log.folder.empty()) {
+        return "none";
+    }
+    return fmt::format("{}, a folder a flight, {}", log.folder,
+                       log.keep_mb > 0 ? fmt::format("the newest {} MB are kept", log.keep_mb) : "all are kept");
+}
+
 int run_check(const std::string& path) {
     Vehicle vehicle;
     const std::vector<std::string> errors = check_vehicle(path, vehicle);
@@ -63,7 +71,7 @@ int run_check(const std::string& path) {
     print_out("trigger      {}\n", vehicle.trigger ? "edges are stamped" : "none");
     print_out("imu          {}\n", describe_imu(vehicle));
     print_out("mavlink      {}\n", describe_mavlink(vehicle));
-    print_out("files        {}\n", vehicle.log.folder.empty() ? "none" : vehicle.log.folder);
+    print_out("files        {}\n", describe_files(vehicle.log));
     print_out("{}: can be used; facet run --dry-run tries the hardware\n", path);
     return kExitDone;
 }

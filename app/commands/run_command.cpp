@@ -95,15 +95,15 @@ private:
     Timestamp next_;
 };
 
-int report(const RunSummary& run, const LiveRun& live, const std::string& folder) {
+int report(const RunSummary& run, const LiveRun& live) {
     const TimingStatistics latency = timing_statistics(run.live->latency_ms);
     print_out("frames       {} of {} estimated, {} keyframes, path {:.2f} m\n", run.estimates, run.frames_listed,
               run.keyframes, run.path_m);
     print_out("latency      {:.2f} ms median, {:.2f} ms p99; {} overruns\n", latency.median_ms, latency.p99_ms,
               run.live->overruns);
     print_out("end          {}\n", to_string(run.last.health.state));
-    if (!folder.empty()) {
-        print_out("files        {}\n", folder);
+    if (!live.folder().empty()) {
+        print_out("files        {}\n", live.folder());
     }
     if (!live.failure().empty()) {
         print_error(live.failure().c_str());
@@ -168,7 +168,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     run.stream_to(world.get());
     run.show_to(view.get());
     if (args.record) {
-        run.record(vehicle.log.folder);
+        run.record();
     }
     if (is_terminal) {
         run.set_quiet();
@@ -211,7 +211,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     if (view) {
         print_view(view->account());
     }
-    return report(summary, run, vehicle.log.folder);
+    return report(summary, run);
 }
 
 int run_vehicle(const RunArguments& args) {
@@ -221,6 +221,7 @@ int run_vehicle(const RunArguments& args) {
     Vehicle vehicle = load_vehicle(args.vehicle);
     if (!args.out.empty()) {
         vehicle.log.folder = args.out;
+        vehicle.log.by_flight = false;
     }
     if (args.record && vehicle.log.folder.empty()) {
         throw InputError("--record: no folder; say --out DIR, or sinks.log.folder in the vehicle file");
@@ -245,7 +246,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
                      "Vehicle file (YAML): calibration, sensors, sinks, real-time options; documented examples are in "
                      "app/config/examples")
         ->required();
-    command->add_option("--out", args->out, "Folder for the files, instead of the vehicle file's sinks.log.folder");
+    command->add_option(
+        "--out", args->out,
+        "Folder for the files of this flight, instead of a new one in the vehicle file's sinks.log.folder");
     command->add_option("--stream", args->stream, kStreamHelp);
     add_view_options(*command, args->view);
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");

@@ -54,6 +54,8 @@ void read_sinks(const YamlNode& node, Vehicle& vehicle) {
     if (const auto log = section.find("log")) {
         YamlSection fields(*log);
         vehicle.log.folder = beside(fields.at("folder"));
+        vehicle.log.by_flight = true;
+        fields.read("keep_mb", vehicle.log.keep_mb, 0, 100'000'000);
         fields.read("mesh_faces", vehicle.log.mesh_faces, 0, 10'000'000);
         fields.read("timed_frames", vehicle.log.timed_frames, 1, 10'000'000);
         fields.finish();

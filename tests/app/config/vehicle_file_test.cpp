@@ -72,6 +72,8 @@ TEST_CASE("the SPI example is a whole vehicle") {
     REQUIRE(v.mavlink);
     CHECK(v.mavlink->channel.serial == "/dev/ttyS1");
     CHECK(v.log.folder == "/var/lib/facet/log");
+    CHECK(v.log.by_flight);
+    CHECK(v.log.keep_mb == 4096);
     CHECK(v.realtime.lock_memory);
     CHECK(v.realtime.estimator.cpu == 3);
     CHECK(v.realtime.imu.priority == 80);
