@@ -33,9 +33,16 @@ std::string describe_imu(const Vehicle& vehicle) {
     return fmt::format("CAN, {}", vehicle.imu_can->source.socket.interface);
 }
 
+std::string describe_can_out(const CanOutOptions& can) {
+    constexpr const char* kFormats[] = {"CAN FD where the interface has it", "classic CAN", "CAN FD"};
+    return fmt::format("{}, {}, identifiers {:#x} to {:#x}{}", can.interface,
+                       kFormats[static_cast<std::size_t>(can.format)], can.first_id, can.first_id + kCanOutIds - 1,
+                       can.node_id != 0 ? fmt::format(", DroneCAN node {}", can.node_id) : "");
+}
+
 std::string describe_mavlink(const Vehicle& vehicle) {
     if (!vehicle.mavlink) {
-        return "none: nobody receives the estimates";
+        return vehicle.can_out ? "none" : "none: nobody receives the estimates";
     }
     const MavlinkOptions& link = *vehicle.mavlink;
     const MavlinkChannelOptions& channel = link.channel;
@@ -71,6 +78,9 @@ int run_check(const std::string& path) {
     print_out("trigger      {}\n", vehicle.trigger ? "edges are stamped" : "none");
     print_out("imu          {}\n", describe_imu(vehicle));
     print_out("mavlink      {}\n", describe_mavlink(vehicle));
+    if (vehicle.can_out) {
+        print_out("can out      {}\n", describe_can_out(*vehicle.can_out));
+    }
     print_out("files        {}\n", describe_files(vehicle.log));
     print_out("{}: can be used; facet run --dry-run tries the hardware\n", path);
     return kExitDone;

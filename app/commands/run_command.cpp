@@ -128,6 +128,22 @@ void print_mavlink(const MavlinkLink& link) {
     }
 }
 
+/// After the sinks' thread has ended.
+void print_can_out(const CanOut& can) {
+    const CanOutCounters& out = can.counters();
+    print_out("can out      {} estimates in {} frames, {} dropped; queue full {} times, off the bus {}, down {}\n",
+              out.estimates, out.frames, out.estimates_dropped, out.queue_full, out.bus_off, out.failures);
+}
+
+void print_sinks(Hardware& hardware) {
+    if (hardware.mavlink() != nullptr) {
+        print_mavlink(*hardware.mavlink());
+    }
+    if (hardware.can_out() != nullptr) {
+        print_can_out(*hardware.can_out());
+    }
+}
+
 /// The state folder that systemd gives, or else the log's.
 std::string state_folder(const Vehicle& vehicle) {
     const std::string given = environment("STATE_DIRECTORY");
@@ -135,30 +151,47 @@ std::string state_folder(const Vehicle& vehicle) {
 }
 
 /// Keeps the counter of poses that are sent, so that a restarted program can announce its jump.
-void keep_resets(const MavlinkLink* link, ResetCount& resets) {
-    if (link != nullptr) {
-        if (const std::string problem = resets.keep(link->sent_resets()); !problem.empty()) {
-            print_err("warning: the reset counter will begin anew after a restart: {}\n", problem);
-        }
+void keep_resets(Hardware& hardware, ResetCount& resets) {
+    if (hardware.mavlink() == nullptr && hardware.can_out() == nullptr) {
+        return;
     }
+    // With both it is the one that also counts changes of home and heading.
+    const std::uint8_t sent =
+        hardware.mavlink() != nullptr ? hardware.mavlink()->sent_resets() : hardware.can_out()->sent_resets();
+    if (const std::string problem = resets.keep(sent); !problem.empty()) {
+        print_err("warning: the reset counter will begin anew after a restart: {}\n", problem);
+    }
+}
+
+/// Opens one, if it is there; its first pose has the counter that announces the jump.
+template <class Sink>
+void open_sink(Sink* sink, std::uint8_t first_reset, std::vector<OdometrySink*>& sinks) {
+    if (sink == nullptr) {
+        return;
+    }
+    std::string problem;
+    if (!ok(sink->open(problem))) {
+        throw InputError(problem);
+    }
+    sink->begin_resets_at(first_reset);
+    sinks.push_back(sink);
+}
+
+std::vector<OdometrySink*> open_sinks(Hardware& hardware, const ResetCount& resets) {
+    std::vector<OdometrySink*> sinks;
+    open_sink(hardware.mavlink(), resets.first(), sinks);
+    open_sink(hardware.can_out(), resets.first(), sinks);
+    if (!sinks.empty() && resets.is_restart()) {
+        print_err("reset counter begins at {}: the pose begins anew at the origin\n", resets.first());
+    }
+    return sinks;
 }
 
 int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const RunArguments& args,
         const std::atomic<bool>& stop) {
-    std::vector<OdometrySink*> sinks;
     MavlinkLink* const mavlink = hardware.mavlink();
     ResetCount resets(state_folder(vehicle));
-    if (mavlink != nullptr) {
-        std::string problem;
-        if (!ok(mavlink->open(problem))) {
-            throw InputError(problem);
-        }
-        mavlink->begin_resets_at(resets.first());
-        if (resets.is_restart()) {
-            print_err("reset counter begins at {}: the pose begins anew at the origin\n", resets.first());
-        }
-        sinks.push_back(mavlink);
-    }
+    const std::vector<OdometrySink*> sinks = open_sinks(hardware, resets);
     const bool is_terminal = isatty(STDOUT_FILENO) != 0 && !args.quiet;
     ServiceNotifier notifier(io, clock, environment("NOTIFY_SOCKET"), environment("WATCHDOG_USEC"),
                              environment("WATCHDOG_PID"), getpid());
@@ -191,7 +224,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
            (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
         clock.sleep(kTick);
         notifier.progress(run.frames());
-        keep_resets(mavlink, resets);
+        keep_resets(hardware, resets);
         if (mavlink != nullptr && mavlink->take_reset_request()) {
             run.request_reset();
         }
@@ -205,9 +238,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
         }
     }
     const RunSummary summary = run.stop();
-    if (mavlink != nullptr) {
-        print_mavlink(*mavlink);
-    }
+    print_sinks(hardware);
     if (view) {
         print_view(view->account());
     }

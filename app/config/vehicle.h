@@ -9,6 +9,7 @@
 #include "app/config/obstacle_options.h"
 #include "app/config/program_config.h"
 #include "drivers/camera_v4l2/camera_v4l2.h"
+#include "drivers/can_out/can_out.h"
 #include "drivers/imu_can/dbc_decoder.h"
 #include "drivers/imu_can/dronecan.h"
 #include "drivers/imu_can/imu_can.h"
@@ -114,6 +115,7 @@ struct Vehicle {
     std::optional<MavlinkOptions> mavlink;
     std::optional<ObstacleOptions> obstacles;  ///< sent by mavlink
     VehicleLog log;
+    std::optional<CanOutOptions> can_out;
     VehicleRealtime realtime;
 };
 

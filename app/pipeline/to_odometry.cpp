@@ -38,11 +38,13 @@ Odometry to_odometry(const Estimate& estimate, const Eigen::Vector3d& w_B, const
     odometry.w_covariance = Eigen::Matrix3d::Identity() * (density * density * noise.rate_hz);
     odometry.quality = estimate.health.state == TrackingState::kLost ? -1 : estimate.health.quality;
     odometry.reset_counter = static_cast<std::uint8_t>(estimate.health.reset_counter & 0xffU);
+    odometry.state = sink_state(estimate.health.state);
+    odometry.reasons = estimate.health.reasons;
     return odometry;
 }
 
 StateChange describe_state(TrackingState state, std::uint32_t reasons) {
-    StateChange change{.state = sink_state(state)};
+    StateChange change{.state = sink_state(state), .text = {}, .reasons = reasons};
     const std::string names = reason_names(reasons);
     fmt::format_to_n(change.text.data(), change.text.size() - 1, "facet: {}{}{}", to_string(state),
                      names.empty() ? "" : " ", names);

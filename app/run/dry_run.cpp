@@ -82,7 +82,9 @@ public:
     void trigger(TriggerSource& source, const std::string& device);
     void pulses(PulseOutput& pulses);
     void imu(ImuSource& source, const std::string& device, bool has_data_ready);
-    void sinks(MavlinkLink* mavlink);
+    template <class Sink>
+    void sink(Sink& sink, const char* device);
+    void sinks(MavlinkLink* mavlink, CanOut* can);
     void log_folder();
     void system();
 
@@ -169,17 +171,26 @@ void Probe::imu(ImuSource& source, const std::string& device, bool has_data_read
     });
 }
 
-void Probe::sinks(MavlinkLink* mavlink) {
-    if (mavlink == nullptr) {
-        add(Finding::kDoubtful, "mavlink", "not configured: nobody receives the estimates");
-        return;
-    }
+template <class Sink>
+void Probe::sink(Sink& sink, const char* device) {
     std::string problem;
-    if (ok(mavlink->open(problem))) {
-        add(Finding::kGood, "mavlink", mavlink->name());
-        mavlink->close();
+    if (ok(sink.open(problem))) {
+        add(Finding::kGood, device, sink.name());
+        sink.close();
     } else {
-        add(Finding::kWrong, "mavlink", problem);
+        add(Finding::kWrong, device, problem);
+    }
+}
+
+void Probe::sinks(MavlinkLink* mavlink, CanOut* can) {
+    if (mavlink != nullptr) {
+        sink(*mavlink, "mavlink");
+    }
+    if (can != nullptr) {
+        sink(*can, "can out");
+    }
+    if (mavlink == nullptr && can == nullptr) {
+        add(Finding::kDoubtful, "mavlink", "not configured: nobody receives the estimates");
     }
 }
 
@@ -249,7 +260,7 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
     if (hardware.pulses() != nullptr) {
         hardware.pulses()->stop();
     }
-    probe.sinks(hardware.mavlink());
+    probe.sinks(hardware.mavlink(), hardware.can_out());
     probe.log_folder();
     probe.system();
     return probe.take();

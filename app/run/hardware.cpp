@@ -28,6 +28,9 @@ Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
     if (vehicle.mavlink) {
         mavlink_ = std::make_unique<MavlinkLink>(io, clock, *vehicle.mavlink);
     }
+    if (vehicle.can_out) {
+        can_out_ = std::make_unique<CanOut>(io, clock, *vehicle.can_out);
+    }
 }
 
 void Hardware::make_spi(KernelIo& io, Clock& clock, const VehicleImuSpi& spi) {

@@ -21,6 +21,8 @@ public:
 
     const RunSources& sources() const { return sources_; }
     MavlinkLink* mavlink() { return mavlink_.get(); }
+    /// nullptr if no estimates go onto a CAN bus.
+    CanOut* can_out() { return can_out_.get(); }
     /// nullptr if something else triggers the cameras.
     PulseOutput* pulses() { return pulses_.get(); }
     /// nullptr if the IMU's data-ready line is not wired.
@@ -41,6 +43,7 @@ private:
     std::unique_ptr<CanDecoder> decoder_;
     std::unique_ptr<ImuSource> imu_;
     std::unique_ptr<MavlinkLink> mavlink_;
+    std::unique_ptr<CanOut> can_out_;
     RunSources sources_;
 };
 

@@ -162,6 +162,38 @@ TEST_CASE("the link to the flight controller has options, and defaults that fit 
     CHECK(other.obstacles->below_m == 0.5);
 }
 
+TEST_CASE("estimates may go onto a CAN bus, that of the IMU or another") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& imu, const std::string& can) {
+        return load_vehicle(dir.write("v.yaml", kHead + kCameras + imu + "sinks: {can: " + can + "}\n"));
+    };
+    const std::string node = "imu: {can: {decoder: dronecan, node_id: 42}}\n";
+    const Vehicle usual = load(kImu, "{interface: can1}");
+    REQUIRE(usual.can_out);
+    CHECK(usual.can_out->interface == "can1");
+    CHECK(usual.can_out->format == CanOutFormat::kAuto);
+    CHECK(usual.can_out->first_id == 0x3A0);
+    CHECK(usual.can_out->node_id == 0);
+    const Vehicle other = load(node,
+                               "{interface: can0, format: fd, bit_rate_switch: false, first_id: 0x100, every: 5, "
+                               "send_lost: true, dronecan_node_id: 43}");
+    REQUIRE(other.can_out);
+    CHECK(other.can_out->format == CanOutFormat::kFd);
+    CHECK_FALSE(other.can_out->bit_rate_switch);
+    CHECK(other.can_out->first_id == 0x100);
+    CHECK(other.can_out->every == 5);
+    CHECK(other.can_out->send_lost);
+    CHECK(other.can_out->node_id == 43);
+    const auto refused = [&](const std::string& can) {
+        return test::input_error_text([&] { (void)load(node, can); });
+    };
+    CHECK(refused("{}").find("sinks.can.interface: missing") != std::string::npos);
+    CHECK(refused("{interface: can0, first_id: 0x7F8}").find("sinks.can.first_id") != std::string::npos);
+    CHECK(refused("{interface: can0, dronecan_node_id: 42}").find("is that of the IMU") != std::string::npos);
+    CHECK(load(node, "{interface: can1, dronecan_node_id: 42}").can_out);
+}
+
 TEST_CASE("trigger pulses come from a PWM or a line, at the cameras' rate") {
     const test::TempDir dir;
     write_calibration(dir);
