@@ -69,6 +69,7 @@ struct VehicleOdometry {
     double smoothing_s = 0.0;  ///< over which corrections fade in; 0: they are steps
 };
 
+    Se3 T_body_imu;            ///< from the IMU (as `axes` turns it) to the frame that is reported
 struct VehicleLog {
     std::string folder;          ///< created if missing; empty: no files
     bool by_flight = false;      ///< each flight has a folder of its own in there

@@ -5,14 +5,16 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/calibration/calibration_fields.h"
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
 #include "app/config/config_table.h"
-#include "app/config/vehicle_mavlink.h"
 #include "app/config/vehicle_can_out.h"
+#include "app/config/vehicle_mavlink.h"
 #include "app/config/vehicle_sensors.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
@@ -45,8 +47,6 @@ void read_estimator(const YamlNode& node, Vehicle& vehicle) {
     section.finish();
 }
 
-void read_sinks(const YamlNode& node, Vehicle& vehicle) {
-    YamlSection section(node);
 /// T_V_B of the frame V that is reported: four rows as in Kalibr's files, or {place_m: [x, y, z], rpy_deg: [r, p, y]},
 /// where the IMU sits in V and R_V_B = Rz(y) Ry(p) Rx(r).
 Se3 read_body(const YamlNode& node) {
@@ -76,20 +76,25 @@ Se3 read_body(const YamlNode& node) {
     return T;
 }
 
+void read_sinks(const YamlNode& node, Vehicle& vehicle) {
+    YamlSection section(node);
     section.read("rate_hz", vehicle.odometry.rate_hz, 0.0, 8000.0);
     section.read("smoothing_s", vehicle.odometry.smoothing_s, 0.0, 1.0);
+    if (const auto body = section.find("T_body_imu")) {
+        vehicle.odometry.T_body_imu = read_body(*body);
+    }
     if (const auto mavlink = section.find("mavlink")) {
         read_mavlink(*mavlink, vehicle);
+    }
+    if (const auto can = section.find("can")) {
+        vehicle.can_out = read_can_out(*can);
+        check_can_nodes(*can, vehicle);
     }
     if (const auto log = section.find("log")) {
         YamlSection fields(*log);
         vehicle.log.folder = beside(fields.at("folder"));
         vehicle.log.by_flight = true;
         fields.read("keep_mb", vehicle.log.keep_mb, 0, 100'000'000);
-    if (const auto can = section.find("can")) {
-        vehicle.can_out = read_can_out(*can);
-        check_can_nodes(*can, vehicle);
-    }
         fields.read("mesh_faces", vehicle.log.mesh_faces, 0, 10'000'000);
         fields.read("timed_frames", vehicle.log.timed_frames, 1, 10'000'000);
         fields.finish();

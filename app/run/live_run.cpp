@@ -40,7 +40,7 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
                                      .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}) {
     pipeline_.configure(vehicle.config, vehicle.calibration);
     if (vehicle.obstacles) {
-        pipeline_.measure_ranges(*vehicle.obstacles);
+        pipeline_.measure_ranges(*vehicle.obstacles, vehicle.odometry.T_body_imu);
     }
     left_.name = vehicle.cameras.side_by_side ? "cameras" : "left";
     RunSummary& summary = recorder_.summary();

@@ -162,6 +162,28 @@ TEST_CASE("the link to the flight controller has options, and defaults that fit 
     CHECK(other.obstacles->below_m == 0.5);
 }
 
+TEST_CASE("the reported body may be another frame than the IMU's") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& body) {
+        return load_vehicle(dir.write("v.yaml", kHead + kCameras + kImu + "sinks: {T_body_imu: " + body + "}\n"));
+    };
+    const Se3 given = load("{place_m: [0.1, 0, -0.02], rpy_deg: [0, 90, 90]}").odometry.T_body_imu;
+    CHECK(given.p.isApprox(Eigen::Vector3d(0.1, 0.0, -0.02)));
+    // Pitched nose down, then turned to the left: the IMU's x axis points down, its z axis ahead and then left.
+    CHECK((given.q * Eigen::Vector3d::UnitX()).isApprox(-Eigen::Vector3d::UnitZ(), 1e-12));
+    CHECK((given.q * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d::UnitY(), 1e-12));
+    const Se3 rows = load("[[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]").odometry.T_body_imu;
+    CHECK(rows.p.isApprox(Eigen::Vector3d(1.0, 2.0, 3.0)));
+    CHECK((rows.q * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-12));
+    CHECK(load("{}").odometry.T_body_imu.p.isZero(0.0));
+    const auto refused = [&](const std::string& body) { return test::input_error_text([&] { (void)load(body); }); };
+    CHECK(refused("{place_m: [0, 0]}").find("T_body_imu.place_m") != std::string::npos);
+    CHECK(refused("{place_m: [0, 0, 1000]}").find("within 100 m") != std::string::npos);
+    CHECK(refused("{place: [0, 0, 1]}").find("sinks.T_body_imu") != std::string::npos);
+    CHECK(refused("[[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]").find("reflection") != std::string::npos);
+}
+
 TEST_CASE("estimates may go onto a CAN bus, that of the IMU or another") {
     const test::TempDir dir;
     write_calibration(dir);
