@@ -29,6 +29,7 @@ struct VehicleCameras {
     bool side_by_side = false;  ///< then `left` is the node, its width twice the calibration's
     bool use_sequence = true;   ///< the drivers count frames
     double rate_hz = 20.0;
+    int lag_frames = 0;  ///< whole periods by which frames are stamped after their trigger edge
     CameraV4l2Options left;
     CameraV4l2Options right;
 };

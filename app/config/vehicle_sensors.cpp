@@ -282,6 +282,10 @@ VehicleCameras read_cameras(const YamlNode& node, const Calibration& calibration
             both->fail("the calibration has cameras of different sizes: they cannot be side by side");
         }
         cameras.left.capture.width *= 2;
+    section.read("lag_frames", cameras.lag_frames, 0, 8);
+    if (const auto automatic = section.find("auto_exposure")) {
+        cameras.auto_exposure = read_auto_exposure(*automatic);
+    }
         read_node(*both, cameras.left);
     }
     if (left) {

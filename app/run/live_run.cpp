@@ -22,6 +22,8 @@ SynchroniserOptions synchroniser_options(const Vehicle& vehicle) {
     options.has_trigger = vehicle.trigger.has_value();
     options.use_sequence = vehicle.cameras.use_sequence;
     options.has_right = vehicle.calibration.rig.has_right;
+    options.left_delay = options.right_delay = Duration{vehicle.cameras.lag_frames * options.period.ns};
+    options.first_is_first = vehicle.trigger && vehicle.pulses;
     if (vehicle.trigger) {
         options.trigger_delay = vehicle.trigger->delay;
         options.trigger_silence = Duration{5 * options.period.ns};

@@ -223,6 +223,7 @@ TEST_CASE("trigger pulses come from a PWM or a line, at the cameras' rate") {
         return load_vehicle(dir.write("v.yaml", kHead + "cameras: {rate_hz: 25}\n" + kImu + pulses));
     };
     CHECK_FALSE(load("").pulses);
+    CHECK(load("").cameras.lag_frames == 0);
     const Vehicle pwm = load("trigger_output: {width_s: 0.002, pwm: {chip: /sys/class/pwm/pwmchip2, channel: 1}}\n");
     REQUIRE(pwm.pulses);
     CHECK(pwm.pulses->pulse.period == Duration::from_seconds(0.04));
