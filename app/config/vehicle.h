@@ -32,6 +32,7 @@ struct VehicleCameras {
     int lag_frames = 0;  ///< whole periods by which frames are stamped after their trigger edge
     CameraV4l2Options left;
     CameraV4l2Options right;
+    std::optional<AutoExposureOptions> auto_exposure;  ///< of both alike
 };
 
 /// The line whose edges mark the exposures of the cameras.
@@ -68,9 +69,9 @@ struct VehicleImuCan {
 struct VehicleOdometry {
     double rate_hz = 50.0;     ///< of estimates carried on by inertial samples; 0: one a frame, at its exposure
     double smoothing_s = 0.0;  ///< over which corrections fade in; 0: they are steps
+    Se3 T_body_imu;            ///< from the IMU (as `axes` turns it) to the frame that is reported
 };
 
-    Se3 T_body_imu;            ///< from the IMU (as `axes` turns it) to the frame that is reported
 struct VehicleLog {
     std::string folder;          ///< created if missing; empty: no files
     bool by_flight = false;      ///< each flight has a folder of its own in there
@@ -116,8 +117,8 @@ struct Vehicle {
     VehicleOdometry odometry;
     std::optional<MavlinkOptions> mavlink;
     std::optional<ObstacleOptions> obstacles;  ///< sent by mavlink
-    VehicleLog log;
     std::optional<CanOutOptions> can_out;
+    VehicleLog log;
     VehicleRealtime realtime;
 };
 

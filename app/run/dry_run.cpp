@@ -113,7 +113,9 @@ void Probe::camera(CameraSource& source, const std::string& device, const Camera
         const std::string what =
             fmt::format("{} {}x{}, {:.1f} frames/s, {} lost, {} bad", options.capture.device, options.capture.width,
                         options.capture.height, heard.rate_hz(), c.lost, c.corrupt);
-        if (heard.oldest_age > Duration::from_seconds(5.0) || heard.oldest_age.ns < 0) {
+        if (!source.warning().empty()) {
+            add(Finding::kDoubtful, device, fmt::format("{}; {}", what, source.warning()));
+        } else if (heard.oldest_age > Duration::from_seconds(5.0) || heard.oldest_age.ns < 0) {
             add(Finding::kWrong, device,
                 fmt::format("{}; stamps are {:.1f} s off the monotonic clock", what, heard.oldest_age.seconds()));
         } else if (heard.samples > 2 && std::abs(heard.rate_hz() / wanted - 1.0) > 0.1) {
@@ -150,8 +152,6 @@ void Probe::pulses(PulseOutput& pulses) {
     }
 }
 
-void Probe::imu(ImuSource& source, const std::string& device, bool has_data_ready) {
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();
 /// Leaves one pulse out and looks for the gap in the cameras' frames.
 void Probe::pairing(const PairingSources& sources, PulseOutput& pulses) {
     bool is_started = ok(sources.trigger->start()) && ok(sources.left->start());
@@ -193,6 +193,8 @@ void Probe::judge_pairing(const PairingProof& proof, const std::vector<Timestamp
     }
 }
 
+void Probe::imu(ImuSource& source, const std::string& device, bool has_data_ready) {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
     int count = 0;
     const auto sum = [&](const ImuSample& sample) {
         force += sample.a_B;
@@ -307,11 +309,11 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
     }
     probe.imu(*sources.imu, "imu", !vehicle.imu_spi || hardware.data_ready() != nullptr);
     if (hardware.pulses() != nullptr) {
-        hardware.pulses()->stop();
-    }
         if (sources.trigger != nullptr && vehicle.trigger && probe.is_good_so_far()) {
             probe.pairing({sources.trigger, sources.left, sources.right}, *hardware.pulses());
         }
+        hardware.pulses()->stop();
+    }
     probe.sinks(hardware.mavlink(), hardware.can_out());
     probe.log_folder();
     probe.system();

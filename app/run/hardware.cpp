@@ -6,10 +6,13 @@
 namespace facet {
 
 Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
-    left_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.left);
+    if (vehicle.cameras.auto_exposure) {
+        exposure_ = std::make_unique<SharedExposure>(*vehicle.cameras.auto_exposure);
+    }
+    left_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.left, exposure_.get(), 0);
     sources_.left = left_.get();
     if (!vehicle.cameras.side_by_side && vehicle.calibration.rig.has_right) {
-        right_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.right);
+        right_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.right, exposure_.get(), 1);
         sources_.right = right_.get();
     }
     if (vehicle.trigger) {

@@ -32,6 +32,7 @@ private:
     void make_spi(KernelIo& io, Clock& clock, const VehicleImuSpi& spi);
     void make_can(KernelIo& io, const Clock& clock, const VehicleImuCan& can);
 
+    std::unique_ptr<SharedExposure> exposure_;
     std::unique_ptr<CameraV4l2> left_;
     std::unique_ptr<CameraV4l2> right_;
     std::unique_ptr<TriggerGpio> trigger_;

@@ -76,6 +76,9 @@ void LiveRun::start_source(Source& source, const char* name) {
     if (!ok(source.start())) {
         throw InputError(fmt::format("{}: {}", name, source.problem()));
     }
+    if (!source.warning().empty()) {
+        refusals_.push_back(fmt::format("{}: {}", name, source.warning()));
+    }
 }
 
 void LiveRun::start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body) {

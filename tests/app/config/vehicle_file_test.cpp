@@ -162,6 +162,37 @@ TEST_CASE("the link to the flight controller has options, and defaults that fit 
     CHECK(other.obstacles->below_m == 0.5);
 }
 
+TEST_CASE("exposure and gain may be left to the images, on the sensors' own nodes") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& cameras) {
+        return load_vehicle(dir.write("v.yaml", kHead + "cameras: {" + cameras + "}\n" + kImu));
+    };
+    CHECK_FALSE(load("rate_hz: 20").cameras.auto_exposure);
+    const VehicleCameras cameras =
+        load(
+            "format: Y012, msb_aligned: true, left: {device: /dev/video0, controls_device: /dev/v4l-subdev1}, "
+            "right: {device: /dev/video1}, auto_exposure: {exposure_step_s: 1e-5, most_exposure: 400, gain_one: 16, "
+            "most_gain: 64, target: 100}")
+            .cameras;
+    CHECK(cameras.left.capture.format == PixelFormat::kY012);
+    CHECK(cameras.left.msb_aligned);
+    CHECK(cameras.left.controls_device == "/dev/v4l-subdev1");
+    CHECK(cameras.right.controls_device.empty());
+    REQUIRE(cameras.auto_exposure);
+    CHECK(cameras.auto_exposure->exposure_step_s == 1e-5);
+    CHECK(cameras.auto_exposure->least_gain == 16);
+    CHECK(cameras.auto_exposure->most_gain == 64);
+    CHECK(cameras.auto_exposure->most_exposure == 400);
+    CHECK(cameras.auto_exposure->exposure_control == "exposure");
+    const auto refused = [&](const std::string& automatic) {
+        return test::input_error_text([&] { (void)load("auto_exposure: " + automatic); });
+    };
+    CHECK(refused("{most_exposure: 4}").find("exposure_step_s: missing") != std::string::npos);
+    CHECK(refused("{exposure_step_s: 1e-5, most_exposure: 4, least_exposure: 9}").find("most_exposure") !=
+          std::string::npos);
+}
+
 TEST_CASE("the reported body may be another frame than the IMU's") {
     const test::TempDir dir;
     write_calibration(dir);
@@ -207,9 +238,7 @@ TEST_CASE("estimates may go onto a CAN bus, that of the IMU or another") {
     CHECK(other.can_out->every == 5);
     CHECK(other.can_out->send_lost);
     CHECK(other.can_out->node_id == 43);
-    const auto refused = [&](const std::string& can) {
-        return test::input_error_text([&] { (void)load(node, can); });
-    };
+    const auto refused = [&](const std::string& can) { return test::input_error_text([&] { (void)load(node, can); }); };
     CHECK(refused("{}").find("sinks.can.interface: missing") != std::string::npos);
     CHECK(refused("{interface: can0, first_id: 0x7F8}").find("sinks.can.first_id") != std::string::npos);
     CHECK(refused("{interface: can0, dronecan_node_id: 42}").find("is that of the IMU") != std::string::npos);
@@ -256,7 +285,7 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {kHead + "cameras:\n  rate_hz: fast\n" + kImu, ":3: cameras.rate_hz: must be a number"},
         {kHead + "cameras:\n  rate_hz: 0\n" + kImu, ":3: cameras.rate_hz: must be within [1, 200], is 0"},
         {kHead + "cameras:\n  format: MJPG\n" + kImu,
-         ":3: cameras.format: 'MJPG' is unknown; one of: GREY, Y10, Y10P, Y12, Y16, YUYV"},
+         ":3: cameras.format: 'MJPG' is unknown; one of: GREY, Y10, Y10P, Y12, Y012, Y16, YUYV"},
         {kHead + "cameras:\n  left: {devise: x}\n" + kImu, ":3: cameras.left.devise: unknown key"},
         {kHead + "cameras:\n  left: {}\n  side_by_side: {}\n" + kImu, ":2: cameras: has 'side_by_side' and 'left'"},
         {kHead + "cameras: {right: {device: /dev/video0}}\n" + kImu, ":2: cameras: left and right are the same device"},
