@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "app/commands/run_guarded.h"
+#include "app/config/service_drop_in.h"
 #include "app/config/vehicle_file.h"
+#include "app/config/vehicle_files.h"
 #include "app/support/console.h"
 
 namespace facet {
@@ -33,9 +35,16 @@ std::string describe_imu(const Vehicle& vehicle) {
     return fmt::format("CAN, {}", vehicle.imu_can->source.socket.interface);
 }
 
+std::string describe_can_out(const CanOutOptions& can) {
+    constexpr const char* kFormats[] = {"CAN FD where the interface has it", "classic CAN", "CAN FD"};
+    return fmt::format("{}, {}, identifiers {:#x} to {:#x}{}", can.interface,
+                       kFormats[static_cast<std::size_t>(can.format)], can.first_id, can.first_id + kCanOutIds - 1,
+                       can.node_id != 0 ? fmt::format(", DroneCAN node {}", can.node_id) : "");
+}
+
 std::string describe_mavlink(const Vehicle& vehicle) {
     if (!vehicle.mavlink) {
-        return "none: nobody receives the estimates";
+        return vehicle.can_out ? "none" : "none: nobody receives the estimates";
     }
     const MavlinkOptions& link = *vehicle.mavlink;
     const MavlinkChannelOptions& channel = link.channel;
@@ -49,7 +58,23 @@ std::string describe_mavlink(const Vehicle& vehicle) {
     return text;
 }
 
-int run_check(const std::string& path) {
+std::string describe_files(const VehicleLog& log) {
+    if (log.folder.empty()) {
+        return "none";
+    }
+    return fmt::format("{}, a folder a flight, {}", log.folder,
+                       log.keep_mb > 0 ? fmt::format("the newest {} MB are kept", log.keep_mb) : "all are kept");
+}
+
+/// What is to be printed of a good file.
+struct VehicleArguments {
+    std::string path;
+    bool files = false;
+    bool drop_in = false;
+};
+
+int check_vehicle_file(const VehicleArguments& args) {
+    const std::string& path = args.path;
     Vehicle vehicle;
     const std::vector<std::string> errors = check_vehicle(path, vehicle);
     for (const std::string& error : errors) {
@@ -58,12 +83,26 @@ int run_check(const std::string& path) {
     if (!errors.empty()) {
         return kExitBadInput;
     }
+    if (args.files) {
+        for (const std::string& file : files_named_by(path)) {
+            print_out("{}\n", file);
+        }
+    }
+    if (args.drop_in) {
+        print_out("{}", service_drop_in(vehicle));
+    }
+    if (args.files || args.drop_in) {
+        return kExitDone;
+    }
     print_out("calibration  {}\n", vehicle.calibration.source);
     print_out("cameras      {}\n", describe_cameras(vehicle));
     print_out("trigger      {}\n", vehicle.trigger ? "edges are stamped" : "none");
     print_out("imu          {}\n", describe_imu(vehicle));
     print_out("mavlink      {}\n", describe_mavlink(vehicle));
-    print_out("files        {}\n", vehicle.log.folder.empty() ? "none" : vehicle.log.folder);
+    if (vehicle.can_out) {
+        print_out("can out      {}\n", describe_can_out(*vehicle.can_out));
+    }
+    print_out("files        {}\n", describe_files(vehicle.log));
     print_out("{}: can be used; facet run --dry-run tries the hardware\n", path);
     return kExitDone;
 }
@@ -73,12 +112,15 @@ int run_check(const std::string& path) {
 void add_check_config_command(CLI::App& app, int& exit_code) {
     CLI::App* command =
         app.add_subcommand("check-config", "Read a vehicle file and name its mistakes, without hardware");
-    auto path = std::make_shared<std::string>();
-    command->add_option("VEHICLE", *path, "Vehicle file (YAML), as for facet run --config")->required();
+    auto args = std::make_shared<VehicleArguments>();
+    command->add_option("VEHICLE", args->path, "Vehicle file (YAML), as for facet run --config")->required();
+    command->add_flag("--files", args->files, "Only print the files that it names, as it names them");
+    command->add_flag("--drop-in", args->drop_in,
+                      "Only print a systemd drop-in for facet.service that allows the devices and addresses it names");
     command->footer(
         "Reports the first mistake of each section with file, line and field, or else what the file describes.\n"
         "Exit codes: 0 the file can be used; 2 it cannot.");
-    command->callback([path, &exit_code] { exit_code = run_guarded([&] { return run_check(*path); }); });
+    command->callback([args, &exit_code] { exit_code = run_guarded([&] { return check_vehicle_file(*args); }); });
 }
 
 }  // namespace facet

@@ -179,7 +179,10 @@ int evaluate_files(const EvalArguments& args) {
     }
     std::error_code ignored;
     const bool is_folder = fs::is_directory(args.estimate, ignored);
-    const std::string tum = is_folder ? args.estimate + "/trajectory.tum" : args.estimate;
+    std::string tum = is_folder ? args.estimate + "/trajectory.tum" : args.estimate;
+    if (is_folder && !fs::exists(tum, ignored) && fs::exists(tum + TextFile::kPartEnding, ignored)) {
+        tum += TextFile::kPartEnding;  // of a flight that was cut off
+    }
     const Trajectory estimate = read_tum(tum);
     const bool is_tum = args.groundtruth.ends_with(".tum");
     const std::vector<GroundTruthState> states =

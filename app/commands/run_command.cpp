@@ -95,15 +95,15 @@ private:
     Timestamp next_;
 };
 
-int report(const RunSummary& run, const LiveRun& live, const std::string& folder) {
+int report(const RunSummary& run, const LiveRun& live) {
     const TimingStatistics latency = timing_statistics(run.live->latency_ms);
     print_out("frames       {} of {} estimated, {} keyframes, path {:.2f} m\n", run.estimates, run.frames_listed,
               run.keyframes, run.path_m);
     print_out("latency      {:.2f} ms median, {:.2f} ms p99; {} overruns\n", latency.median_ms, latency.p99_ms,
               run.live->overruns);
     print_out("end          {}\n", to_string(run.last.health.state));
-    if (!folder.empty()) {
-        print_out("files        {}\n", folder);
+    if (!live.folder().empty()) {
+        print_out("files        {}\n", live.folder());
     }
     if (!live.failure().empty()) {
         print_error(live.failure().c_str());
@@ -128,6 +128,22 @@ void print_mavlink(const MavlinkLink& link) {
     }
 }
 
+/// After the sinks' thread has ended.
+void print_can_out(const CanOut& can) {
+    const CanOutCounters& out = can.counters();
+    print_out("can out      {} estimates in {} frames, {} dropped; queue full {} times, off the bus {}, down {}\n",
+              out.estimates, out.frames, out.estimates_dropped, out.queue_full, out.bus_off, out.failures);
+}
+
+void print_sinks(Hardware& hardware) {
+    if (hardware.mavlink() != nullptr) {
+        print_mavlink(*hardware.mavlink());
+    }
+    if (hardware.can_out() != nullptr) {
+        print_can_out(*hardware.can_out());
+    }
+}
+
 /// The state folder that systemd gives, or else the log's.
 std::string state_folder(const Vehicle& vehicle) {
     const std::string given = environment("STATE_DIRECTORY");
@@ -135,30 +151,47 @@ std::string state_folder(const Vehicle& vehicle) {
 }
 
 /// Keeps the counter of poses that are sent, so that a restarted program can announce its jump.
-void keep_resets(const MavlinkLink* link, ResetCount& resets) {
-    if (link != nullptr) {
-        if (const std::string problem = resets.keep(link->sent_resets()); !problem.empty()) {
-            print_err("warning: the reset counter will begin anew after a restart: {}\n", problem);
-        }
+void keep_resets(Hardware& hardware, ResetCount& resets) {
+    if (hardware.mavlink() == nullptr && hardware.can_out() == nullptr) {
+        return;
     }
+    // With both it is the one that also counts changes of home and heading.
+    const std::uint8_t sent =
+        hardware.mavlink() != nullptr ? hardware.mavlink()->sent_resets() : hardware.can_out()->sent_resets();
+    if (const std::string problem = resets.keep(sent); !problem.empty()) {
+        print_err("warning: the reset counter will begin anew after a restart: {}\n", problem);
+    }
+}
+
+/// Opens one, if it is there; its first pose has the counter that announces the jump.
+template <class Sink>
+void open_sink(Sink* sink, std::uint8_t first_reset, std::vector<OdometrySink*>& sinks) {
+    if (sink == nullptr) {
+        return;
+    }
+    std::string problem;
+    if (!ok(sink->open(problem))) {
+        throw InputError(problem);
+    }
+    sink->begin_resets_at(first_reset);
+    sinks.push_back(sink);
+}
+
+std::vector<OdometrySink*> open_sinks(Hardware& hardware, const ResetCount& resets) {
+    std::vector<OdometrySink*> sinks;
+    open_sink(hardware.mavlink(), resets.first(), sinks);
+    open_sink(hardware.can_out(), resets.first(), sinks);
+    if (!sinks.empty() && resets.is_restart()) {
+        print_err("reset counter begins at {}: the pose begins anew at the origin\n", resets.first());
+    }
+    return sinks;
 }
 
 int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const RunArguments& args,
         const std::atomic<bool>& stop) {
-    std::vector<OdometrySink*> sinks;
     MavlinkLink* const mavlink = hardware.mavlink();
     ResetCount resets(state_folder(vehicle));
-    if (mavlink != nullptr) {
-        std::string problem;
-        if (!ok(mavlink->open(problem))) {
-            throw InputError(problem);
-        }
-        mavlink->begin_resets_at(resets.first());
-        if (resets.is_restart()) {
-            print_err("reset counter begins at {}: the pose begins anew at the origin\n", resets.first());
-        }
-        sinks.push_back(mavlink);
-    }
+    const std::vector<OdometrySink*> sinks = open_sinks(hardware, resets);
     const bool is_terminal = isatty(STDOUT_FILENO) != 0 && !args.quiet;
     ServiceNotifier notifier(io, clock, environment("NOTIFY_SOCKET"), environment("WATCHDOG_USEC"),
                              environment("WATCHDOG_PID"), getpid());
@@ -168,7 +201,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     run.stream_to(world.get());
     run.show_to(view.get());
     if (args.record) {
-        run.record(vehicle.log.folder);
+        run.record();
     }
     if (is_terminal) {
         run.set_quiet();
@@ -191,7 +224,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
            (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
         clock.sleep(kTick);
         notifier.progress(run.frames());
-        keep_resets(mavlink, resets);
+        keep_resets(hardware, resets);
         if (mavlink != nullptr && mavlink->take_reset_request()) {
             run.request_reset();
         }
@@ -205,13 +238,11 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
         }
     }
     const RunSummary summary = run.stop();
-    if (mavlink != nullptr) {
-        print_mavlink(*mavlink);
-    }
+    print_sinks(hardware);
     if (view) {
         print_view(view->account());
     }
-    return report(summary, run, vehicle.log.folder);
+    return report(summary, run);
 }
 
 int run_vehicle(const RunArguments& args) {
@@ -221,6 +252,7 @@ int run_vehicle(const RunArguments& args) {
     Vehicle vehicle = load_vehicle(args.vehicle);
     if (!args.out.empty()) {
         vehicle.log.folder = args.out;
+        vehicle.log.by_flight = false;
     }
     if (args.record && vehicle.log.folder.empty()) {
         throw InputError("--record: no folder; say --out DIR, or sinks.log.folder in the vehicle file");
@@ -245,7 +277,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
                      "Vehicle file (YAML): calibration, sensors, sinks, real-time options; documented examples are in "
                      "app/config/examples")
         ->required();
-    command->add_option("--out", args->out, "Folder for the files, instead of the vehicle file's sinks.log.folder");
+    command->add_option(
+        "--out", args->out,
+        "Folder for the files of this flight, instead of a new one in the vehicle file's sinks.log.folder");
     command->add_option("--stream", args->stream, kStreamHelp);
     add_view_options(*command, args->view);
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");

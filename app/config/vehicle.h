@@ -9,6 +9,7 @@
 #include "app/config/obstacle_options.h"
 #include "app/config/program_config.h"
 #include "drivers/camera_v4l2/camera_v4l2.h"
+#include "drivers/can_out/can_out.h"
 #include "drivers/imu_can/dbc_decoder.h"
 #include "drivers/imu_can/dronecan.h"
 #include "drivers/imu_can/imu_can.h"
@@ -28,8 +29,10 @@ struct VehicleCameras {
     bool side_by_side = false;  ///< then `left` is the node, its width twice the calibration's
     bool use_sequence = true;   ///< the drivers count frames
     double rate_hz = 20.0;
+    int lag_frames = 0;  ///< whole periods by which frames are stamped after their trigger edge
     CameraV4l2Options left;
     CameraV4l2Options right;
+    std::optional<AutoExposureOptions> auto_exposure;  ///< of both alike
 };
 
 /// The line whose edges mark the exposures of the cameras.
@@ -66,10 +69,13 @@ struct VehicleImuCan {
 struct VehicleOdometry {
     double rate_hz = 50.0;     ///< of estimates carried on by inertial samples; 0: one a frame, at its exposure
     double smoothing_s = 0.0;  ///< over which corrections fade in; 0: they are steps
+    Se3 T_body_imu;            ///< from the IMU (as `axes` turns it) to the frame that is reported
 };
 
 struct VehicleLog {
     std::string folder;          ///< created if missing; empty: no files
+    bool by_flight = false;      ///< each flight has a folder of its own in there
+    int keep_mb = 4096;          ///< of the disc for all flights, by_flight; the oldest are removed. 0: no limit
     int mesh_faces = 200'000;    ///< most faces kept for mesh.ply
     int timed_frames = 100'000;  ///< newest frames whose times are in summary.json
 };
@@ -111,6 +117,7 @@ struct Vehicle {
     VehicleOdometry odometry;
     std::optional<MavlinkOptions> mavlink;
     std::optional<ObstacleOptions> obstacles;  ///< sent by mavlink
+    std::optional<CanOutOptions> can_out;
     VehicleLog log;
     VehicleRealtime realtime;
 };

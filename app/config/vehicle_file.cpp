@@ -5,13 +5,16 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/calibration/calibration_fields.h"
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
 #include "app/config/config_table.h"
+#include "app/config/vehicle_can_out.h"
 #include "app/config/vehicle_mavlink.h"
 #include "app/config/vehicle_sensors.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
@@ -44,16 +47,54 @@ void read_estimator(const YamlNode& node, Vehicle& vehicle) {
     section.finish();
 }
 
+/// T_V_B of the frame V that is reported: four rows as in Kalibr's files, or {place_m: [x, y, z], rpy_deg: [r, p, y]},
+/// where the IMU sits in V and R_V_B = Rz(y) Ry(p) Rx(r).
+Se3 read_body(const YamlNode& node) {
+    constexpr double kLongest_m = 100.0;
+    Se3 T;
+    if (node.raw().IsSequence()) {
+        T = read_transform(node);
+    } else {
+        YamlSection section(node);
+        if (const auto place = section.find("place_m")) {
+            const std::vector<double> p = place->numbers(3);
+            T.p = {p[0], p[1], p[2]};
+        }
+        if (const auto turn = section.find("rpy_deg")) {
+            const std::vector<double> rpy_deg = turn->numbers(3);
+            const auto about = [&](std::size_t i, const Eigen::Vector3d& axis) {
+                return Eigen::AngleAxisd(kRadPerDeg * rpy_deg[i], axis);
+            };
+            T.q = about(2, Eigen::Vector3d::UnitZ()) * about(1, Eigen::Vector3d::UnitY()) *
+                  about(0, Eigen::Vector3d::UnitX());
+        }
+        section.finish();
+    }
+    if (!(T.p.norm() <= kLongest_m) || !T.q.coeffs().allFinite()) {
+        node.fail("must be finite, and the place within 100 m");
+    }
+    return T;
+}
+
 void read_sinks(const YamlNode& node, Vehicle& vehicle) {
     YamlSection section(node);
     section.read("rate_hz", vehicle.odometry.rate_hz, 0.0, 8000.0);
     section.read("smoothing_s", vehicle.odometry.smoothing_s, 0.0, 1.0);
+    if (const auto body = section.find("T_body_imu")) {
+        vehicle.odometry.T_body_imu = read_body(*body);
+    }
     if (const auto mavlink = section.find("mavlink")) {
         read_mavlink(*mavlink, vehicle);
+    }
+    if (const auto can = section.find("can")) {
+        vehicle.can_out = read_can_out(*can);
+        check_can_nodes(*can, vehicle);
     }
     if (const auto log = section.find("log")) {
         YamlSection fields(*log);
         vehicle.log.folder = beside(fields.at("folder"));
+        vehicle.log.by_flight = true;
+        fields.read("keep_mb", vehicle.log.keep_mb, 0, 100'000'000);
         fields.read("mesh_faces", vehicle.log.mesh_faces, 0, 10'000'000);
         fields.read("timed_frames", vehicle.log.timed_frames, 1, 10'000'000);
         fields.finish();

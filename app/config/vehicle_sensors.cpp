@@ -30,11 +30,13 @@ void read_camera(YamlSection& section, CameraV4l2Options& camera) {
     if (const auto format = section.find("format")) {
         const auto known = pixel_format(format->text());
         if (!known) {
-            format->fail(fmt::format("'{}' is unknown; one of: GREY, Y10, Y10P, Y12, Y16, YUYV", format->text()));
+            format->fail(fmt::format("'{}' is unknown; one of: GREY, Y10, Y10P, Y12, Y012, Y16, YUYV", format->text()));
         }
         camera.capture.format = *known;
     }
     section.read("significant_bits", camera.significant_bits, 0, 16);
+    section.read("msb_aligned", camera.msb_aligned);
+    section.read("controls_device", camera.controls_device);
     section.read("buffers", camera.capture.buffers, 2, 8);
     read_duration(section, "exposure_s", camera.exposure, 0.0, 1.0);
     read_duration(section, "readout_s", camera.readout, 0.0, 1.0);
@@ -249,11 +251,41 @@ VehicleImuCan read_imu_can(const YamlNode& node) {
 
 }  // namespace
 
+namespace {
+
+AutoExposureOptions read_auto_exposure(const YamlNode& node) {
+    constexpr int kMost = 1'000'000;
+    AutoExposureOptions options;
+    YamlSection section(node);
+    section.read("exposure_control", options.exposure_control);
+    section.read("gain_control", options.gain_control);
+    (void)section.at("exposure_step_s");
+    section.read("exposure_step_s", options.exposure_step_s, 1e-7, 0.1);
+    section.read("gain_one", options.gain_one, 1, kMost);
+    section.read("least_exposure", options.least_exposure, 1, kMost);
+    (void)section.at("most_exposure");
+    section.read("most_exposure", options.most_exposure, options.least_exposure, kMost);
+    options.least_gain = options.gain_one;
+    section.read("least_gain", options.least_gain, 1, kMost);
+    options.most_gain = options.least_gain;
+    section.read("most_gain", options.most_gain, options.least_gain, kMost);
+    section.read("target", options.target, 20.0, 200.0);
+    section.read("latency_frames", options.latency_frames, 0, 8);
+    section.finish();
+    return options;
+}
+
+}  // namespace
+
 VehicleCameras read_cameras(const YamlNode& node, const Calibration& calibration) {
     VehicleCameras cameras;
     YamlSection section(node);
     section.read("rate_hz", cameras.rate_hz, 1.0, 200.0);
     section.read("use_sequence", cameras.use_sequence);
+    section.read("lag_frames", cameras.lag_frames, 0, 8);
+    if (const auto automatic = section.find("auto_exposure")) {
+        cameras.auto_exposure = read_auto_exposure(*automatic);
+    }
     CameraV4l2Options common;
     read_camera(section, common);
     cameras.left = cameras.right = common;

@@ -60,7 +60,9 @@ public:
     void set_plane_source(PlaneSource source) { plane_source_ = std::move(source); }
 
     /// Distances to obstacles from now on, in FrameResult::ranges. Heap.
-    void measure_ranges(const ObstacleOptions& options) { obstacles_.emplace(options); }
+    void measure_ranges(const ObstacleOptions& options, const Se3& T_body_imu = {}) {
+        obstacles_.emplace(options, T_body_imu);
+    }
 
     /// Mesh, planes and grid from now on after each keyframe that brings a mesh. Borrowed; nullptr: to nobody.
     void stream_to(WorldServer* world) { world_ = world; }

@@ -52,6 +52,11 @@ void FrameRecorder::open() {
     early_.clear();
 }
 
+void FrameRecorder::open(std::string folder) {
+    folder_ = std::move(folder);
+    open();
+}
+
 void FrameRecorder::warn(const std::string& kind, const std::string& text) {
     if (files_) {
         files_->warnings.add(kind, text);

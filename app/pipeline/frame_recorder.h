@@ -42,6 +42,8 @@ public:
     /// Makes the folder, if it is not there, locks it against other runs and begins its files: once it is clear that
     /// there will be a run. Warnings from before are not lost.
     void open();
+    /// The same in another folder than the constructor's.
+    void open(std::string folder);
 
     /// @param departed  faces that left the horizon at this frame
     void write(const FrameResult& frame, std::span<const DepartedFace> departed);

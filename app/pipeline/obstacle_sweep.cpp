@@ -36,9 +36,10 @@ bool ObstacleSweep::sweep(const Estimate& estimate, const OccupancyGrid* grid, O
     }
     any_ = true;
     last_ = estimate.stamp;
-    const Eigen::Vector3d ahead_W = estimate.state.q_W_B * Eigen::Vector3d::UnitX();
+    const Se3 T_W_body = Se3{estimate.state.q_W_B, estimate.state.p_W_B} * T_imu_body_;
+    const Eigen::Vector3d ahead_W = T_W_body.q * Eigen::Vector3d::UnitX();
     constexpr double kWidth = 2.0 * std::numbers::pi / kSweepSectors;
-    const SweepRequest request{.p_W = estimate.state.p_W_B,
+    const SweepRequest request{.p_W = T_W_body.p,
                                .start_rad = std::atan2(ahead_W.y(), ahead_W.x()) - 0.5 * kWidth,
                                .below_m = options_.below_m,
                                .above_m = options_.above_m,

@@ -19,8 +19,9 @@ namespace facet {
 /// space that the grid knows to be free by now is left out. Thread-bound. Heap in the constructor.
 class ObstacleSweep {
 public:
-    explicit ObstacleSweep(const ObstacleOptions& options)
-        : options_(options), query_(std::make_unique<RangeQuery>()) {}
+    /// @param T_body_imu  from the estimator's body to the one whose x axis and place count
+    explicit ObstacleSweep(const ObstacleOptions& options, const Se3& T_body_imu = {})
+        : options_(options), T_imu_body_(T_body_imu.inverse()), query_(std::make_unique<RangeQuery>()) {}
 
     /// To be called when the mesh has changed. No heap.
     void update(const HorizonMesh& mesh) { query_->update(mesh); }
@@ -30,6 +31,7 @@ public:
 
 private:
     ObstacleOptions options_;
+    Se3 T_imu_body_;
     std::unique_ptr<RangeQuery> query_;
     bool any_ = false;
     Timestamp last_;

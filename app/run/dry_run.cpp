@@ -3,9 +3,11 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
+#include "app/run/pairing_proof.h"
 #include "app/run/stamp_mapper.h"
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
@@ -81,11 +83,19 @@ public:
     void camera(CameraSource& source, const std::string& device, const CameraV4l2Options& options);
     void trigger(TriggerSource& source, const std::string& device);
     void pulses(PulseOutput& pulses);
+    void pairing(const PairingSources& sources, PulseOutput& pulses);
+    void judge_pairing(const PairingProof& proof, const std::vector<Timestamp>& frames, const std::string& device);
     void imu(ImuSource& source, const std::string& device, bool has_data_ready);
-    void sinks(MavlinkLink* mavlink);
+    template <class Sink>
+    void sink(Sink& sink, const char* device);
+    void sinks(MavlinkLink* mavlink, CanOut* can);
     void log_folder();
     void system();
 
+    bool is_good_so_far() const {
+        return std::none_of(lines_.begin(), lines_.end(),
+                            [](const ProbeLine& l) { return l.finding == Finding::kWrong; });
+    }
     std::vector<ProbeLine> take() { return std::move(lines_); }
 
 private:
@@ -103,7 +113,9 @@ void Probe::camera(CameraSource& source, const std::string& device, const Camera
         const std::string what =
             fmt::format("{} {}x{}, {:.1f} frames/s, {} lost, {} bad", options.capture.device, options.capture.width,
                         options.capture.height, heard.rate_hz(), c.lost, c.corrupt);
-        if (heard.oldest_age > Duration::from_seconds(5.0) || heard.oldest_age.ns < 0) {
+        if (!source.warning().empty()) {
+            add(Finding::kDoubtful, device, fmt::format("{}; {}", what, source.warning()));
+        } else if (heard.oldest_age > Duration::from_seconds(5.0) || heard.oldest_age.ns < 0) {
             add(Finding::kWrong, device,
                 fmt::format("{}; stamps are {:.1f} s off the monotonic clock", what, heard.oldest_age.seconds()));
         } else if (heard.samples > 2 && std::abs(heard.rate_hz() / wanted - 1.0) > 0.1) {
@@ -140,6 +152,47 @@ void Probe::pulses(PulseOutput& pulses) {
     }
 }
 
+/// Leaves one pulse out and looks for the gap in the cameras' frames.
+void Probe::pairing(const PairingSources& sources, PulseOutput& pulses) {
+    bool is_started = ok(sources.trigger->start()) && ok(sources.left->start());
+    is_started = is_started && (sources.right == nullptr || ok(sources.right->start()));
+    if (is_started) {
+        const PairingProof proof = prove_pairing(sources, clock_, listen_, [&] { pulses.leave_out_one(); });
+        if (only_gap(proof.edges, vehicle_.pulses->pulse.period)) {
+            judge_pairing(proof, proof.left, sources.right == nullptr ? "pairing" : "pairing left");
+            if (sources.right != nullptr) {
+                judge_pairing(proof, proof.right, "pairing right");
+            }
+        } else {
+            add(Finding::kDoubtful, "pairing",
+                "a pulse was left out, and the trigger's edges do not show it: are they those of trigger_output?");
+        }
+    }
+    sources.trigger->stop();
+    sources.left->stop();
+    if (sources.right != nullptr) {
+        sources.right->stop();
+    }
+}
+
+void Probe::judge_pairing(const PairingProof& proof, const std::vector<Timestamp>& frames, const std::string& device) {
+    const Duration period = vehicle_.pulses->pulse.period;
+    const std::optional<Duration> lag = proof.lag(frames, period);
+    if (!lag) {
+        add(Finding::kWrong, device,
+            "a pulse was left out, and the frames do not show it: the camera does not expose at the pulses");
+        return;
+    }
+    const std::int64_t whole = std::llround(lag->seconds() / period.seconds());
+    const std::string what = fmt::format("a pulse was left out: the frame after it is stamped {:.1f} ms after its edge",
+                                         lag->seconds() * 1e3);
+    if (whole == vehicle_.cameras.lag_frames) {
+        add(Finding::kGood, device, what);
+    } else {
+        add(Finding::kWrong, device, fmt::format("{}; set cameras.lag_frames to {}", what, whole));
+    }
+}
+
 void Probe::imu(ImuSource& source, const std::string& device, bool has_data_ready) {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     int count = 0;
@@ -169,17 +222,26 @@ void Probe::imu(ImuSource& source, const std::string& device, bool has_data_read
     });
 }
 
-void Probe::sinks(MavlinkLink* mavlink) {
-    if (mavlink == nullptr) {
-        add(Finding::kDoubtful, "mavlink", "not configured: nobody receives the estimates");
-        return;
-    }
+template <class Sink>
+void Probe::sink(Sink& sink, const char* device) {
     std::string problem;
-    if (ok(mavlink->open(problem))) {
-        add(Finding::kGood, "mavlink", mavlink->name());
-        mavlink->close();
+    if (ok(sink.open(problem))) {
+        add(Finding::kGood, device, sink.name());
+        sink.close();
     } else {
-        add(Finding::kWrong, "mavlink", problem);
+        add(Finding::kWrong, device, problem);
+    }
+}
+
+void Probe::sinks(MavlinkLink* mavlink, CanOut* can) {
+    if (mavlink != nullptr) {
+        sink(*mavlink, "mavlink");
+    }
+    if (can != nullptr) {
+        sink(*can, "can out");
+    }
+    if (mavlink == nullptr && can == nullptr) {
+        add(Finding::kDoubtful, "mavlink", "not configured: nobody receives the estimates");
     }
 }
 
@@ -247,9 +309,12 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
     }
     probe.imu(*sources.imu, "imu", !vehicle.imu_spi || hardware.data_ready() != nullptr);
     if (hardware.pulses() != nullptr) {
+        if (sources.trigger != nullptr && vehicle.trigger && probe.is_good_so_far()) {
+            probe.pairing({sources.trigger, sources.left, sources.right}, *hardware.pulses());
+        }
         hardware.pulses()->stop();
     }
-    probe.sinks(hardware.mavlink());
+    probe.sinks(hardware.mavlink(), hardware.can_out());
     probe.log_folder();
     probe.system();
     return probe.take();

@@ -135,6 +135,9 @@ bool EstimatorLoop::try_frame() {
         counters_.overruns.fetch_add(1, kRelaxed);
         pipeline_.report_overrun();
     }
+    const Health& health = result_.estimate.health;
+    sync_.add_offset(pending_->stamp, Duration::from_seconds(health.time_offset_s),
+                     Duration::from_seconds(health.time_offset_sigma_s));
     output_.on_frame(result_, pipeline_.departed(), pipeline_.belief(), fed_.w_B);
     pending_.reset();
     return true;

@@ -6,10 +6,13 @@
 namespace facet {
 
 Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
-    left_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.left);
+    if (vehicle.cameras.auto_exposure) {
+        exposure_ = std::make_unique<SharedExposure>(*vehicle.cameras.auto_exposure);
+    }
+    left_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.left, exposure_.get(), 0);
     sources_.left = left_.get();
     if (!vehicle.cameras.side_by_side && vehicle.calibration.rig.has_right) {
-        right_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.right);
+        right_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.right, exposure_.get(), 1);
         sources_.right = right_.get();
     }
     if (vehicle.trigger) {
@@ -27,6 +30,9 @@ Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
     sources_.imu = imu_.get();
     if (vehicle.mavlink) {
         mavlink_ = std::make_unique<MavlinkLink>(io, clock, *vehicle.mavlink);
+    }
+    if (vehicle.can_out) {
+        can_out_ = std::make_unique<CanOut>(io, clock, *vehicle.can_out);
     }
 }
 

@@ -21,6 +21,8 @@ public:
 
     const RunSources& sources() const { return sources_; }
     MavlinkLink* mavlink() { return mavlink_.get(); }
+    /// nullptr if no estimates go onto a CAN bus.
+    CanOut* can_out() { return can_out_.get(); }
     /// nullptr if something else triggers the cameras.
     PulseOutput* pulses() { return pulses_.get(); }
     /// nullptr if the IMU's data-ready line is not wired.
@@ -30,6 +32,7 @@ private:
     void make_spi(KernelIo& io, Clock& clock, const VehicleImuSpi& spi);
     void make_can(KernelIo& io, const Clock& clock, const VehicleImuCan& can);
 
+    std::unique_ptr<SharedExposure> exposure_;
     std::unique_ptr<CameraV4l2> left_;
     std::unique_ptr<CameraV4l2> right_;
     std::unique_ptr<TriggerGpio> trigger_;
@@ -41,6 +44,7 @@ private:
     std::unique_ptr<CanDecoder> decoder_;
     std::unique_ptr<ImuSource> imu_;
     std::unique_ptr<MavlinkLink> mavlink_;
+    std::unique_ptr<CanOut> can_out_;
     RunSources sources_;
 };
 

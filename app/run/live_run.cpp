@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include "app/config/config_file.h"
+#include "app/output/flight_folders.h"
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
 #include "platform/linux/memory_lock.h"
@@ -21,6 +22,8 @@ SynchroniserOptions synchroniser_options(const Vehicle& vehicle) {
     options.has_trigger = vehicle.trigger.has_value();
     options.use_sequence = vehicle.cameras.use_sequence;
     options.has_right = vehicle.calibration.rig.has_right;
+    options.left_delay = options.right_delay = Duration{vehicle.cameras.lag_frames * options.period.ns};
+    options.first_is_first = vehicle.trigger && vehicle.pulses;
     if (vehicle.trigger) {
         options.trigger_delay = vehicle.trigger->delay;
         options.trigger_silence = Duration{5 * options.period.ns};
@@ -39,7 +42,7 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
                                      .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}) {
     pipeline_.configure(vehicle.config, vehicle.calibration);
     if (vehicle.obstacles) {
-        pipeline_.measure_ranges(*vehicle.obstacles);
+        pipeline_.measure_ranges(*vehicle.obstacles, vehicle.odometry.T_body_imu);
     }
     left_.name = vehicle.cameras.side_by_side ? "cameras" : "left";
     RunSummary& summary = recorder_.summary();
@@ -62,7 +65,7 @@ LiveRun::~LiveRun() { join_all(); }
 void LiveRun::join_all() {
     // In the order of the data: each thread stops after the ones that feed it.
     for (LinuxWorker* worker : {&left_worker_, &right_worker_, &trigger_worker_, &imu_worker_, &estimator_, &sender_,
-                                &writer_, &log_writer_}) {
+                                &writer_, &log_writer_, &keeper_worker_}) {
         worker->request_stop();
         wakeup_.notify();
         worker->join();
@@ -72,6 +75,9 @@ void LiveRun::join_all() {
 void LiveRun::start_source(Source& source, const char* name) {
     if (!ok(source.start())) {
         throw InputError(fmt::format("{}: {}", name, source.problem()));
+    }
+    if (!source.warning().empty()) {
+        refusals_.push_back(fmt::format("{}: {}", name, source.warning()));
     }
 }
 
@@ -106,15 +112,37 @@ void LiveRun::start_cameras() {
     });
 }
 
-void LiveRun::start_recorder() {
-    if (record_folder_.empty()) {
+/// Where they are is decided here: an earlier flight's files stay if this one cannot be.
+void LiveRun::open_files() {
+    folder_ = vehicle_.log.folder;
+    if (folder_.empty()) {
         return;
     }
+    LogKeeping keeping;
+    if (vehicle_.log.by_flight) {
+        constexpr std::uint64_t kMegabyte = 1'000'000;
+        folder_ = begin_flight(vehicle_.log.folder);
+        keeping = {folder_, vehicle_.log.folder, static_cast<std::uint64_t>(vehicle_.log.keep_mb) * kMegabyte};
+    }
+    keeping.folder = folder_;
+    recorder_.open(folder_);
+    keeper_ = std::make_unique<LogKeeper>(clock_, keeping);
+    start_worker(keeper_worker_, "facet-disc", {},
+                 [this](const std::atomic<bool>& stopping) { keeper_->keep(stopping); });
+}
+
+void LiveRun::start_recorder() {
+    if (!is_recorded_) {
+        return;
+    }
+    if (folder_.empty()) {
+        throw InputError("nothing can be recorded without a folder");
+    }
     const CameraIntrinsics k = vehicle_.calibration.rig.left.intrinsics();
-    log_ = std::make_unique<SampleRecorder>(clock_, record_folder_, vehicle_.calibration.rig.has_right,
+    log_ = std::make_unique<SampleRecorder>(clock_, folder_, vehicle_.calibration.rig.has_right,
                                             static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
-    keep_calibration(vehicle_.calibration, record_folder_ + "/mav0");
-    TextFile parameters(record_folder_ + "/mav0/parameters.yaml");
+    keep_calibration(vehicle_.calibration, folder_ + "/mav0");
+    TextFile parameters(folder_ + "/mav0/parameters.yaml");
     parameters.write(print_config(vehicle_.config));
     parameters.close();
     loop_->show(log_.get());
@@ -133,7 +161,7 @@ void LiveRun::start() {
     if (sources_.right != nullptr) {
         start_source(*sources_.right, "right camera");
     }
-    recorder_.open();  // not before: an earlier flight's files stay if this one cannot be
+    open_files();
     if (WarningLog* log = recorder_.warnings(); log != nullptr && is_quiet_) {
         log->set_quiet();
     }
@@ -264,6 +292,10 @@ RunSummary LiveRun::stop() {
     }
     if (failure_.empty() && log_) {
         failure_ = log_->failure();
+    }
+    if (keeper_) {
+        keeper_->sync();
+        failure_ = failure_.empty() ? keeper_->failure() : failure_;
     }
     return summary;
 }

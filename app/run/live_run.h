@@ -9,6 +9,7 @@
 
 #include "app/config/vehicle.h"
 #include "app/output/summary.h"
+#include "app/run/log_keeper.h"
 #include "app/run/output_threads.h"
 #include "app/run/sample_recorder.h"
 #include "app/run/source_thread.h"
@@ -61,11 +62,13 @@ public:
     /// Lets the estimator begin anew at its next frame. On any thread.
     void request_reset() { reset_requested_.store(true, std::memory_order_relaxed); }
     const std::vector<std::string>& refusals() const { return refusals_; }
+    /// After start(): where the files of this flight are; empty if there are none.
+    const std::string& folder() const { return folder_; }
     /// To be called before start(): warnings are shown in the status only, not on stderr.
     void set_quiet() { is_quiet_ = true; }
-    /// To be called before start(): records what the estimator is given as mav0 in `folder`, see SampleRecorder.
-    /// start() throws InputError if there is a log already.
-    void record(std::string folder) { record_folder_ = std::move(folder); }
+    /// To be called before start(): records what the estimator is given as mav0 in folder(), see SampleRecorder.
+    /// start() throws InputError if there is a log already, or no folder.
+    void record() { is_recorded_ = true; }
 
     /// To be called before start(): mesh, planes and grid go there. Borrowed.
     void stream_to(WorldServer* world) { pipeline_.stream_to(world); }
@@ -81,6 +84,7 @@ private:
     void start_source(Source& source, const char* name);
     void start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body);
     void start_cameras();
+    void open_files();
     void start_recorder();
     void estimate(const std::atomic<bool>& stopping);
     bool sources_ended() const;
@@ -101,7 +105,9 @@ private:
     SourceThread trigger_{"trigger"};
     SourceThread imu_{"imu"};
     std::unique_ptr<OutputThreads> output_;
-    std::string record_folder_;  ///< empty: nothing is recorded
+    std::string folder_;
+    bool is_recorded_ = false;
+    std::unique_ptr<LogKeeper> keeper_;
     std::unique_ptr<SampleRecorder> log_;
     std::unique_ptr<EstimatorLoop> loop_;
     LinuxWakeup wakeup_;
@@ -113,6 +119,7 @@ private:
     LinuxWorker sender_;
     LinuxWorker writer_;
     LinuxWorker log_writer_;
+    LinuxWorker keeper_worker_;
     LinuxWorker estimator_;
     LinuxWorker left_worker_;
     LinuxWorker right_worker_;

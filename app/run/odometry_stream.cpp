@@ -7,6 +7,7 @@ namespace facet {
 
 OdometryStream::OdometryStream(const ProgramConfig& config, const VehicleOdometry& options)
     : noise_(config.imu_noise),
+      T_body_imu_(options.T_body_imu),
       carried_(config, options.smoothing_s),
       is_by_frame_(options.rate_hz <= 0.0),
       period_(Duration::from_seconds(is_by_frame_ ? 0.0 : 1.0 / options.rate_hz)),
@@ -27,7 +28,7 @@ bool OdometryStream::add_imu(const ImuSample& sample, Odometry& odometry) {
     if (is_by_frame_ || !carried_.add_imu(sample) || !is_due(sample.stamp)) {
         return false;
     }
-    odometry = to_odometry(carried_.estimate(), sample.w_B, noise_);
+    odometry = to_odometry(carried_.estimate(), sample.w_B, noise_, T_body_imu_);
     return true;
 }
 
@@ -39,7 +40,7 @@ bool OdometryStream::add_frame(const FrameOutcome& outcome, Odometry& odometry) 
     if (!ok(outcome.status) || outcome.estimate.health.state == TrackingState::kInit) {
         return false;
     }
-    odometry = to_odometry(outcome.estimate, outcome.w_B, noise_);
+    odometry = to_odometry(outcome.estimate, outcome.w_B, noise_, T_body_imu_);
     return true;
 }
 

@@ -36,6 +36,7 @@ private:
     bool is_due(Timestamp stamp);
 
     ImuNoise noise_;
+    Se3 T_body_imu_;
     CarriedEstimate carried_;
     bool is_by_frame_;
     Duration period_;

@@ -15,6 +15,7 @@
 #include "app/run/run_event.h"
 #include "app/run/sink_news.h"
 #include "platform/linux/linux_wakeup.h"
+#include "platform/linux/priority_mutex.h"
 #include "platform/port/odometry_sink.h"
 
 namespace facet {
@@ -110,7 +111,7 @@ private:
     Timestamp next_flush_;
     std::vector<double> latencies_ms_;
     std::size_t oldest_latency_ = 0;
-    mutable std::mutex mutex_;  ///< between writer, sender and whoever shows the status; never the estimator
+    mutable PriorityMutex mutex_;  ///< between writer, sender and whoever shows the status; never the estimator
     FrameStatus status_;
     RingBuffer<double, 128> recent_ms_;
 };

@@ -9,7 +9,8 @@
 
 namespace facet {
 
-PulseOutput::PulseOutput(KernelIo& io, Clock& clock, const VehiclePulses& pulses) : pulse_(pulses.pulse) {
+PulseOutput::PulseOutput(KernelIo& io, Clock& clock, const VehiclePulses& pulses)
+    : clock_(clock), pulse_(pulses.pulse) {
     if (pulses.pwm_chip.empty()) {
         gpio_ = std::make_unique<GpioTriggerOutput>(io, clock, pulses.line);
     } else {
@@ -38,6 +39,15 @@ std::string PulseOutput::start(const ThreadOptions& thread) {
         }
     }
     return report.refusals;
+}
+
+void PulseOutput::leave_out_one() {
+    if (gpio_) {
+        gpio_->leave_out_next();
+        return;
+    }
+    // If the pulses cannot go on, the missing edges say so.
+    (void)pwm_->pause(clock_, Duration{2 * pulse_.period.ns}, problem_);
 }
 
 void PulseOutput::stop() {

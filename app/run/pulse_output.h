@@ -24,12 +24,15 @@ public:
     /// @return which of the thread's options the system refused; empty if none
     std::string start(const ThreadOptions& thread);
     void stop();
+    /// Leaves one pulse out, as a proof of which frame belongs to which pulse: with a PWM by a pause of two periods.
+    void leave_out_one();
     /// After stop(): why the pulses ended earlier; empty if they did not.
     const std::string& problem() const { return problem_; }
     /// Pulses skipped because the thread woke too late; a PWM skips none.
     std::uint64_t skipped() const { return gpio_ ? gpio_->skipped() : 0; }
 
 private:
+    Clock& clock_;
     TriggerPulse pulse_;
     std::unique_ptr<PwmTrigger> pwm_;  ///< one of the two
     std::unique_ptr<GpioTriggerOutput> gpio_;

@@ -6,10 +6,14 @@
 
 namespace facet {
 
-CameraV4l2::CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options)
+CameraV4l2::CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options, SharedExposure* automatic,
+                       std::size_t camera)
     : options_(std::move(options)),
       capture_(io),
-      life_(*this, clock, options_.retry_period, counters_, options_.silence) {
+      controls_(io),
+      life_(*this, clock, options_.retry_period, counters_, options_.silence),
+      automatic_(automatic),
+      camera_(camera) {
     if (options_.capture.width > 0 && options_.capture.height > 0) {
         image_bytes_ =
             static_cast<std::size_t>(options_.capture.width) * static_cast<std::size_t>(options_.capture.height);
@@ -23,13 +27,57 @@ Status CameraV4l2::open(std::string& problem) {
         return Status::kInvalidArgument;
     }
     any_sequence_ = false;  // drivers count from zero again
-    FACET_TRY(capture_.open(options_.capture, problem));
+    FACET_TRY(capture_.prepare(options_.capture, problem));
+    FACET_TRY(set_controls(problem));
+    return capture_.start(problem);
+}
+
+/// Before streaming: many sensors take some of them only then, and the first image is exposed as it should be.
+Status CameraV4l2::set_controls(std::string& problem) {
+    warning_.clear();
+    if (options_.controls_device.empty()) {
+        controls_.borrow(capture_.descriptor(), options_.capture.device);
+    } else {
+        FACET_TRY(controls_.open(options_.controls_device, problem));
+    }
     for (const CameraControl& control : options_.controls) {
-        if (const Status status = capture_.set_control(control.name, control.value, problem); !ok(status)) {
-            return status == Status::kNotFound ? Status::kInvalidArgument : status;
+        std::string words;
+        const Status status = controls_.set(control.name, control.value, words);
+        if (status == Status::kNotFound) {
+            warning_ += (warning_.empty() ? "" : "; ") + words;
+        } else if (!ok(status)) {
+            problem = std::move(words);
+            return status;
         }
     }
+    if (automatic_ == nullptr) {
+        return Status::kOk;
+    }
+    exposures_.clear();
+    return set_exposure(automatic_->setting(), 0, problem);
+}
+
+/// @param first_sequence  the first frame that is exposed so
+Status CameraV4l2::set_exposure(const ExposureSetting& setting, std::uint32_t first_sequence, std::string& problem) {
+    const AutoExposureOptions& options = automatic_->options();
+    FACET_TRY(controls_.set(options.exposure_control, setting.exposure, problem));
+    FACET_TRY(controls_.set(options.gain_control, setting.gain, problem));
+    set_ = setting;
+    exposures_.add(first_sequence, Duration::from_seconds(setting.exposure * options.exposure_step_s));
     return Status::kOk;
+}
+
+/// Shows the image to the rig, and takes over what it has decided. A refused setting is tried again at the next image.
+void CameraV4l2::follow_exposure(const V4l2Buffer& buffer, const ImageView& image) {
+    automatic_->add_image(camera_, image, buffer.sequence);
+    const ExposureSetting wanted = automatic_->setting();
+    if (wanted == set_) {
+        return;
+    }
+    std::string words;
+    const auto latency = static_cast<std::uint32_t>(automatic_->options().latency_frames);
+    const bool is_set = ok(set_exposure(wanted, buffer.sequence + latency, words));
+    ++(is_set ? camera_counters_.exposures_set : camera_counters_.exposures_refused);
 }
 
 void CameraV4l2::follow_sequence(std::uint32_t sequence) {
@@ -86,8 +134,8 @@ Status CameraV4l2::take_all(Duration timeout, V4l2Buffer& newest) {
     return Status::kOk;
 }
 
-Timestamp CameraV4l2::midpoint(const V4l2Buffer& buffer) const {
-    const Duration half{options_.exposure.ns / 2};
+Timestamp CameraV4l2::midpoint(const V4l2Buffer& buffer, Duration exposure) const {
+    const Duration half{exposure.ns / 2};
     StampSource source = options_.stamp_source;
     if (source == StampSource::kAsFlagged) {
         source = buffer.start_of_exposure ? StampSource::kStartOfExposure : StampSource::kEndOfFrame;
@@ -101,7 +149,8 @@ Timestamp CameraV4l2::midpoint(const V4l2Buffer& buffer) const {
 
 Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     camera_counters_.not_monotonic += buffer.monotonic ? 0 : 1;
-    const Timestamp stamp = midpoint(buffer);
+    const Duration exposure = exposures_.at(buffer.sequence, options_.exposure);
+    const Timestamp stamp = midpoint(buffer, exposure);
     if (!order_.allows(stamp, counters_.discarded)) {
         return Status::kNotReady;
     }
@@ -112,8 +161,8 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
         return Status::kNotReady;
     }
     std::uint8_t* const out = pixels_.get() + static_cast<std::size_t>(slot.slot()) * image_bytes_;
-    const RawImage image{buffer.bytes,      options_.capture.format,  options_.capture.width, options_.capture.height,
-                         capture_.stride(), options_.significant_bits};
+    const RawImage image{buffer.bytes,      options_.capture.format,   options_.capture.width, options_.capture.height,
+                         capture_.stride(), options_.significant_bits, options_.msb_aligned};
     FACET_TRY(unpack(image, {out, image_bytes_}));
     life_.works();
     order_.delivered(stamp);
@@ -122,7 +171,10 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     frame.sequence = buffer.sequence;
     frame.image = {out, options_.capture.width, options_.capture.height, options_.capture.width};
     frame.slot = std::move(slot);
-    frame.exposure = options_.exposure;
+    frame.exposure = exposure;
+    if (automatic_ != nullptr) {
+        follow_exposure(buffer, frame.image);
+    }
     return Status::kOk;
 }
 

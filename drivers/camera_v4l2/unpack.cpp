@@ -15,10 +15,11 @@ struct Named {
     std::string_view name;
 };
 
-constexpr std::array<Named, 6> kFormats{{{PixelFormat::kGrey, V4L2_PIX_FMT_GREY, "GREY"},
+constexpr std::array<Named, 7> kFormats{{{PixelFormat::kGrey, V4L2_PIX_FMT_GREY, "GREY"},
                                          {PixelFormat::kY10, V4L2_PIX_FMT_Y10, "Y10"},
                                          {PixelFormat::kY10p, V4L2_PIX_FMT_Y10P, "Y10P"},
                                          {PixelFormat::kY12, V4L2_PIX_FMT_Y12, "Y12"},
+                                         {PixelFormat::kY012, v4l2_fourcc('Y', '0', '1', '2'), "Y012"},
                                          {PixelFormat::kY16, V4L2_PIX_FMT_Y16, "Y16"},
                                          {PixelFormat::kYuyv, V4L2_PIX_FMT_YUYV, "YUYV"}}};
 
@@ -33,10 +34,12 @@ void unpack_words(const std::uint8_t* in, std::uint8_t* out, int width, int bits
 void unpack_row(const RawImage& image, const std::uint8_t* in, std::uint8_t* out) {
     switch (image.format) {
         case PixelFormat::kGrey: std::copy_n(in, image.width, out); break;
-        case PixelFormat::kY10: unpack_words(in, out, image.width, 10); break;
-        case PixelFormat::kY12: unpack_words(in, out, image.width, 12); break;
+        case PixelFormat::kY10: unpack_words(in, out, image.width, image.msb_aligned ? 16 : 10); break;
+        case PixelFormat::kY12: unpack_words(in, out, image.width, image.msb_aligned ? 16 : 12); break;
+        case PixelFormat::kY012: unpack_words(in, out, image.width, 16); break;
         case PixelFormat::kY16:
-            unpack_words(in, out, image.width, image.significant_bits == 0 ? 16 : image.significant_bits);
+            unpack_words(in, out, image.width,
+                         image.significant_bits == 0 || image.msb_aligned ? 16 : image.significant_bits);
             break;
         case PixelFormat::kY10p:
             for (int u = 0; u < image.width; u += 4) {

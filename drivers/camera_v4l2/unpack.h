@@ -18,6 +18,7 @@ enum class PixelFormat : std::uint8_t {
     kY10,   ///< 10 bits in the low bits of 16, little-endian
     kY10p,  ///< MIPI RAW10: four pixels' upper 8 bits, then a byte with their lower 2
     kY12,   ///< 12 bits in the low bits of 16, little-endian
+    kY012,  ///< 12 bits in the high bits of 16, little-endian
     kY16,   ///< 16 bits, little-endian
     kYuyv,  ///< luma in every even byte
 };
@@ -38,6 +39,9 @@ struct RawImage {
     int height = 0;            ///< (px)
     std::size_t stride = 0;    ///< bytes from one row to the next
     int significant_bits = 0;  ///< of a Y16 that holds fewer in its low bits; 0 for all
+    /// The significant bits of Y10, Y12 or Y16 are the high ones of the 16, as the bridges of i.MX 8 and Raspberry Pi 5
+    /// write them, whatever the format's definition says.
+    bool msb_aligned = false;
 };
 
 /// Keeps the upper 8 of the significant bits of every pixel (cut, not rounded: no pixel overflows, and neighbouring

@@ -43,11 +43,14 @@ public:
     V4l2Capture(const V4l2Capture&) = delete;
     V4l2Capture& operator=(const V4l2Capture&) = delete;
 
-    /// Opens, negotiates exactly the size and format asked for, maps and queues the buffers, starts streaming.
+    /// Opens, negotiates exactly the size and format asked for, maps and queues the buffers.
     /// @return kNotFound if there is no such node, kInvalidArgument if it cannot do what is asked, kIo otherwise;
-    ///         closed
-    ///         on failure
-    Status open(const V4l2CaptureOptions& options, std::string& problem);
+    ///         closed on failure
+    Status prepare(const V4l2CaptureOptions& options, std::string& problem);
+    /// Starts streaming. After prepare(). @return kIo or kNotFound; closed then
+    Status start(std::string& problem);
+    /// Of the open node, -1 if there is none.
+    int descriptor() const { return fd_; }
     void close();
     bool is_open() const { return fd_ >= 0; }
 
@@ -55,11 +58,6 @@ public:
     /// @return kNotReady after the timeout; kIo if the node fails or is gone: close it.
     Status dequeue(Duration timeout, V4l2Buffer& buffer, std::string& problem);
     Status queue(std::uint32_t index, std::string& problem);
-
-    /// Sets a control by its name as v4l2-ctl lists it: lower case, blanks and dashes as underscores ("exposure",
-    /// "analogue_gain"). Node must be open.
-    /// @return kNotFound if there is none, kInvalidArgument if the value is out of range (the words give the range).
-    Status set_control(std::string_view name, std::int64_t value, std::string& problem);
 
     std::size_t stride() const { return stride_; }
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/imu_can/can_frame.h"
+#include "drivers/common/can_frame.h"
 #include "platform/base/status.h"
 
 namespace facet {
@@ -20,13 +20,6 @@ struct CanMeasurement {
     Duration age;                          ///< time from the measurement to the frame's stamp
     double temperature_c = std::numeric_limits<double>::quiet_NaN();
     std::uint32_t lost = 0;  ///< measurements missing before this one, by the sensor's own count
-};
-
-/// Frames that the kernel's filter passes: (id & mask) == (value & mask), extended or not.
-struct CanFilter {
-    std::uint32_t value = 0;
-    std::uint32_t mask = 0;
-    bool extended = false;
 };
 
 /// One protocol. Thread-bound. Heap in the constructor only.

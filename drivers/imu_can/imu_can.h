@@ -5,10 +5,10 @@
 #include <string>
 
 #include "drivers/common/axis_map.h"
+#include "drivers/common/can_socket.h"
 #include "drivers/common/device_life.h"
 #include "drivers/common/imu_assembler.h"
 #include "drivers/imu_can/can_decoder.h"
-#include "drivers/imu_can/can_socket.h"
 #include "platform/port/imu_source.h"
 
 namespace facet {

@@ -50,6 +50,9 @@ public:
     /// Call with frames in order, and with each one until the outcome is not kWait.
     Outcome match(const SyncEvent& frame, Match& result);
 
+    /// Accepts that frame k belongs to event k + offset, known from elsewhere; time goes on checking.
+    void accept(std::uint32_t offset) { offset_ = offset; }
+
     /// How often an accepted assignment was replaced.
     std::uint32_t corrections() const { return corrections_; }
 

@@ -28,6 +28,8 @@ const char* to_string(SyncFault fault) {
         case SyncFault::kTriggerSilent: return "no trigger edges";
         case SyncFault::kUnsynchronised: return "cameras expose at different times";
         case SyncFault::kUncovered: return "no inertial samples";
+        case SyncFault::kOrderDoubtful: return "the first frame does not follow the first edge";
+        case SyncFault::kLargeOffset: return "images about half a period off: edges and frames may be paired wrongly";
         case SyncFault::kCount: break;
     }
     return "unknown";
@@ -112,6 +114,7 @@ Status Synchroniser::add_edge(TriggerEdge edge) {
         clear(SyncFault::kGap, SyncCamera::kNone);
     }
     clear(SyncFault::kTriggerSilent, SyncCamera::kNone);
+    first_edge_ = any_edge_ ? first_edge_ : SyncEvent{edge.sequence, edge.stamp + options_.trigger_delay};
     any_edge_ = true;
     last_edge_ = edge;
     for (const SyncCamera camera : {SyncCamera::kLeft, SyncCamera::kRight}) {
@@ -225,6 +228,7 @@ void Synchroniser::assign(SyncCamera camera) {
         CountMatcher::Match match;
         // Events are starts of exposure; a frame's stamp is the midpoint of its exposure.
         const Duration half = options_.has_trigger ? Duration{p.frame.exposure.ns / 2} : Duration{};
+        assign_by_order(camera, {p.frame.sequence, p.frame.stamp - half});
         const CountMatcher::Outcome outcome = s.matcher.match({p.frame.sequence, p.frame.stamp - half}, match);
         if (outcome == CountMatcher::Outcome::kWait) {
             return;  // frames are matched in order

@@ -30,6 +30,8 @@ enum class SyncFault : std::uint8_t {
     kTriggerSilent,     ///< frames but no edges: the cameras' own stamps count meanwhile; value: for how long (ns)
     kUnsynchronised,    ///< without edges, the cameras expose at different times: delivered alone; value: skew (ns)
     kUncovered,         ///< dropped because no inertial samples arrived
+    kOrderDoubtful,     ///< the first frame does not follow the first edge at once; value: periods between them
+    kLargeOffset,       ///< images are about half a period or more from where they belong; value: offset (ns)
     kCount
 };
 const char* to_string(SyncFault fault);
@@ -56,6 +58,9 @@ struct SynchroniserOptions {
     Duration trigger_silence = Duration::from_seconds(0.5);  ///< without an edge for this long: the cameras' stamps
     Duration skew_limit = Duration::from_seconds(0.003);     ///< of pairs by stamps alone; beyond, they are none
     int votes = 5;                                           ///< see CountMatcher
+    /// The cameras expose at the edges only, and all edges are known from the first one on: if the first frame lies
+    /// where the first edge wants it, the assignment needs no votes.
+    bool first_is_first = false;
 };
 
 /// A pair, or the view that there is, ready for the estimator.
@@ -94,6 +99,10 @@ public:
     /// The stamp of the newest inertial sample that the estimator has.
     void add_imu(Timestamp stamp);
 
+    /// How far images are from where the calibration has them, as estimated: about half a period or more is reported,
+    /// since then they may have been given to the wrong edges.
+    void add_offset(Timestamp stamp, Duration offset, Duration sigma);
+
     /// @return kNotReady if no pair is ready.
     Status pop(SyncedFrame& frame);
     Status pop_report(SyncReport& report);
@@ -121,6 +130,7 @@ private:
         double lag_ns = 0.0;     ///< from an exposure's midpoint by the edges to the image's stamp, mean of some 16
         bool any_lag = false;
         std::uint32_t corrections = 0;
+        bool is_ordered = false;  ///< its first frame has been compared with the first edge
     };
 
     /// Whose oldest images are delivered next.
@@ -129,6 +139,7 @@ private:
     Stream& stream(SyncCamera camera) { return streams_[static_cast<std::size_t>(camera)]; }
     const Stream& stream(SyncCamera camera) const { return streams_[static_cast<std::size_t>(camera)]; }
     Status add(SyncCamera camera, CameraFrame frame);
+    void assign_by_order(SyncCamera camera, const SyncEvent& frame);
     std::uint32_t unnoticed_before(const TriggerEdge& edge) const;
     std::uint32_t count_at(const SyncEvent& known, Timestamp stamp) const;
     std::uint32_t base_for(const Stream& stream, const CameraFrame& frame) const;
@@ -154,6 +165,7 @@ private:
     Timestamp first_frame_;
     bool any_edge_ = false;
     TriggerEdge last_edge_;        ///< its count as carried on
+    SyncEvent first_edge_;         ///< with the trigger delay
     std::uint32_t edge_base_ = 0;  ///< added to the source's own count: edges that left no trace
     bool by_stamps_ = false;       ///< the trigger is silent
     SyncEvent last_by_stamp_;

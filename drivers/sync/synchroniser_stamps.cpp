@@ -12,7 +12,41 @@ namespace {
 /// Means follow slowly: a sixteenth of each new value.
 constexpr double kShare = 1.0 / 16.0;
 
+/// Of a period: as in CountMatcher.
+constexpr double kOnTime = 0.4;
+
 }  // namespace
+
+/// Frames before the first edge are stale. The first one after it is that edge's if it also lies there in time; if it
+/// is later, either the camera has let the first pulses pass or its stamps are late, and time has to decide by votes.
+void Synchroniser::assign_by_order(SyncCamera camera, const SyncEvent& frame) {
+    Stream& s = stream(camera);
+    if (!options_.first_is_first || s.is_ordered || !any_edge_) {
+        return;
+    }
+    const Duration delay = camera == SyncCamera::kLeft ? options_.left_delay : options_.right_delay;
+    const double periods = (frame.stamp - delay - first_edge_.stamp).seconds() / options_.period.seconds();
+    if (periods < -kOnTime) {
+        return;
+    }
+    s.is_ordered = true;
+    if (periods <= kOnTime) {
+        s.matcher.accept(first_edge_.sequence - frame.sequence);
+    } else {
+        report(SyncFault::kOrderDoubtful, camera, frame.stamp, std::llround(periods));
+    }
+}
+
+void Synchroniser::add_offset(Timestamp stamp, Duration offset, Duration sigma) {
+    constexpr double kSure = 3.0;  // standard deviations
+    const double size_ns = std::abs(static_cast<double>(offset.ns));
+    if (size_ns > kOnTime * static_cast<double>(options_.period.ns) &&
+        size_ns > kSure * static_cast<double>(sigma.ns)) {
+        report(SyncFault::kLargeOffset, SyncCamera::kNone, stamp, offset.ns);
+    } else {
+        clear(SyncFault::kLargeOffset, SyncCamera::kNone);
+    }
+}
 
 /// The count of the event at `stamp`, by the periods since a known one.
 std::uint32_t Synchroniser::count_at(const SyncEvent& known, Timestamp stamp) const {

@@ -60,6 +60,13 @@ void PwmTrigger::stop() {
     }
 }
 
+Status PwmTrigger::pause(Clock& clock, Duration pause, std::string& problem) {
+    const std::string enable = chip_ + "/pwm" + std::to_string(channel_) + "/enable";
+    FACET_TRY(write(enable, 0, problem));
+    clock.sleep(pause);
+    return write(enable, 1, problem);
+}
+
 Status GpioTriggerOutput::open(std::string& problem) {
     return line_->is_open() ? Status::kOk : line_->open_output(name_, problem);
 }
@@ -79,6 +86,10 @@ Status GpioTriggerOutput::run(const TriggerPulse& pulse, const std::atomic<bool>
             const std::int64_t periods = late.ns / pulse.period.ns;
             skipped_.fetch_add(static_cast<std::uint64_t>(periods), std::memory_order_relaxed);
             rise = rise + Duration{periods * pulse.period.ns};
+        }
+        if (leaves_out_.exchange(false, std::memory_order_relaxed)) {
+            rise = rise + pulse.period;
+            continue;
         }
         status = line_->set(true, problem);
         if (ok(status)) {

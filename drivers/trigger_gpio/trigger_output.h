@@ -28,6 +28,8 @@ public:
     /// @return kInvalidArgument if the pulse is impossible, kNotFound if there is no such PWM, kIo if it refuses.
     Status start(const TriggerPulse& pulse, std::string& problem);
     void stop();
+    /// No pulses for `pause`, after start(); they go on in a phase of their own.
+    Status pause(Clock& clock, Duration pause, std::string& problem);
 
 private:
     Status write(const std::string& file, std::int64_t value, std::string& problem);
@@ -52,6 +54,9 @@ public:
     /// earlier ones were; a pulse that would be late by a period or more is skipped and counted.
     Status run(const TriggerPulse& pulse, const std::atomic<bool>& stopping, std::string& problem);
 
+    /// Does not make the next pulse; the ones after it keep their instants. On any thread.
+    void leave_out_next() { leaves_out_.store(true, std::memory_order_relaxed); }
+
     std::uint64_t pulses() const { return pulses_.load(std::memory_order_relaxed); }
     std::uint64_t skipped() const { return skipped_.load(std::memory_order_relaxed); }
 
@@ -59,6 +64,7 @@ private:
     Clock& clock_;
     GpioLineName name_;
     std::unique_ptr<GpioLine> line_;
+    std::atomic<bool> leaves_out_{false};
     std::atomic<std::uint64_t> pulses_{0};
     std::atomic<std::uint64_t> skipped_{0};
 };

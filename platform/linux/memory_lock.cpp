@@ -10,7 +10,9 @@
 namespace facet {
 
 Status lock_memory(std::string& refusal) {
-    if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0) {
+    // First all that there is, touched or not: what the estimator allocates at its start is first written at a reset in
+    // flight. Then what is still to come, when it is touched.
+    if (::mlockall(MCL_CURRENT) == 0 && ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0) {
         return Status::kOk;
     }
     refusal = std::string("memory not locked: ") + std::strerror(errno) +

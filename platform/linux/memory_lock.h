@@ -9,8 +9,9 @@
 
 namespace facet {
 
-/// Locks the pages that the process has, and every later one when it is first touched (mlockall with MCL_ONFAULT, so
-/// that thread stacks do not become resident as a whole).
+/// Brings in and locks all pages that the process has, whether they have been touched or not, and locks every later one
+/// when it is first touched (mlockall with MCL_ONFAULT, so that stacks of threads that are started afterwards do not
+/// become resident as a whole).
 /// @return kIo if the system refuses; `refusal` says why and what to set.
 Status lock_memory(std::string& refusal);
 

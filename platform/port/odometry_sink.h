@@ -15,6 +15,9 @@ namespace facet {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
+/// The estimator's state, as consumers tell it apart.
+enum class SinkState : std::uint8_t { kInit, kTracking, kDegraded, kLost };
+
 /// What a consumer needs to know of one estimate.
 struct Odometry {
     Timestamp stamp;                                             ///< exposure midpoint
@@ -27,15 +30,15 @@ struct Odometry {
     Eigen::Matrix3d w_covariance = Eigen::Matrix3d::Identity();  ///< of w_B (rad^2/s^2)
     int quality = 0;                                             ///< -1 failed, 0 unknown, 1 (worst) to 100 (best)
     std::uint8_t reset_counter = 0;                              ///< raised at every jump
+    SinkState state = SinkState::kTracking;
+    std::uint32_t reasons = 0;  ///< of the state, bits as in health.csv
 };
-
-/// The estimator's state, as consumers tell it apart.
-enum class SinkState : std::uint8_t { kInit, kTracking, kDegraded, kLost };
 
 /// A change of the estimator's state, for those who decide whether to fly.
 struct StateChange {
     SinkState state = SinkState::kInit;
     std::array<char, 51> text{};  ///< in words, zero-terminated
+    std::uint32_t reasons = 0;    ///< bits as in health.csv
 };
 
 /// Distances all around the vehicle, horizontally.

@@ -49,6 +49,8 @@ public:
     virtual SourceCounters counters() const = 0;
     /// What went wrong last, in words with the device's name; empty if nothing has. Valid until the next call.
     virtual std::string_view problem() const = 0;
+    /// What is not as it was asked for although the source works, in words, since start(); empty if all is.
+    virtual std::string_view warning() const { return {}; }
 };
 
 }  // namespace facet

@@ -27,6 +27,7 @@ ALLOWED = {
     "nearest_in_direction": "a query for users of the library",
     "request_reset": "for users of the library",
     "sent": "likewise: what a driver counts",
+    "unlock": "what std::lock_guard asks of a mutex",
 }
 
 TOKEN = re.compile(

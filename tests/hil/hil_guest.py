@@ -23,8 +23,6 @@ cameras:
 trigger: {{chip: /run/gpiochip, line: camera-trigger}}
 imu:
   {imu}
-sinks:
-  log: {{folder: out}}
 {realtime}"""
 SENSOR_CONFIG = {
     "icm42688": "spi: {chip: icm42688, device: /dev/spidev0.0, rate_hz: 200, "
@@ -94,7 +92,7 @@ def write_job(programs, job):
         play += ["--fault", fault]
     play += ["--report", "/run/share/inject.json"]
     lines = '--trigger "$HIL_LINES/sim_gpio0/pull" --data-ready "$HIL_LINES/sim_gpio1/pull"'
-    run = [str(programs.facet), "run", "--config", "/run/share/vehicle.yaml", "--quiet"]
+    run = [str(programs.facet), "run", "--config", "/run/share/vehicle.yaml", "--out", "/run/share/out", "--quiet"]
     (share / "job.sh").write_text(
         f"{shlex.join(play)} {lines} -- {shlex.join(run)} > /run/share/run.log 2>&1\necho $? > /run/share/exit_code\n",
         encoding="utf-8",

@@ -72,6 +72,8 @@ TEST_CASE("the SPI example is a whole vehicle") {
     REQUIRE(v.mavlink);
     CHECK(v.mavlink->channel.serial == "/dev/ttyS1");
     CHECK(v.log.folder == "/var/lib/facet/log");
+    CHECK(v.log.by_flight);
+    CHECK(v.log.keep_mb == 4096);
     CHECK(v.realtime.lock_memory);
     CHECK(v.realtime.estimator.cpu == 3);
     CHECK(v.realtime.imu.priority == 80);
@@ -160,6 +162,89 @@ TEST_CASE("the link to the flight controller has options, and defaults that fit 
     CHECK(other.obstacles->below_m == 0.5);
 }
 
+TEST_CASE("exposure and gain may be left to the images, on the sensors' own nodes") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& cameras) {
+        return load_vehicle(dir.write("v.yaml", kHead + "cameras: {" + cameras + "}\n" + kImu));
+    };
+    CHECK_FALSE(load("rate_hz: 20").cameras.auto_exposure);
+    const VehicleCameras cameras =
+        load(
+            "format: Y012, msb_aligned: true, left: {device: /dev/video0, controls_device: /dev/v4l-subdev1}, "
+            "right: {device: /dev/video1}, auto_exposure: {exposure_step_s: 1e-5, most_exposure: 400, gain_one: 16, "
+            "most_gain: 64, target: 100}")
+            .cameras;
+    CHECK(cameras.left.capture.format == PixelFormat::kY012);
+    CHECK(cameras.left.msb_aligned);
+    CHECK(cameras.left.controls_device == "/dev/v4l-subdev1");
+    CHECK(cameras.right.controls_device.empty());
+    REQUIRE(cameras.auto_exposure);
+    CHECK(cameras.auto_exposure->exposure_step_s == 1e-5);
+    CHECK(cameras.auto_exposure->least_gain == 16);
+    CHECK(cameras.auto_exposure->most_gain == 64);
+    CHECK(cameras.auto_exposure->most_exposure == 400);
+    CHECK(cameras.auto_exposure->exposure_control == "exposure");
+    const auto refused = [&](const std::string& automatic) {
+        return test::input_error_text([&] { (void)load("auto_exposure: " + automatic); });
+    };
+    CHECK(refused("{most_exposure: 4}").find("exposure_step_s: missing") != std::string::npos);
+    CHECK(refused("{exposure_step_s: 1e-5, most_exposure: 4, least_exposure: 9}").find("most_exposure") !=
+          std::string::npos);
+}
+
+TEST_CASE("the reported body may be another frame than the IMU's") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& body) {
+        return load_vehicle(dir.write("v.yaml", kHead + kCameras + kImu + "sinks: {T_body_imu: " + body + "}\n"));
+    };
+    const Se3 given = load("{place_m: [0.1, 0, -0.02], rpy_deg: [0, 90, 90]}").odometry.T_body_imu;
+    CHECK(given.p.isApprox(Eigen::Vector3d(0.1, 0.0, -0.02)));
+    // Pitched nose down, then turned to the left: the IMU's x axis points down, its z axis ahead and then left.
+    CHECK((given.q * Eigen::Vector3d::UnitX()).isApprox(-Eigen::Vector3d::UnitZ(), 1e-12));
+    CHECK((given.q * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d::UnitY(), 1e-12));
+    const Se3 rows = load("[[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]").odometry.T_body_imu;
+    CHECK(rows.p.isApprox(Eigen::Vector3d(1.0, 2.0, 3.0)));
+    CHECK((rows.q * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-12));
+    CHECK(load("{}").odometry.T_body_imu.p.isZero(0.0));
+    const auto refused = [&](const std::string& body) { return test::input_error_text([&] { (void)load(body); }); };
+    CHECK(refused("{place_m: [0, 0]}").find("T_body_imu.place_m") != std::string::npos);
+    CHECK(refused("{place_m: [0, 0, 1000]}").find("within 100 m") != std::string::npos);
+    CHECK(refused("{place: [0, 0, 1]}").find("sinks.T_body_imu") != std::string::npos);
+    CHECK(refused("[[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]").find("reflection") != std::string::npos);
+}
+
+TEST_CASE("estimates may go onto a CAN bus, that of the IMU or another") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& imu, const std::string& can) {
+        return load_vehicle(dir.write("v.yaml", kHead + kCameras + imu + "sinks: {can: " + can + "}\n"));
+    };
+    const std::string node = "imu: {can: {decoder: dronecan, node_id: 42}}\n";
+    const Vehicle usual = load(kImu, "{interface: can1}");
+    REQUIRE(usual.can_out);
+    CHECK(usual.can_out->interface == "can1");
+    CHECK(usual.can_out->format == CanOutFormat::kAuto);
+    CHECK(usual.can_out->first_id == 0x3A0);
+    CHECK(usual.can_out->node_id == 0);
+    const Vehicle other = load(node,
+                               "{interface: can0, format: fd, bit_rate_switch: false, first_id: 0x100, every: 5, "
+                               "send_lost: true, dronecan_node_id: 43}");
+    REQUIRE(other.can_out);
+    CHECK(other.can_out->format == CanOutFormat::kFd);
+    CHECK_FALSE(other.can_out->bit_rate_switch);
+    CHECK(other.can_out->first_id == 0x100);
+    CHECK(other.can_out->every == 5);
+    CHECK(other.can_out->send_lost);
+    CHECK(other.can_out->node_id == 43);
+    const auto refused = [&](const std::string& can) { return test::input_error_text([&] { (void)load(node, can); }); };
+    CHECK(refused("{}").find("sinks.can.interface: missing") != std::string::npos);
+    CHECK(refused("{interface: can0, first_id: 0x7F8}").find("sinks.can.first_id") != std::string::npos);
+    CHECK(refused("{interface: can0, dronecan_node_id: 42}").find("is that of the IMU") != std::string::npos);
+    CHECK(load(node, "{interface: can1, dronecan_node_id: 42}").can_out);
+}
+
 TEST_CASE("trigger pulses come from a PWM or a line, at the cameras' rate") {
     const test::TempDir dir;
     write_calibration(dir);
@@ -167,6 +252,7 @@ TEST_CASE("trigger pulses come from a PWM or a line, at the cameras' rate") {
         return load_vehicle(dir.write("v.yaml", kHead + "cameras: {rate_hz: 25}\n" + kImu + pulses));
     };
     CHECK_FALSE(load("").pulses);
+    CHECK(load("").cameras.lag_frames == 0);
     const Vehicle pwm = load("trigger_output: {width_s: 0.002, pwm: {chip: /sys/class/pwm/pwmchip2, channel: 1}}\n");
     REQUIRE(pwm.pulses);
     CHECK(pwm.pulses->pulse.period == Duration::from_seconds(0.04));
@@ -199,7 +285,7 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {kHead + "cameras:\n  rate_hz: fast\n" + kImu, ":3: cameras.rate_hz: must be a number"},
         {kHead + "cameras:\n  rate_hz: 0\n" + kImu, ":3: cameras.rate_hz: must be within [1, 200], is 0"},
         {kHead + "cameras:\n  format: MJPG\n" + kImu,
-         ":3: cameras.format: 'MJPG' is unknown; one of: GREY, Y10, Y10P, Y12, Y16, YUYV"},
+         ":3: cameras.format: 'MJPG' is unknown; one of: GREY, Y10, Y10P, Y12, Y012, Y16, YUYV"},
         {kHead + "cameras:\n  left: {devise: x}\n" + kImu, ":3: cameras.left.devise: unknown key"},
         {kHead + "cameras:\n  left: {}\n  side_by_side: {}\n" + kImu, ":2: cameras: has 'side_by_side' and 'left'"},
         {kHead + "cameras: {right: {device: /dev/video0}}\n" + kImu, ":2: cameras: left and right are the same device"},

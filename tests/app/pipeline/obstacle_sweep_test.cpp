@@ -53,6 +53,18 @@ TEST_CASE("a wall is where it is seen from the body: ahead, then to the right; w
     CHECK(ranges.max_range_m == 6.0);
 }
 
+TEST_CASE("sectors count from the reported body, which may sit elsewhere and be turned") {
+    const Se3 T_body_imu{Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ())),
+                         {0.0, 0.0, 0.0}};
+    // The IMU looks north in the body, so the body looks to the IMU's right, and a metre ahead of it.
+    ObstacleSweep sweep({}, Se3{Eigen::Quaterniond::Identity(), {-1.0, 0.0, 0.0}} * T_body_imu);
+    sweep.update(*wall());
+    ObstacleRanges ranges;
+    REQUIRE(sweep.sweep(facing(std::numbers::pi / 2, {0}), nullptr, ranges));
+    CHECK(ranges.range_m[0] == Approx(3.0));
+    CHECK(std::isnan(ranges.range_m[18]));
+}
+
 TEST_CASE("sweeps come at the chosen rate, and only what is near enough in height and distance counts") {
     ObstacleSweep sweep({.max_range_m = 3.0});
     sweep.update(*wall());

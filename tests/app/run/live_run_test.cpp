@@ -11,9 +11,9 @@
 
 #include "app/config/config_file.h"
 #include "app/lab/replay/replay.h"
-#include "app/lab/sim/simulate.h"
 #include "app/view/live_view.h"
 #include "platform/linux/linux_clock.h"
+#include "tests/app/run/live_flight.h"
 #include "tests/support/asl_sources.h"
 #include "tests/support/paced_sources.h"
 #include "tests/support/stereo_as_camera.h"
@@ -21,59 +21,6 @@
 
 namespace facet {
 namespace {
-
-/// Three seconds in the room, the first one standing; coarse rendering. Made once.
-class Flight {
-public:
-    Flight() {
-        sim::SimOptions options;
-        options.out = dir_.path();
-        options.duration_s = 3.0;
-        options.stand_s = 1.0;
-        options.samples = 1;
-        options.texture_size = 256;
-        sim::SimSummary summary;
-        std::string error;
-        REQUIRE(ok(sim::simulate(
-            options, [](int, int) {}, summary, error)));
-        vehicle_.source = "simulated";
-        vehicle_.calibration = load_euroc_calibration(folder() + "/mav0");
-        vehicle_.config.imu_noise = vehicle_.calibration.noise;
-        vehicle_.config.regularity.mode = RegularityMode::kSpr;
-        vehicle_.cameras.side_by_side = true;
-        ReplayOptions replay;
-        replay.dataset = folder();
-        replay.out = replayed();
-        replay.config = vehicle_.config;
-        replay.calibration = vehicle_.calibration;
-        replay.show_progress = false;
-        run_ = run_replay(replay, false);
-    }
-    std::string folder() const { return dir_.path(); }
-    std::string replayed() const { return dir_.file("replay"); }
-    const RunSummary& run() const { return run_; }
-    Vehicle vehicle(const std::string& out) const {
-        Vehicle vehicle = vehicle_;
-        vehicle.log.folder = out;
-        return vehicle;
-    }
-    AslSourceOptions source() const {
-        AslSourceOptions options;
-        options.folder = folder();
-        options.pace.as_fast_as_asked = true;
-        return options;
-    }
-
-private:
-    test::TempDir dir_;
-    Vehicle vehicle_;
-    RunSummary run_;
-};
-
-const Flight& flight() {
-    static const Flight made;
-    return made;
-}
 
 class CountingSink final : public OdometrySink {
 public:
@@ -185,21 +132,6 @@ private:
     bool back_ = false;
 };
 
-/// Runs until the sources end.
-RunSummary run_to_end(LiveRun& run) {
-    run.start();
-    while (!run.ended()) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        (void)run.status();
-    }
-    return run.stop();
-}
-
-std::size_t rows(const std::string& path) {
-    const std::string text = test::read_file(path);
-    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
-}
-
 std::uint64_t dropped(const RunSummary& summary, std::string_view what) {
     const std::vector<NamedCounter>& drops = summary.live->drops;
     const auto found = std::find_if(drops.begin(), drops.end(), [&](const NamedCounter& d) { return d.name == what; });
@@ -210,19 +142,6 @@ std::uint64_t dropped(const RunSummary& summary, std::string_view what) {
 nlohmann::json summary_of(const std::string& folder) {
     return nlohmann::json::parse(test::read_file(folder + "/summary.json"));
 }
-
-/// The flight as a side-by-side camera and an IMU that wait for the estimator: every frame is used, as in a replay.
-struct Rig {
-    StillClock clock;
-    AslStereoSource stereo{clock, flight().source()};
-    AslImuSource log_imu{clock, flight().source()};
-    StereoAsCamera<1> log_camera{stereo, flight().vehicle("").calibration.rig.left.intrinsics().width,
-                                 flight().vehicle("").calibration.rig.left.intrinsics().height};
-    /// More than the gap in inertial samples below; less than the loop holds samples back for a frame.
-    Pace pace{1, Duration::from_seconds(0.4)};
-    PacedCamera camera{log_camera, pace, 0};
-    PacedImu imu{log_imu, pace};
-};
 
 TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
     const test::TempDir dir;
@@ -263,7 +182,7 @@ TEST_CASE("the log of a run replays to the bytes of the run") {
     Rig rig;
     const Vehicle vehicle = flight().vehicle(dir.file("out"));
     LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {});
-    run.record(dir.file("out"));
+    run.record();
     const RunSummary summary = run_to_end(run);
     CHECK(run.failure().empty());
     REQUIRE(summary.estimates > 50);
@@ -287,9 +206,8 @@ TEST_CASE("the log of a run replays to the bytes of the run") {
               test::read_file(dir.file(std::string("out/") + name)));
     }
     Rig second;
-    const Vehicle elsewhere = flight().vehicle(dir.file("elsewhere"));
-    LiveRun again(second.clock, elsewhere, {&second.camera, nullptr, nullptr, &second.imu}, {});
-    again.record(dir.file("out"));
+    LiveRun again(second.clock, vehicle, {&second.camera, nullptr, nullptr, &second.imu}, {});
+    again.record();
     CHECK_THROWS_WITH(again.start(), Catch::Contains("there is a log already"));
 }
 
@@ -481,6 +399,7 @@ TEST_CASE("a source that cannot start ends the run before it begins") {
     const Vehicle vehicle = flight().vehicle("");
     LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &imu}, {});
     CHECK_THROWS_WITH(run.start(), "imu: /no/such/log: no such folder");
+    CHECK(run.folder().empty());
 }
 
 }  // namespace

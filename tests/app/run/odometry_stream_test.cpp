@@ -33,7 +33,7 @@ FrameOutcome frame_at(std::int64_t ns, TrackingState state = TrackingState::kTra
 
 struct Bench {
     explicit Bench(double rate_hz, double smoothing_s = 0.0)
-        : stream(std::make_unique<OdometryStream>(ProgramConfig{}, VehicleOdometry{rate_hz, smoothing_s})) {}
+        : stream(std::make_unique<OdometryStream>(ProgramConfig{}, VehicleOdometry{rate_hz, smoothing_s, {}})) {}
     void imu(std::int64_t from_ms, std::int64_t to_ms) {
         for (std::int64_t ns = from_ms * 1'000'000; ns <= to_ms * 1'000'000; ns += kImuStep_ns) {
             if (Odometry odometry; stream->add_imu(sample_at(ns), odometry)) {

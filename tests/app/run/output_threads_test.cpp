@@ -93,7 +93,7 @@ TEST_CASE("between frames the newest estimate goes on with the inertial samples;
     FrameRecorder recorder("");
     RecordingSink sink;
     auto output =
-        std::make_unique<OutputThreads>(clock, ProgramConfig{}, VehicleOdometry{200.0, 0.0},
+        std::make_unique<OutputThreads>(clock, ProgramConfig{}, VehicleOdometry{200.0, 0.0, {}},
                                         std::vector<OdometrySink*>{&sink}, recorder, std::vector<EventQueue*>{}, 10);
     const auto imu = [&](std::int64_t from_ms, std::int64_t to_ms) {
         for (std::int64_t ms = from_ms; ms <= to_ms; ms += 5) {

@@ -248,8 +248,43 @@ TEST_CASE("controls are set by name, also after the node came back") {
     CHECK(beyond.camera.problem() == "/dev/video0: control exposure_time_absolute must be 1 to 1000, not 5000");
     options.controls = {{"shutter", 1}};
     CameraV4l2Harness unknown(false, options);
-    CHECK(unknown.camera.start() == Status::kInvalidArgument);
-    CHECK(unknown.camera.problem() == "/dev/video0: has no control shutter");
+    CHECK(unknown.camera.start() == Status::kOk);
+    CHECK(unknown.kernel.streaming);
+    CHECK(unknown.camera.warning() ==
+          "/dev/video0: has no control shutter; there are: analogue_gain, exposure_time_absolute");
+}
+
+TEST_CASE("controls are set before the first image, on the sensor's own node if it has one") {
+    CameraV4l2Options options = small_options();
+    options.controls = {{"exposure_time_absolute", 55}, {"analogue_gain", 2}};
+    CameraV4l2Harness h(false, options);
+    REQUIRE(ok(h.camera.start()));
+    CHECK(h.kernel.set_while_streaming == 0);
+    CHECK(h.kernel.asked_for_cached);
+    CHECK(h.camera.warning().empty());
+    // Exposure and gain of a bridge's capture node are on the sensor's subdevice.
+    CameraV4l2Harness elsewhere(false, options);
+    elsewhere.kernel.controls_at = "/dev/v4l-subdev2";
+    CHECK(elsewhere.camera.start() == Status::kOk);
+    CHECK(elsewhere.camera.warning() ==
+          "/dev/video0: has no control exposure_time_absolute; there are none; /dev/video0: has no control "
+          "analogue_gain; there are none");
+    CHECK(elsewhere.kernel.exposure == 100);
+    options.controls_device = "/dev/v4l-subdev2";
+    CameraV4l2Harness subdevice(false, options);
+    subdevice.kernel.controls_at = "/dev/v4l-subdev2";
+    REQUIRE(ok(subdevice.camera.start()));
+    CHECK(subdevice.camera.warning().empty());
+    CHECK(subdevice.kernel.exposure == 55);
+    CHECK(subdevice.kernel.set_while_streaming == 0);
+    CHECK(subdevice.kernel.controls_open == 1);
+    subdevice.camera.stop();
+    CHECK(subdevice.kernel.controls_open == 0);
+    options.controls_device = "/dev/v4l-subdev7";
+    CameraV4l2Harness missing(false, options);
+    CHECK(missing.camera.start() == Status::kNotFound);
+    CHECK(missing.camera.problem() == "/dev/v4l-subdev7: cannot be opened: No such file or directory");
+    CHECK_FALSE(missing.kernel.streaming);
 }
 
 TEST_CASE("a node that cannot do what is asked says what it can") {
@@ -275,7 +310,8 @@ TEST_CASE("waiting for a buffer lasts as long as asked") {
     test::FakeCamera kernel(clock);
     V4l2Capture capture(kernel);
     std::string problem;
-    REQUIRE(ok(capture.open({"/dev/video0", 8, 4, PixelFormat::kGrey, 4}, problem)));
+    REQUIRE(ok(capture.prepare({"/dev/video0", 8, 4, PixelFormat::kGrey, 4}, problem)));
+    REQUIRE(ok(capture.start(problem)));
     V4l2Buffer buffer;
     CHECK(capture.dequeue({3'000'000}, buffer, problem) == Status::kNotReady);
     CHECK(clock.now().ns == 3'000'000);

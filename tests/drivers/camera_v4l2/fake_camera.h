@@ -20,6 +20,7 @@ namespace facet::test {
 class FakeCamera final : public FakeKernel {
 public:
     static constexpr int kFd = 9;
+    static constexpr int kControlsFd = 10;
 
     explicit FakeCamera(ManualClock& clock) : clock_(clock) {}
 
@@ -34,6 +35,10 @@ public:
     std::uint32_t plane_offset = 0;
     std::uint32_t flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
     std::int64_t exposure = 100;
+    std::string controls_at = "/dev/video0";  ///< the node that has the controls
+    int set_while_streaming = 0;              ///< controls
+    bool asked_for_cached = false;            ///< buffers
+    int controls_open = 0;                    ///< nodes open for their controls only
     int opened = 0;
     int mapped = 0;
     bool streaming = false;
@@ -54,10 +59,18 @@ public:
     std::uint32_t next_sequence = 0;
 
     int open(const char* path, int) override {
+        if (present && std::string(path) == "/dev/v4l-subdev2") {
+            ++controls_open;
+            return kControlsFd;
+        }
         ++opened;
         return present && std::string(path) == "/dev/video0" ? kFd : -ENOENT;
     }
-    int close(int) override {
+    int close(int fd) override {
+        if (fd == kControlsFd) {
+            --controls_open;
+            return 0;
+        }
         streaming = false;
         queued_.clear();
         filled_.clear();
@@ -85,9 +98,13 @@ public:
         --mapped;
         return 0;
     }
-    int ioctl(int, unsigned long request, void* argument) override {
+    int ioctl(int fd, unsigned long request, void* argument) override {
         if (!present) {
             return -ENODEV;
+        }
+        const bool has_controls = (fd == kControlsFd) == (controls_at != "/dev/video0");
+        if (!has_controls && (request == VIDIOC_QUERY_EXT_CTRL || request == VIDIOC_S_EXT_CTRLS)) {
+            return -ENOTTY;
         }
         switch (request) {
             case VIDIOC_QUERYCAP: return query(*static_cast<v4l2_capability*>(argument));
@@ -136,6 +153,8 @@ private:
         return 0;
     }
     int request_buffers(v4l2_requestbuffers& wanted) {
+        asked_for_cached = (wanted.flags & V4L2_MEMORY_FLAG_NON_COHERENT) != 0;
+        wanted.flags = 0;  // as a driver without them answers
         wanted.count = std::min(wanted.count, max_buffers);
         memory_.assign(wanted.count, std::vector<std::uint8_t>(plane_offset + stride * height));
         return 0;
@@ -189,6 +208,7 @@ private:
         return 0;
     }
     int set_control(const v4l2_ext_controls& controls) {
+        set_while_streaming += streaming ? 1 : 0;
         if (controls.controls[0].id == 2) {
             exposure = controls.controls[0].value;
         }

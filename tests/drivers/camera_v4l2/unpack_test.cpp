@@ -26,6 +26,12 @@ TEST_CASE("each format, worked by hand") {
     CHECK(unpacked({words, PixelFormat::kY12, 4, 1, 8, 0}) == Bytes{63, 0, 0, 64});
     CHECK(unpacked({words, PixelFormat::kY16, 4, 1, 8, 0}) == Bytes{3, 0, 0, 4});
     CHECK(unpacked({words, PixelFormat::kY16, 4, 1, 8, 10}) == Bytes{255, 1, 0, 255});
+    // The same bits, moved to the high end of their words: 0x3FF << 6, 0x004 << 6, 0x003 << 6, 0x200 << 6.
+    const Bytes high{0xC0, 0xFF, 0x00, 0x01, 0xC0, 0x00, 0x00, 0x80};
+    CHECK(unpacked({high, PixelFormat::kY10, 4, 1, 8, 0, true}) == Bytes{255, 1, 0, 128});
+    CHECK(unpacked({high, PixelFormat::kY12, 4, 1, 8, 0, true}) == Bytes{255, 1, 0, 128});
+    CHECK(unpacked({high, PixelFormat::kY16, 4, 1, 8, 10, true}) == Bytes{255, 1, 0, 128});
+    CHECK(unpacked({high, PixelFormat::kY012, 4, 1, 8, 0}) == Bytes{255, 1, 0, 128});
     const Bytes packed{10, 20, 30, 40, 0xE4, 50, 60, 70, 80, 0xFF};
     CHECK(unpacked({packed, PixelFormat::kY10p, 8, 1, 10, 0}) == Bytes{10, 20, 30, 40, 50, 60, 70, 80});
     const Bytes yuyv{16, 128, 235, 127, 100, 1, 101, 2};

@@ -12,10 +12,11 @@
 #include <cstring>
 #include <ctime>
 #include <deque>
+#include <limits>
 #include <string>
 #include <vector>
 
-#include "drivers/imu_can/can_frame.h"
+#include "drivers/common/can_frame.h"
 #include "tests/support/fake_kernel.h"
 #include "tests/support/scripted_source.h"
 
@@ -45,12 +46,15 @@ public:
     bool hardware_stamps = false;
     bool odd_size = false;  ///< the next frame arrives truncated
     std::uint32_t overflows = 0;
+    bool takes_fd = false;                                       ///< the interface is set up for CAN FD
+    std::size_t room = std::numeric_limits<std::size_t>::max();  ///< frames that the queue takes before it is full
 
     bool is_open = false;
     bool fd_enabled = false;
     int stamping_flags = 0;
     int filtered_out = 0;
     int opened = 0;
+    std::vector<CanFrame> sent;
 
     int socket(int domain, int, int protocol) override {
         if (domain != PF_CAN || protocol != CAN_RAW) {
@@ -67,6 +71,10 @@ public:
     }
     int ioctl(int, unsigned long request, void* argument) override {
         auto& interface_request = *static_cast<ifreq*>(argument);
+        if (request == SIOCGIFMTU) {
+            interface_request.ifr_mtu = takes_fd ? CANFD_MTU : CAN_MTU;
+            return 0;
+        }
         if (request != SIOCGIFINDEX || !present || interface != static_cast<char*>(interface_request.ifr_name)) {
             return -ENODEV;
         }
@@ -76,7 +84,10 @@ public:
     int set_option(int, int level, int name, const void* value, std::size_t size) override {
         if (level == SOL_CAN_RAW && name == CAN_RAW_FILTER) {
             filters_.resize(size / sizeof(can_filter));
-            std::memcpy(filters_.data(), value, size);
+            if (size > 0) {
+                std::memcpy(filters_.data(), value, size);
+            }
+            is_deaf_ = size == 0;
         } else if (level == SOL_CAN_RAW && name == CAN_RAW_FD_FRAMES) {
             fd_enabled = true;
         } else if (level == SOL_SOCKET && name == SO_TIMESTAMPING) {
@@ -98,6 +109,32 @@ public:
         }
         clock_.advance(timeout);
         return 0;
+    }
+    std::int64_t write(int fd, const void* buffer, std::size_t size) override {
+        if (fd != kFd || !is_open) {
+            return -EBADF;
+        }
+        if (!up) {
+            return -ENETDOWN;
+        }
+        if (size != CAN_MTU && (size != CANFD_MTU || !fd_enabled)) {
+            return -EINVAL;
+        }
+        if (room == 0) {
+            return -ENOBUFS;
+        }
+        --room;
+        canfd_frame raw{};
+        std::memcpy(&raw, buffer, size);
+        CanFrame frame;
+        frame.extended = (raw.can_id & CAN_EFF_FLAG) != 0;
+        frame.id = raw.can_id & CAN_EFF_MASK;
+        frame.fd = size == CANFD_MTU;
+        frame.bit_rate_switch = (raw.flags & CANFD_BRS) != 0;
+        frame.length = raw.len;
+        std::memcpy(frame.bytes.data(), raw.data, raw.len);
+        sent.push_back(frame);
+        return static_cast<std::int64_t>(size);
     }
     std::int64_t receive(int, ::msghdr& message) override {
         if (!up) {
@@ -128,7 +165,7 @@ private:
                 return true;
             }
         }
-        return filters_.empty();
+        return filters_.empty() && !is_deaf_;
     }
     void add_control(::msghdr& message, const CanFrame& frame) const {
         cmsghdr* header = CMSG_FIRSTHDR(&message);
@@ -155,6 +192,7 @@ private:
     ManualClock& clock_;
     std::deque<CanFrame> queue_;
     std::vector<can_filter> filters_;
+    bool is_deaf_ = false;  ///< an empty list of filters was set
 };
 
 inline CanFrame make_frame(std::uint32_t id, bool extended, std::initializer_list<int> bytes,

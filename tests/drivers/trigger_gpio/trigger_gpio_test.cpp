@@ -232,6 +232,40 @@ TEST_CASE("software pulses keep their grid, and leave out what is too late") {
     CHECK(problem == "/dev/gpiochip0 line 3: cannot be set: No such device");
 }
 
+TEST_CASE("a pulse can be left out, and the others keep their instants") {
+    ManualClock clock({1'000'000'000});
+    FakeGpio kernel(clock);
+    GpioTriggerOutput output(kernel, clock, line_by(GpioBackend::kChardev, 3));
+    std::atomic<bool> stopping{false};
+    std::string problem;
+    kernel.on_level = [&] {
+        if (kernel.levels.size() == 4) {
+            output.leave_out_next();
+        }
+        stopping = kernel.levels.size() >= 10;
+    };
+    REQUIRE(output.run({{50'000'000}, {1'000'000}}, stopping, problem) == Status::kOk);
+    CHECK(output.pulses() == 5);
+    CHECK(output.skipped() == 0);
+    const int expected_ms[] = {0, 50, 150, 200, 250};
+    for (std::size_t i = 0; i < 5; ++i) {
+        CHECK(kernel.levels[2 * i].first.ns == 1'000'000'000 + expected_ms[i] * 1'000'000LL);
+    }
+}
+
+TEST_CASE("a PWM pauses, and goes on") {
+    ManualClock clock;
+    FakeGpio kernel(clock);
+    std::string problem;
+    PwmTrigger pwm(kernel, "/sys/class/pwm/pwmchip0", 2);
+    REQUIRE(pwm.start({{50'000'000}, {2'000'000}}, problem) == Status::kOk);
+    kernel.writes.clear();
+    REQUIRE(pwm.pause(clock, {100'000'000}, problem) == Status::kOk);
+    const std::string enable = "/sys/class/pwm/pwmchip0/pwm2/enable";
+    CHECK(kernel.writes == std::vector<std::string>{enable + "=0", enable + "=1"});
+    CHECK(clock.now().ns == 100'000'000);
+}
+
 TEST_CASE("a PWM is set up in an order that it accepts") {
     ManualClock clock;
     FakeGpio kernel(clock);

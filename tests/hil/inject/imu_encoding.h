@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/imu_can/can_frame.h"
+#include "drivers/common/can_frame.h"
 #include "platform/base/samples.h"
 
 namespace facet::hil {

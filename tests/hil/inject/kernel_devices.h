@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "drivers/imu_can/can_frame.h"
+#include "drivers/common/can_frame.h"
 
 namespace facet::hil {
 

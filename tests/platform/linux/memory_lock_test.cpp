@@ -4,8 +4,11 @@
 #include <sys/mman.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstring>
 #include <thread>
+#include <vector>
 
 namespace facet {
 namespace {
@@ -26,6 +29,28 @@ TEST_CASE("memory is locked, or it is said why not") {
         CHECK(status == Status::kIo);
         CHECK(refusal.find("memory not locked: ") == 0);
     }
+}
+
+TEST_CASE("what was allocated and never touched is there once memory is locked") {
+    constexpr std::size_t kPages = 256;
+    constexpr std::size_t kPage = 4096;
+    void* const memory = mmap(nullptr, kPages * kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    REQUIRE(memory != MAP_FAILED);
+    const auto resident = [&] {
+        std::vector<unsigned char> there(kPages);
+        REQUIRE(mincore(memory, kPages * kPage, there.data()) == 0);
+        return std::count_if(there.begin(), there.end(), [](unsigned char page) { return (page & 1U) != 0; });
+    };
+    REQUIRE(resident() == 0);
+    std::string refusal;
+    if (ok(lock_memory(refusal))) {
+        CHECK(resident() == static_cast<std::ptrdiff_t>(kPages));
+        const long before = minor_faults();
+        std::memset(memory, 1, kPages * kPage);
+        CHECK(minor_faults() - before < 5);
+        munlockall();
+    }
+    munmap(memory, kPages * kPage);
 }
 
 TEST_CASE("a stack that was touched before faults no more") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "drivers/imu_can/can_socket.h"
+#include "drivers/common/can_socket.h"
 
 #include <linux/can.h>
 #include <linux/can/error.h>
@@ -63,8 +63,9 @@ Status CanSocket::set_up(const CanSocketOptions& options, std::span<const CanFil
     if (result < 0) {
         return fail("no such interface", result, problem);
     }
+    is_fd_ = options.fd || (options.fd_if_there && takes_fd(request));
     const int on = 1;
-    if (options.fd) {
+    if (is_fd_) {
         result = set(SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on);
         if (result < 0) {
             return fail("CAN FD is not supported", result, problem);
@@ -75,7 +76,7 @@ Status CanSocket::set_up(const CanSocketOptions& options, std::span<const CanFil
         // Format and "data frame" are part of what is compared.
         return can_filter{f.value | (f.extended ? CAN_EFF_FLAG : 0U), f.mask | CAN_EFF_FLAG | CAN_RTR_FLAG};
     });
-    if (!filters.empty()) {
+    if (!filters.empty() || !options.receives) {  // no filter at all lets nothing pass
         result = set(SOL_CAN_RAW, CAN_RAW_FILTER, kernel_filters.data(), filters.size() * sizeof(can_filter));
         if (result < 0) {
             return fail("filter refused", result, problem);
@@ -101,11 +102,36 @@ Status CanSocket::set_up(const CanSocketOptions& options, std::span<const CanFil
     return result < 0 ? fail("cannot bind", result, problem) : Status::kOk;
 }
 
+bool CanSocket::takes_fd(ifreq interface) const {
+    return io_.ioctl(fd_, SIOCGIFMTU, &interface) == 0 && interface.ifr_mtu == static_cast<int>(CANFD_MTU);
+}
+
 void CanSocket::close() {
     if (fd_ >= 0) {
         (void)io_.close(fd_);
         fd_ = -1;
     }
+}
+
+Status CanSocket::send(const CanFrame& frame) {
+    if (frame.fd && !is_fd_) {
+        return Status::kInvalidArgument;
+    }
+    canfd_frame raw{};
+    raw.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0U);
+    raw.len = frame.length;
+    raw.flags = frame.fd && frame.bit_rate_switch ? CANFD_BRS : 0;
+    std::copy_n(frame.bytes.begin(), frame.length, static_cast<std::uint8_t*>(raw.data));
+    const std::size_t size = frame.fd ? CANFD_MTU : CAN_MTU;
+    const std::int64_t written = fd_ < 0 ? -EBADF : io_.write(fd_, &raw, size);
+    if (written == -EAGAIN || written == -ENOBUFS) {
+        return Status::kFull;
+    }
+    if (written < 0) {
+        error_ = static_cast<int>(-written);
+        return Status::kIo;
+    }
+    return Status::kOk;
 }
 
 Status CanSocket::receive(Duration timeout, CanFrame& frame) {
