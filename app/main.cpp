@@ -8,6 +8,7 @@
 #include "app/commands/calibrate_command.h"
 #include "app/commands/check_calibration_command.h"
 #include "app/commands/check_config_command.h"
+#include "app/commands/convert_command.h"
 #include "app/commands/eval_command.h"
 #include "app/commands/info_command.h"
 #include "app/commands/replay_command.h"
@@ -39,6 +40,7 @@ int run_program(int argc, char** argv) {
     facet::add_check_calibration_command(app, exit_code);
     facet::add_check_config_command(app, exit_code);
     facet::add_calibrate_command(app, exit_code);
+    facet::add_convert_command(app, exit_code);
     facet::add_sim_command(app, exit_code);
     facet::add_info_command(app, exit_code);
     if (argc > 1 && argv[1][0] != '-' && !is_command(app, argv[1])) {
