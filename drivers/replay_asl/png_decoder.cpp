@@ -14,8 +14,7 @@ namespace facet {
 namespace {
 
 constexpr png_uint_32 kMaxSize = 16384;
-constexpr std::uintmax_t kMaxBytes = 64U << 20U;  // ten times what cameras of today give
-constexpr png_fixed_point kRedWeight = 29900;     // of 100000, ITU-R BT.601
+constexpr png_fixed_point kRedWeight = 29900;  // of 100000, ITU-R BT.601
 constexpr png_fixed_point kGreenWeight = 58700;
 constexpr std::size_t kMessageLength = 128;
 
@@ -77,7 +76,7 @@ bool read_pixels(png_structp png, png_bytepp rows) {
 }
 
 bool read_whole_file(const std::string& path, std::vector<std::uint8_t>& bytes, std::string& error) {
-    if (error = refuse_file(path, kMaxBytes); !error.empty()) {
+    if (error = refuse_file(path, PngDecoder::kMostBytes); !error.empty()) {
         return false;
     }
     std::FILE* file = std::fopen(path.c_str(), "rb");
@@ -127,7 +126,12 @@ Status PngDecoder::decode(const std::string& path, int expected_width, int expec
     if (!read_whole_file(path, file_, error_)) {
         return Status::kNotFound;
     }
-    PngBytes source{.data = file_.data(), .size = file_.size()};
+    return decode(file_, expected_width, expected_height, image);
+}
+
+Status PngDecoder::decode(std::span<const std::uint8_t> png, int expected_width, int expected_height,
+                          GreyImage& image) {
+    PngBytes source{.data = png.data(), .size = png.size()};
     PngReader reader(source);
     if (reader.png == nullptr || reader.info == nullptr) {
         error_ = "libpng cannot be initialised";

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,12 +26,17 @@ struct GreyImage {
 /// Thread-bound. Heap: the file buffer (reused) and libpng's own.
 class PngDecoder {
 public:
+    static constexpr std::size_t kMostBytes = std::size_t{64} << 20U;  ///< of a file: ten times what cameras give
+
     /// Decodes a file; image's storage is reused.
     /// @param expected_width, expected_height  required size (px); 0 for any up to 16384
     /// @return kNotFound if the file cannot be read, is no regular file or has more than 64 MiB, kCorrupt if it is not
     ///         a complete, intact PNG, kInvalidArgument if its size differs (image then has the size found and no
     ///         pixels). error() has the details.
     Status decode(const std::string& path, int expected_width, int expected_height, GreyImage& image);
+
+    /// Likewise for what is in memory already; never kNotFound.
+    Status decode(std::span<const std::uint8_t> png, int expected_width, int expected_height, GreyImage& image);
 
     const std::string& error() const { return error_; }
 

@@ -188,6 +188,15 @@ void McapLog::index_images(Table& table) {
     }
 }
 
+bool McapLog::has_folder(const std::string& folder) const {
+    const std::string begin = folder + "/";
+    const auto is_inside = [&](const auto& names) {
+        const auto at = names.lower_bound(begin);
+        return at != names.end() && at->first.starts_with(begin);
+    };
+    return is_inside(tables_) || is_inside(attachments_);
+}
+
 std::unique_ptr<std::streambuf> McapLog::open(const std::string& name) {
     if (const auto attachment = attachments_.find(name); attachment != attachments_.end()) {
         return std::make_unique<AttachmentStream>(*this, *attachment->second);
@@ -229,16 +238,20 @@ Status McapLog::read(const std::string& name, std::size_t most_bytes, std::vecto
         }
         return bytes.size() > most_bytes ? Status::kFull : Status::kOk;
     }
-    const auto attachment = attachments_.find(name);
-    if (attachment == attachments_.end()) {
+    const std::unique_ptr<std::streambuf> stream = open(name);
+    if (stream == nullptr) {
         return Status::kNotFound;
     }
-    if (attachment->second->size > most_bytes) {
-        return Status::kFull;
+    bytes.clear();
+    for (int c = stream->sgetc(); c != std::char_traits<char>::eof(); c = stream->snextc()) {
+        if (bytes.size() >= most_bytes) {
+            return Status::kFull;
+        }
+        bytes.push_back(static_cast<std::uint8_t>(c));
     }
-    const std::unique_ptr<std::streambuf> stream = open(name);
-    bytes.assign(std::istreambuf_iterator<char>(stream.get()), {});
-    return bytes.size() == attachment->second->size ? Status::kOk : Status::kCorrupt;
+    const auto attachment = attachments_.find(name);
+    const bool is_cut = attachment != attachments_.end() && bytes.size() != attachment->second->size;
+    return is_cut ? Status::kCorrupt : Status::kOk;
 }
 
 std::vector<std::string> McapLog::names() const {

@@ -29,9 +29,11 @@ public:
     bool is_log() const { return !tables_.empty(); }
     const McapFile& file() const { return file_; }
 
+    bool has_folder(const std::string& folder) const;
+    bool is_table(const std::string& name) const { return tables_.contains(name); }
     /// Attachments and tables; nullptr if there is none of that name. Valid as long as the object.
     std::unique_ptr<std::streambuf> open(const std::string& name);
-    /// An image that is a message, or any attachment, as a whole.
+    /// An image that is a message, an attachment or a table, as a whole.
     /// @return kNotFound if there is none, kCorrupt if it is damaged, kFull if it has more bytes than that
     Status read(const std::string& name, std::size_t most_bytes, std::vector<std::uint8_t>& bytes);
 

@@ -143,6 +143,9 @@ TEST_CASE("single files are found without the others") {
     std::vector<std::string> warnings;
     pack(made.path(), dir.file("log.mcap"), warnings);
     McapLog log(dir.file("log.mcap"), [](const std::string& line) { FAIL(line); });
+    CHECK(log.has_folder("mav0"));
+    CHECK(log.has_folder("mav0/cam1"));
+    CHECK_FALSE(log.has_folder("mav0/cam2"));
     std::vector<std::uint8_t> bytes;
     for (const int frame : {2, 0, 1}) {
         const std::string name = "mav0/cam1/data/" + test::asl_image_name(frame);
