@@ -84,6 +84,10 @@ public:
 
     /// The next message in file order. @return false at the end
     bool next(Cursor& cursor, McapMessage& message);
+    /// Share of the messages before a position, from 0 to 1.
+    double share(const Cursor& cursor) const {
+        return blocks_.empty() ? 1.0 : static_cast<double>(cursor.block) / static_cast<double>(blocks_.size());
+    }
     /// @return kCorrupt if there is no such message of this channel at that place
     Status read(const McapPlace& place, std::uint16_t channel, McapMessage& message);
     /// All messages of a channel in file order: from the indices behind the chunks, or, where one is missing, from the
