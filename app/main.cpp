@@ -11,6 +11,7 @@
 #include "app/commands/convert_command.h"
 #include "app/commands/eval_command.h"
 #include "app/commands/info_command.h"
+#include "app/commands/record_command.h"
 #include "app/commands/replay_command.h"
 #include "app/commands/run_command.h"
 #include "app/commands/run_guarded.h"
@@ -35,6 +36,7 @@ int run_program(int argc, char** argv) {
         "Exit codes: 0 done; 1 ran but failed its purpose; 2 bad usage or input.");
     int exit_code = facet::kExitDone;
     facet::add_run_command(app, exit_code);
+    facet::add_record_command(app, exit_code);
     facet::add_replay_command(app, exit_code);
     facet::add_eval_command(app, exit_code);
     facet::add_check_calibration_command(app, exit_code);
