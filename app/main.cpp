@@ -8,8 +8,10 @@
 #include "app/commands/calibrate_command.h"
 #include "app/commands/check_calibration_command.h"
 #include "app/commands/check_config_command.h"
+#include "app/commands/convert_command.h"
 #include "app/commands/eval_command.h"
 #include "app/commands/info_command.h"
+#include "app/commands/record_command.h"
 #include "app/commands/replay_command.h"
 #include "app/commands/run_command.h"
 #include "app/commands/run_guarded.h"
@@ -34,11 +36,13 @@ int run_program(int argc, char** argv) {
         "Exit codes: 0 done; 1 ran but failed its purpose; 2 bad usage or input.");
     int exit_code = facet::kExitDone;
     facet::add_run_command(app, exit_code);
+    facet::add_record_command(app, exit_code);
     facet::add_replay_command(app, exit_code);
     facet::add_eval_command(app, exit_code);
     facet::add_check_calibration_command(app, exit_code);
     facet::add_check_config_command(app, exit_code);
     facet::add_calibrate_command(app, exit_code);
+    facet::add_convert_command(app, exit_code);
     facet::add_sim_command(app, exit_code);
     facet::add_info_command(app, exit_code);
     if (argc > 1 && argv[1][0] != '-' && !is_command(app, argv[1])) {

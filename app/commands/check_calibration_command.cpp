@@ -8,9 +8,9 @@
 
 #include "app/commands/run_guarded.h"
 #include "app/lab/check/check_calibration.h"
+#include "app/lab/convert/opened_log.h"
 #include "app/support/console.h"
 #include "app/support/input_error.h"
-#include "drivers/replay_asl/asl_dataset.h"
 
 namespace facet {
 namespace {
@@ -24,13 +24,11 @@ struct CheckArguments {
 };
 
 int run_check(const CheckArguments& args) {
-    const std::string root = AslDataset::find_root(args.dataset);
-    if (root.empty()) {
-        throw InputError(args.dataset + ": no such folder");
-    }
+    const OpenedLog log(args.dataset, [](const std::string& line) { print_err("warning: {}\n", line); });
     CheckOptions options;
     options.dataset = args.dataset;
-    options.calibration = load_calibration(root, args.cameras, args.imu);
+    options.files = log.files();
+    options.calibration = load_calibration(log.root(), args.cameras, args.imu);
     if (!options.calibration.rig.has_right) {
         throw InputError(args.dataset + ": has one camera; the checks compare two");
     }
@@ -50,7 +48,9 @@ void add_check_calibration_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand(
         "check-calibration", "Say within seconds whether a log's calibration can be right (EuRoC/ASL folder)");
     auto args = std::make_shared<CheckArguments>();
-    command->add_option("DATASET", args->dataset, "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0)")
+    command
+        ->add_option("DATASET", args->dataset,
+                     "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0); or an MCAP file of one")
         ->required();
     command->add_option("--calibration", args->cameras,
                         "Kalibr's camchain.yaml, or a folder with sensor.yaml files, instead of the log's");

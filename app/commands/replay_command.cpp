@@ -16,12 +16,12 @@
 #include "app/config/calibrated_config.h"
 #include "app/config/config_file.h"
 #include "app/lab/check/check_calibration.h"
+#include "app/lab/convert/opened_log.h"
 #include "app/lab/faults/fault.h"
 #include "app/lab/replay/replay.h"
 #include "app/output/coverage.h"
 #include "app/support/console.h"
 #include "app/support/input_error.h"
-#include "drivers/replay_asl/asl_dataset.h"
 #include "platform/linux/linux_clock.h"
 #include "platform/linux/linux_kernel_io.h"
 
@@ -54,14 +54,6 @@ struct ReplayArguments {
     bool quiet = false;
 };
 
-Calibration chosen_calibration(const ReplayArguments& args) {
-    const std::string root = AslDataset::find_root(args.dataset);
-    if (root.empty()) {
-        throw InputError(args.dataset + ": no such folder");
-    }
-    return load_calibration(root, args.cameras, args.imu);
-}
-
 bool shifts_stamps(const Fault& fault) {
     return fault.kind == FaultKind::kTimeOffset || fault.kind == FaultKind::kClockJump;
 }
@@ -78,7 +70,7 @@ RegularityMode parse_mode(const std::string& text) {
 /// What the log itself shows to be wrong, as a cause of a run that failed.
 void print_causes(const ReplayOptions& options) {
     try {
-        for (const CheckVerdict& verdict : check_calibration({options.dataset, options.calibration})) {
+        for (const CheckVerdict& verdict : check_calibration({options.dataset, options.calibration, options.files})) {
             if (verdict.level == CheckLevel::kWrong) {
                 print_err("facet: the log shows a cause: {}: {}\n", verdict.name, verdict.sentence);
             }
@@ -133,9 +125,12 @@ int replay(const ReplayArguments& args, bool has_duration) {
         throw InputError("--start must not be negative, --duration must be positive, and both at most 1e9 s");
     }
     ReplayOptions options;
+    const OpenedLog log(args.dataset, [](const std::string& line) { print_err("warning: {}\n", line); });
     options.dataset = args.dataset;
+    options.files = log.files();
+    options.truth_folder = log.folder();
     options.out = args.out;
-    options.calibration = chosen_calibration(args);
+    options.calibration = load_calibration(log.root(), args.cameras, args.imu);
     take_calibration(options.calibration, options.config);
     if (!args.config.empty()) {
         load_config(args.config, options.config);
@@ -197,9 +192,12 @@ int replay(const ReplayArguments& args, bool has_duration) {
 }  // namespace
 
 void add_replay_command(CLI::App& app, int& exit_code) {
-    CLI::App* command = app.add_subcommand("replay", "Run a recorded log (EuRoC/ASL folder) through the estimator");
+    CLI::App* command =
+        app.add_subcommand("replay", "Run a recorded log (EuRoC/ASL folder, or its MCAP file) through the estimator");
     auto args = std::make_shared<ReplayArguments>();
-    command->add_option("DATASET", args->dataset, "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0)")
+    command
+        ->add_option("DATASET", args->dataset,
+                     "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0); or an MCAP file of one")
         ->required();
     command
         ->add_option("--out", args->out,

@@ -101,6 +101,7 @@ void SampleRecorder::write(const std::atomic<bool>& stopping) {
             }
         } catch (const std::exception& e) {
             failure_ = e.what();
+            counters_.failed.store(true, std::memory_order_release);
             try {
                 log_.commit();                 // rows of what was still written
             } catch (const std::exception&) {  // the disc is full: the first reason counts

@@ -22,6 +22,7 @@ struct RecordCounters {
     std::atomic<std::uint64_t> pairs{0};            ///< written
     std::atomic<std::uint64_t> pairs_dropped{0};    ///< because no buffer was free, or nothing can be written any more
     std::atomic<std::uint64_t> samples_dropped{0};  ///< inertial samples and edges, likewise
+    std::atomic<bool> failed{false};                ///< nothing can be written any more
 };
 
 /// The tap's functions copy a sample and return; they use neither heap nor lock. Copies, because a camera's slots must

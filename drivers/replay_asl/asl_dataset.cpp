@@ -57,17 +57,17 @@ Status AslDataset::open(const std::string& path, const AslOptions& options, AslW
     *this = AslDataset();
     options_ = options;
     sink_ = std::move(sink);
-    const std::string root = find_root(path);
-    if (root.empty()) {
+    if (!has_folder(path)) {
         error = path + ": no such folder";
         return Status::kIo;
     }
+    const std::string root = has_folder(path + "/mav0") ? (fs::path(path) / "mav0").string() : path;
     camera_csv_ = {(fs::path(root) / "cam0" / "data.csv").string(), (fs::path(root) / "cam1" / "data.csv").string()};
 
     std::vector<ImageRow> left;
     std::vector<ImageRow> right;
     FACET_TRY(load_images(camera_csv_[0], left, error));
-    has_right_ = fs::exists(fs::path(root) / "cam1");
+    has_right_ = has_folder((fs::path(root) / "cam1").string());
     if (has_right_) {
         FACET_TRY(load_images(camera_csv_[1], right, error));
     }
@@ -76,7 +76,7 @@ Status AslDataset::open(const std::string& path, const AslOptions& options, AslW
         period_.ns = (left.back().stamp - left.front().stamp).ns / (count - 1) * count;
     }
     const std::string imu_path = (fs::path(root) / "imu0" / "data.csv").string();
-    if (!imu_csv_.open(imu_path)) {
+    if (!open_table(imu_path, imu_csv_)) {
         error = imu_path + ": cannot be read";
         return Status::kIo;
     }
@@ -93,7 +93,7 @@ Status AslDataset::open(const std::string& path, const AslOptions& options, AslW
 
 Status AslDataset::load_images(const std::string& csv_path, std::vector<ImageRow>& rows, std::string& error) {
     CsvFile csv;
-    if (!csv.open(csv_path)) {
+    if (!open_table(csv_path, csv)) {
         error = csv_path + ": cannot be read";
         return Status::kIo;
     }
@@ -194,7 +194,24 @@ bool AslDataset::next_imu_turn() {
     ++imu_turn_;
     imu_filter_ = {};
     const std::string path = imu_csv_.path();
-    return imu_csv_.open(path);
+    return open_table(path, imu_csv_);
+}
+
+bool AslDataset::has_folder(const std::string& path) const {
+    std::error_code ignored;
+    return options_.files != nullptr ? options_.files->has_folder(path) : fs::is_directory(path, ignored);
+}
+
+bool AslDataset::open_table(const std::string& path, CsvFile& csv) const {
+    return options_.files != nullptr ? csv.open(path, options_.files->open(path)) : csv.open(path);
+}
+
+Status AslDataset::decode(const std::string& path, const ImageSize& size, GreyImage& image) {
+    if (options_.files == nullptr) {
+        return decoder_.decode(path, size.width, size.height, image);
+    }
+    unread_ = options_.files->read(path, PngDecoder::kMostBytes, png_);
+    return unread_.empty() ? decoder_.decode(png_, size.width, size.height, image) : Status::kNotFound;
 }
 
 void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right) {
@@ -252,10 +269,11 @@ bool AslDataset::load_image(const std::optional<ImageRow>& row, int camera, Grey
     const std::string& path = image_path_;
     ImageSize& size = camera == 0 ? options_.left_size : options_.right_size;
     const char* consequence = camera == 0 ? "; frame has a right view at most" : "; frame has a left view at most";
-    switch (decoder_.decode(path, size.width, size.height, image)) {
+    switch (decode(path, size, image)) {
         case Status::kOk: size = {image.width, image.height}; return true;
         case Status::kNotFound:
-            warn(AslWarningKind::kMissingFile, csv, row->line, path + ": " + decoder_.error() + consequence);
+            warn(AslWarningKind::kMissingFile, csv, row->line,
+                 path + ": " + (options_.files == nullptr ? decoder_.error() : unread_) + consequence);
             return false;
         case Status::kInvalidArgument:
             warn(AslWarningKind::kWrongSize, csv, row->line, path + ": " + decoder_.error() + consequence);

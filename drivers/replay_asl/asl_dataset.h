@@ -10,6 +10,7 @@
 
 #include "drivers/replay_asl/csv_file.h"
 #include "drivers/replay_asl/increasing_rows.h"
+#include "drivers/replay_asl/log_files.h"
 #include "drivers/replay_asl/png_decoder.h"
 #include "drivers/replay_asl/warning.h"
 #include "platform/base/samples.h"
@@ -38,6 +39,7 @@ struct AslOptions {
     /// must end as it began; inertial rows later than a period after the first serve the last turn only. Not to be
     /// combined with start and length.
     int loops = 1;
+    LogFiles* files = nullptr;  ///< where the files are, if not on the disc; borrowed
     bool decode_images = true;  ///< else frames come with empty views, and no image file is opened
 };
 
@@ -99,6 +101,9 @@ private:
     Timestamp pair_stamp(std::size_t number) const;
     bool load_frame(std::size_t number, StereoFrame& frame);
     bool next_imu_turn();
+    bool has_folder(const std::string& path) const;
+    bool open_table(const std::string& path, CsvFile& csv) const;
+    Status decode(const std::string& path, const ImageSize& size, GreyImage& image);
     bool load_image(const std::optional<ImageRow>& row, int camera, GreyImage& image);
     bool give_frame(Duration delay, StereoFrame& frame);
     bool give_imu(ImuSample& sample);
@@ -125,6 +130,8 @@ private:
 
     std::string image_path_;
     PngDecoder decoder_;
+    std::vector<std::uint8_t> png_;  ///< of an image that is not on the disc
+    std::string unread_;             ///< why such an image could not be read
     std::array<GreyImage, 2> images_;
 };
 

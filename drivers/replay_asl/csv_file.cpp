@@ -2,7 +2,9 @@
 #include "drivers/replay_asl/csv_file.h"
 
 #include <charconv>
+#include <fstream>
 #include <limits>
+#include <utility>
 
 #include "platform/base/regular_file.h"
 
@@ -22,38 +24,37 @@ std::string_view trim(std::string_view s) {
 }  // namespace
 
 bool CsvFile::open(const std::string& path) {
+    // A folder can be opened, but reading from it fails; an empty file merely ends.
+    return open(path, refuse_file(path).empty() ? std::make_unique<std::ifstream>(path, std::ios::binary) : nullptr);
+}
+
+bool CsvFile::open(const std::string& path, std::unique_ptr<std::istream> content) {
     path_ = path;
     line_ = 0;
-    stream_.close();
-    stream_.clear();
-    if (!refuse_file(path).empty()) {
+    stream_ = std::move(content);
+    if (stream_ == nullptr || !*stream_ || (stream_->peek(), stream_->bad())) {
+        stream_.reset();
         return false;
     }
-    stream_.open(path, std::ios::binary);
-    // A folder can be opened, but reading from it fails; an empty file merely ends.
-    if (!stream_) {
-        return false;
-    }
-    stream_.peek();
-    if (stream_.bad()) {
-        return false;
-    }
-    stream_.clear();
+    stream_->clear();
     return true;
 }
 
 /// Reads a line. @return false at the end of the file
 bool CsvFile::next_line(std::string_view& row, bool& is_too_long) {
-    buffer_.resize(kMaxLine + 1);
-    stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
-    const auto got = static_cast<std::size_t>(stream_.gcount());  // the line's end included, if it was reached
-    is_too_long = stream_.fail() && !stream_.eof() && got == kMaxLine;
-    row = {buffer_.data(), is_too_long || stream_.eof() || got == 0 ? got : got - 1};
-    if (is_too_long) {
-        stream_.clear();
-        stream_.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+    if (stream_ == nullptr) {
+        return false;
     }
-    return is_too_long || static_cast<bool>(stream_);
+    buffer_.resize(kMaxLine + 1);
+    stream_->getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+    const auto got = static_cast<std::size_t>(stream_->gcount());  // the line's end included, if it was reached
+    is_too_long = stream_->fail() && !stream_->eof() && got == kMaxLine;
+    row = {buffer_.data(), is_too_long || stream_->eof() || got == 0 ? got : got - 1};
+    if (is_too_long) {
+        stream_->clear();
+        stream_->ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+    }
+    return is_too_long || static_cast<bool>(*stream_);
 }
 
 bool CsvFile::next(std::vector<std::string_view>& fields) {

@@ -3,7 +3,8 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
+#include <istream>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,8 @@ class CsvFile {
 public:
     /// @return false if the file cannot be opened for reading, or is no regular file.
     bool open(const std::string& path);
+    /// Likewise with what the file holds, from elsewhere; false for nullptr. @param path  for messages
+    bool open(const std::string& path, std::unique_ptr<std::istream> content);
 
     static constexpr std::size_t kMaxLine = 4096;  ///< bytes; what is longer counts as one field of that length
 
@@ -25,14 +28,14 @@ public:
     bool next(std::vector<std::string_view>& fields);
 
     /// True if reading stopped because of an input/output error rather than the end.
-    bool failed() const { return stream_.bad(); }
+    bool failed() const { return stream_ != nullptr && stream_->bad(); }
     std::int64_t line() const { return line_; }  ///< of the row returned last, from 1
     const std::string& path() const { return path_; }
 
 private:
     bool next_line(std::string_view& row, bool& is_too_long);
 
-    std::ifstream stream_;
+    std::unique_ptr<std::istream> stream_;
     std::string path_;
     std::vector<char> buffer_;
     std::int64_t line_ = 0;

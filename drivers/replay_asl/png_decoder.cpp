@@ -16,7 +16,6 @@ namespace facet {
 namespace {
 
 constexpr png_uint_32 kMaxSize = 16384;
-constexpr off_t kMaxBytes = off_t{64} << 20U;  // ten times what cameras of today give
 constexpr png_fixed_point kRedWeight = 29900;  // of 100000, ITU-R BT.601
 constexpr png_fixed_point kGreenWeight = 58700;
 constexpr std::size_t kMessageLength = 128;
@@ -105,16 +104,16 @@ bool refuse(const struct stat& status, std::string& error) {
         error = std::strerror(EISDIR);
     } else if (!S_ISREG(status.st_mode)) {
         error = "is not a regular file";
-    } else if (status.st_size > kMaxBytes) {
+    } else if (static_cast<std::uintmax_t>(status.st_size) > PngDecoder::kMostBytes) {
         error = "has " + std::to_string(status.st_size >> 20U) + " MiB, more than the " +
-                std::to_string(kMaxBytes >> 20U) + " that are read";
+                std::to_string(PngDecoder::kMostBytes >> 20U) + " that are read";
     } else {
         return false;
     }
     return true;
 }
 
-/// Reads up to kMaxBytes; `bytes` only grows, and its first `size` ones are the file's.
+/// Reads up to kMostBytes; `bytes` only grows, and its first `size` ones are the file's.
 bool read_whole_file(const std::string& path, std::vector<std::uint8_t>& bytes, std::size_t& size, std::string& error) {
     const OpenFile file(path.c_str());
     struct stat status {};
@@ -168,11 +167,17 @@ struct PngReader {
 }  // namespace
 
 Status PngDecoder::decode(const std::string& path, int expected_width, int expected_height, GreyImage& image) {
-    if (!read_whole_file(path, file_, file_size_, error_)) {
+    std::size_t size = 0;
+    if (!read_whole_file(path, file_, size, error_)) {
         return Status::kNotFound;
     }
+    return decode(std::span(file_).first(size), expected_width, expected_height, image);
+}
+
+Status PngDecoder::decode(std::span<const std::uint8_t> png, int expected_width, int expected_height,
+                          GreyImage& image) {
     arena_.reset();
-    PngBytes source{.data = file_.data(), .size = file_size_};
+    PngBytes source{.data = png.data(), .size = png.size()};
     PngReader reader(source, arena_);
     if (reader.png == nullptr || reader.info == nullptr) {
         error_ = "libpng cannot be initialised";

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct GreyImage {
 /// Thread-bound. Heap: none for an image of the size, kind and number of bytes of one before.
 class PngDecoder {
 public:
+    static constexpr std::size_t kMostBytes = std::size_t{64} << 20U;  ///< of a file: ten times what cameras give
+
     /// Decodes a file; image's storage is reused.
     /// @param expected_width, expected_height  required size (px); 0 for any up to 16384
     /// @return kNotFound if the file cannot be read, is no regular file or has more than 64 MiB, kCorrupt if it is not
@@ -33,12 +36,14 @@ public:
     ///         pixels). error() has the details.
     Status decode(const std::string& path, int expected_width, int expected_height, GreyImage& image);
 
+    /// Likewise for what is in memory already; never kNotFound.
+    Status decode(std::span<const std::uint8_t> png, int expected_width, int expected_height, GreyImage& image);
+
     const std::string& error() const { return error_; }
 
 private:
     PngArena arena_;
     std::vector<std::uint8_t> file_;  // as long as the longest file so far
-    std::size_t file_size_ = 0;
     std::vector<std::uint8_t*> rows_;
     std::string error_;
 };

@@ -25,7 +25,8 @@ struct LogOutline {
     std::vector<Timestamp> frames;
 };
 
-AslDataset open_log(const CheckOptions& options, const AslOptions& log_options) {
+AslDataset open_log(const CheckOptions& options, AslOptions log_options) {
+    log_options.files = options.files;
     AslDataset log;
     std::string error;
     if (!ok(log.open(options.dataset, log_options, nullptr, error))) {

@@ -10,9 +10,12 @@
 
 namespace facet {
 
+class LogFiles;
+
 struct CheckOptions {
     std::string dataset;  ///< EuRoC/ASL folder
     Calibration calibration;
+    LogFiles* files = nullptr;  ///< where its files are, if not on the disc; borrowed
     double images_s = 12.0;  ///< length of the stretch whose images are read: the one in which the vehicle turns most
 };
 

@@ -112,6 +112,7 @@ RecorderLimits Replay::limits(const ReplayOptions& options) {
 
 void Replay::open_log() {
     AslOptions log_options = log_options_of(options_.calibration);
+    log_options.files = options_.files;
     log_options.loops = options_.loops;
     log_options.start = Duration::from_seconds(options_.start_s);
     if (options_.duration_s.has_value()) {
@@ -311,7 +312,8 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         recorder_.write_trajectory_at_samples();
     }
     if (options_.truth.any()) {
-        truth_.emplace(options_.dataset, options_.calibration.rig, options_.truth);
+        truth_.emplace(options_.truth_folder.empty() ? options_.dataset : options_.truth_folder,
+                       options_.calibration.rig, options_.truth);
         pipeline_.set_observation_hook(&*truth_);
         pipeline_.set_plane_source(
             [this](const KeyframeView& view, const PlaneProposals& found) -> const PlaneProposals& {

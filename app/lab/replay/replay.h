@@ -18,6 +18,7 @@
 namespace facet {
 
 class LiveView;
+class LogFiles;
 class WorldServer;
 
 /// Time without any sample between two passes of a log.
@@ -27,8 +28,10 @@ inline constexpr Duration kSeam{5'000'000'000};
 inline constexpr Duration kRetry{1'000'000'000};
 
 struct ReplayOptions {
-    std::string dataset;  ///< EuRoC/ASL folder
-    std::string out;      ///< folder for the results, created if missing
+    std::string dataset;        ///< EuRoC/ASL folder
+    LogFiles* files = nullptr;  ///< where its files are, if not on the disc; borrowed
+    std::string truth_folder;   ///< with ground truth and true scene; empty: the dataset
+    std::string out;            ///< folder for the results, created if missing
     ProgramConfig config;
     Calibration calibration;
     double start_s = 0.0;              ///< from the log's first frame

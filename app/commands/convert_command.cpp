@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/commands/convert_command.h"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <csignal>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "app/commands/run_guarded.h"
+#include "app/commands/stop_signal.h"
+#include "app/lab/convert/import_bag.h"
+#include "app/lab/convert/pack_log.h"
+#include "app/lab/convert/ros1_bag.h"
+#include "app/lab/convert/unpack_log.h"
+#include "app/support/console.h"
+#include "app/support/input_error.h"
+#include "app/support/progress.h"
+
+namespace facet {
+namespace {
+
+/// What the user typed.
+struct ConvertArguments {
+    std::string input;
+    std::string output;
+    std::string compression = "zstd";
+    std::array<std::string, 4> topics;  ///< by LogTable
+    std::string cameras;
+    std::string imu;
+    bool quiet = false;
+};
+
+constexpr std::size_t kPermille = 1000;  // of the work, for the progress
+
+/// Progress and warnings on stderr; warnings beyond kMost are only counted.
+class Narrator {
+public:
+    explicit Narrator(bool quiet) : progress_("convert", "permille", kPermille), quiet_(quiet) {}
+
+    void update(std::size_t done) {
+        if (!quiet_) {
+            progress_.update(done);
+        }
+    }
+    void warn(const std::string& line) {
+        if (++warnings_ <= kMost) {
+            progress_.note("warning: " + line);
+        }
+    }
+    void finish() {
+        if (!quiet_) {
+            progress_.finish();
+        }
+        if (warnings_ > kMost) {
+            print_err("warning: and {} more\n", warnings_ - kMost);
+        }
+    }
+
+private:
+    static constexpr std::size_t kMost = 20;
+    Progress progress_;
+    bool quiet_;
+    std::size_t warnings_ = 0;
+};
+
+int interrupted() {
+    print_error("interrupted");
+    return kExitFailed;
+}
+
+int pack(const ConvertArguments& args, const std::atomic<bool>& stop) {
+    Narrator narrator(args.quiet);
+    PackOptions options;
+    options.folder = args.input;
+    options.file = args.output;
+    options.library = "facet";
+    options.compression = *find_compression(args.compression);
+    options.progress = [&](double share) { narrator.update(static_cast<std::size_t>(share * kPermille)); };
+    options.warn = [&](const std::string& line) { narrator.warn(line); };
+    const PackAccount account = pack_log(options, stop);
+    narrator.finish();
+    if (stop.load()) {
+        return interrupted();
+    }
+    const auto count = [&](LogTable table) { return account.messages[static_cast<std::size_t>(table)]; };
+    print_out("messages     {} left, {} right, {} inertial, {} of ground truth\n", count(LogTable::kLeft),
+              count(LogTable::kRight), count(LogTable::kImu), count(LogTable::kTruth));
+    print_out("attachments  {}\n", account.attachments);
+    print_out("file         {}, {:.1f} MB\n", args.output,
+              static_cast<double>(std::filesystem::file_size(args.output)) * 1e-6);
+    return kExitDone;
+}
+
+int unpack(McapLog& log, const ConvertArguments& args, Narrator& narrator, const std::atomic<bool>& stop) {
+    const UnpackAccount account = unpack_log(
+        log, args.output, [&](std::uint64_t done) { narrator.update(done * kPermille / log.image_count()); }, stop);
+    narrator.finish();
+    if (stop.load()) {
+        return interrupted();
+    }
+    print_out("files        {}, {} of them images, in {}\n", account.files, account.images, args.output);
+    return kExitDone;
+}
+
+/// What the log lacks, and where it is to be had.
+void print_calibration(const ConvertArguments& args, const ImportAccount& account) {
+    if (account.has_calibration) {
+        print_out("calibration  as given\n");
+        return;
+    }
+    print_out(
+        "calibration  none: a bag has no place for it. Convert with --calibration and --imu-calibration, or replay\n"
+        "             with them, for example with Kalibr's files: facet replay {} --out result\n"
+        "             --calibration camchain.yaml --imu-calibration imu.yaml\n",
+        args.output);
+}
+
+int import(const ConvertArguments& args, const std::atomic<bool>& stop) {
+    constexpr std::array<const char*, 4> kLabels{"left", "right", "imu", "ground truth"};
+    Narrator narrator(args.quiet);
+    ImportOptions options;
+    options.bag = args.input;
+    options.folder = args.output;
+    options.topics = args.topics;
+    options.cameras = args.cameras;
+    options.imu = args.imu;
+    options.progress = [&](double share) { narrator.update(static_cast<std::size_t>(share * kPermille)); };
+    options.warn = [&](const std::string& line) { narrator.warn(line); };
+    const ImportAccount account = import_bag(options, stop);
+    narrator.finish();
+    if (stop.load()) {
+        return interrupted();
+    }
+    for (const LogTable table : kLogTables) {
+        const auto i = static_cast<std::size_t>(table);
+        if (account.topics[i].empty()) {
+            print_out("{:<12} none\n", kLabels[i]);
+        } else {
+            print_out("{:<12} {}: {} rows, {} messages left out\n", kLabels[i], account.topics[i], account.rows[i],
+                      account.left_out[i]);
+        }
+    }
+    print_calibration(args, account);
+    print_out("folder       {}\n", args.output);
+    for (const LogTable table : {LogTable::kLeft, LogTable::kImu}) {
+        if (account.rows[static_cast<std::size_t>(table)] == 0) {
+            print_error("the log has no images, or no inertial samples");
+            return kExitFailed;
+        }
+    }
+    return kExitDone;
+}
+
+/// An MCAP file of ours is unpacked, others are bags.
+int convert_mcap(const ConvertArguments& args, const std::atomic<bool>& stop) {
+    {
+        Narrator narrator(args.quiet);
+        McapLog log(args.input, [&](const std::string& line) { narrator.warn(line); });
+        if (log.is_log()) {
+            return unpack(log, args, narrator, stop);
+        }
+    }
+    return import(args, stop);
+}
+
+int convert(const ConvertArguments& args) {
+    const std::optional<Compression> compression = find_compression(args.compression);
+    if (!compression.has_value() || *compression == Compression::kBz2) {
+        throw InputError("--compression " + args.compression + ": unknown; must be one of: none, lz4, zstd");
+    }
+    const std::atomic<bool>& stop = stop_on_signals({SIGINT, SIGTERM, SIGHUP});
+    if (!std::filesystem::exists(args.input)) {
+        throw InputError(args.input + ": does not exist");
+    }
+    if (McapFile::recognises(args.input)) {
+        return convert_mcap(args, stop);
+    }
+    const bool is_folder = std::filesystem::is_directory(args.input);
+    if (Ros1Bag::recognises(args.input) || (is_folder && std::filesystem::exists(args.input + "/metadata.yaml"))) {
+        return import(args, stop);
+    }
+    if (!is_folder) {
+        throw InputError(args.input + ": is neither a log folder, nor an MCAP file, nor a ROS bag");
+    }
+    if (!args.output.ends_with(".mcap")) {
+        throw InputError(args.output + ": a folder becomes a file; its name must end in .mcap");
+    }
+    return pack(args, stop);
+}
+
+}  // namespace
+
+void add_convert_command(CLI::App& app, int& exit_code) {
+    CLI::App* command = app.add_subcommand(
+        "convert", "Make an MCAP file of a log folder, the folder of the file, or a log folder of a ROS bag");
+    auto args = std::make_shared<ConvertArguments>();
+    command
+        ->add_option("INPUT", args->input,
+                     "Log folder (EuRoC/ASL), an MCAP file made of one, or a bag of ROS 1 (2.0) or ROS 2 (MCAP, CDR)")
+        ->required();
+    command->add_option("OUTPUT", args->output, "FILE.mcap, or for a file a folder that is new or empty")->required();
+    command->add_option("--compression", args->compression, "Of an MCAP file's chunks: none, lz4 or zstd")
+        ->capture_default_str();
+    const auto add_topic = [&](const char* option, LogTable table, const char* what) {
+        command->add_option(option, args->topics[static_cast<std::size_t>(table)],
+                            std::string("Topic of a bag: ") + what + "; found by its type by default");
+    };
+    add_topic("--left", LogTable::kLeft, "images of the left camera");
+    add_topic("--right", LogTable::kRight, "images of the right camera");
+    add_topic("--imu", LogTable::kImu, "inertial samples");
+    add_topic("--groundtruth", LogTable::kTruth, "true poses of the body");
+    command->add_option("--calibration", args->cameras,
+                        "For the log of a bag: Kalibr's camchain.yaml, or a folder with sensor.yaml files");
+    command->add_option("--imu-calibration", args->imu, "Kalibr's imu.yaml beside it");
+    command->add_flag("--quiet", args->quiet, "No progress on stderr");
+    command->footer(
+        "Every file of a folder, calibration and ground truth among them, comes back byte for byte.\n"
+        "Exit codes: 0 done; 1 interrupted, or a bag gave no images or no inertial samples; 2 bad usage or input, or "
+        "the output cannot be written.");
+    command->callback([args, &exit_code] { exit_code = run_guarded([&] { return convert(*args); }); });
+}
+
+}  // namespace facet

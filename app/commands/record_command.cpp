@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/commands/record_command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <memory>
+#include <string>
+
+#include "app/commands/run_guarded.h"
+#include "app/commands/stop_signal.h"
+#include "app/config/vehicle_file.h"
+#include "app/run/hardware.h"
+#include "app/run/record_run.h"
+#include "app/support/console.h"
+#include "app/support/input_error.h"
+#include "platform/linux/linux_clock.h"
+#include "platform/linux/linux_kernel_io.h"
+
+namespace facet {
+namespace {
+
+constexpr Duration kTick = Duration::from_seconds(0.05);
+constexpr Duration kLinePeriod = Duration::from_seconds(5.0);
+
+/// What the user typed.
+struct RecordArguments {
+    std::string vehicle;
+    std::string out;
+    double duration_s = 0.0;
+    bool quiet = false;
+};
+
+void print_line(const RecordStatus& status) {
+    print_out("{:.0f} s: {} pairs, {} samples; not recorded: {} pairs, {} samples\n", status.duration_s, status.pairs,
+              status.samples, status.pairs_dropped, status.samples_dropped);
+    std::fflush(stdout);
+}
+
+void print_warnings(RecordRun& run) {
+    for (const std::string& event : run.take_events()) {
+        print_err("warning: {}\n", event);
+    }
+}
+
+int report(const RecordStatus& status, const RecordRun& run, const std::string& folder) {
+    print_line(status);
+    for (const SourceAccount& source : status.sources) {
+        print_out("{:<12} {} delivered, {} lost, {} corrupt, {} rejected, {} unmapped\n", source.name,
+                  source.counters.delivered, source.counters.lost, source.counters.corrupt, source.rejected,
+                  source.unmapped);
+    }
+    for (const NamedCounter& finding : status.findings) {
+        if (finding.value > 0) {
+            print_out("{:<12} {} {}\n", "images", finding.value, finding.name);
+        }
+    }
+    print_out("log          {}/mav0\n", folder);
+    if (!run.failure().empty()) {
+        print_error(run.failure().c_str());
+    } else if (status.pairs == 0) {
+        print_error("no image was recorded");
+    } else {
+        return kExitDone;
+    }
+    return kExitFailed;
+}
+
+int record(const RecordArguments& args) {
+    if (args.duration_s < 0.0) {
+        throw InputError("--duration must not be negative");
+    }
+    const Vehicle vehicle = load_vehicle(args.vehicle);
+    const std::string folder = args.out.empty() ? vehicle.log.folder : args.out;
+    if (folder.empty()) {
+        throw InputError("no folder; say --out DIR, or sinks.log.folder in the vehicle file");
+    }
+    LinuxClock clock;
+    LinuxKernelIo io;
+    Hardware hardware(io, clock, vehicle);
+    const std::atomic<bool>& stop = stop_on_signals({SIGINT, SIGTERM, SIGHUP});
+    RecordRun run(clock, vehicle, hardware.sources(), folder);
+    run.start();
+    std::vector<std::string> refusals = run.refusals();
+    PulseOutput* const pulses = hardware.pulses();
+    if (pulses != nullptr) {
+        refusals.push_back(pulses->start(vehicle.realtime.trigger));  // the cameras are ready
+    }
+    for (const std::string& refusal : refusals) {
+        if (!refusal.empty()) {
+            print_err("warning: {}\n", refusal);
+        }
+    }
+    const Timestamp begin = clock.now();
+    Timestamp next_line = begin + kLinePeriod;
+    while (!stop.load() && !run.ended() &&
+           (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
+        clock.sleep(kTick);
+        print_warnings(run);
+        if (!args.quiet && clock.now() >= next_line) {
+            next_line = next_line + kLinePeriod;
+            print_line(run.status());
+        }
+    }
+    if (pulses != nullptr) {
+        pulses->stop();
+    }
+    const RecordStatus status = run.stop();
+    print_warnings(run);
+    return report(status, run, folder);
+}
+
+}  // namespace
+
+void add_record_command(CLI::App& app, int& exit_code) {
+    CLI::App* command = app.add_subcommand("record", "Record live sensors as a log, without estimating");
+    auto args = std::make_shared<RecordArguments>();
+    command->add_option("--config", args->vehicle, "Vehicle file (YAML), as for facet run")->required();
+    command->add_option("--out", args->out,
+                        "Folder that gets the log mav0, instead of the vehicle file's sinks.log.folder");
+    command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
+    command->add_flag("--quiet", args->quiet, "No status on stdout until the end");
+    command->footer(
+        "The log is readable to within a second at every moment, also after a kill, a power failure or on a full "
+        "disc.\n"
+        "An older log in the folder is never overwritten.\n"
+        "Exit codes: 0 stopped in order; 1 no image, or the log could not be written to the end; 2 bad usage, bad "
+        "vehicle file, or hardware that is not there.");
+    command->callback([args, &exit_code] { exit_code = run_guarded([&] { return record(*args); }); });
+}
+
+}  // namespace facet

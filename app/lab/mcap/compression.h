@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What the chunks of recorded files are compressed with.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "platform/base/status.h"
+
+namespace facet {
+
+enum class Compression : std::uint8_t { kNone, kLz4, kZstd, kBz2 };
+
+/// "none" (and "", as MCAP writes it), "lz4" (frames), "zstd", "bz2"; empty if it is another name.
+std::optional<Compression> find_compression(std::string_view name);
+
+/// Appends to `out`. kNone, kLz4 and kZstd at their quickest levels; bz2 is only read. Reentrant. Heap. Throws
+/// std::runtime_error if the library fails, which lack of memory alone can cause.
+void compress(Compression method, std::string_view in, std::string& out);
+
+/// Replaces `out`, whose storage is reused and grows with what is really there, not with what `size` claims. Reentrant.
+/// @return kCorrupt unless the bytes are whole and hold exactly `size` bytes; `out` is then of no use
+Status decompress(Compression method, std::span<const std::uint8_t> in, std::size_t size,
+                  std::vector<std::uint8_t>& out);
+
+}  // namespace facet

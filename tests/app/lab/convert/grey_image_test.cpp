@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/convert/grey_image.h"
+
+#include <jpeglib.h>
+#include <cstdio>  // jpeglib.h needs it before it
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+using namespace facet;
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+RosImage image_of(std::string_view encoding, std::uint32_t width, std::uint32_t height, std::uint32_t step,
+                  const Bytes& bytes) {
+    RosImage image;
+    image.encoding = encoding;
+    image.width = width;
+    image.height = height;
+    image.step = step;
+    image.data = bytes;
+    return image;
+}
+
+Bytes grey_of(const RosImage& image) {
+    GreyImage grey;
+    REQUIRE(to_grey(image, grey).empty());
+    return grey.pixels;
+}
+
+Bytes jpeg_of(int width, int height, std::uint8_t value, bool is_colour) {
+    jpeg_compress_struct info{};
+    jpeg_error_mgr errors{};
+    info.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&info);
+    unsigned char* memory = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&info, &memory, &size);
+    info.image_width = static_cast<JDIMENSION>(width);
+    info.image_height = static_cast<JDIMENSION>(height);
+    info.input_components = is_colour ? 3 : 1;
+    info.in_color_space = is_colour ? JCS_RGB : JCS_GRAYSCALE;
+    jpeg_set_defaults(&info);
+    jpeg_start_compress(&info, TRUE);
+    Bytes row(static_cast<std::size_t>(3 * width), value);
+    for (int v = 0; v < height; ++v) {
+        JSAMPROW rows = row.data();
+        jpeg_write_scanlines(&info, &rows, 1);
+    }
+    jpeg_finish_compress(&info);
+    Bytes bytes(memory, memory + size);
+    std::free(memory);
+    jpeg_destroy_compress(&info);
+    return bytes;
+}
+
+}  // namespace
+
+TEST_CASE("grey images lose their padding") {
+    const Bytes bytes{1, 2, 99, 3, 4, 99};
+    CHECK(grey_of(image_of("mono8", 2, 2, 3, bytes)) == Bytes{1, 2, 3, 4});
+    CHECK(grey_of(image_of("8UC1", 2, 2, 3, bytes)) == Bytes{1, 2, 3, 4});
+}
+
+TEST_CASE("sixteen bits are rounded to eight in either order of bytes") {
+    const Bytes bytes{0x00, 0x00, 0xFF, 0xFF, 0x80, 0x00, 0x00, 0x80};
+    CHECK(grey_of(image_of("mono16", 4, 1, 8, bytes)) == Bytes{0, 255, 0, 128});
+    RosImage big = image_of("mono16", 4, 1, 8, bytes);
+    big.is_big_endian = true;
+    CHECK(grey_of(big) == Bytes{0, 255, 128, 0});
+}
+
+TEST_CASE("colours become luma") {
+    CHECK(grey_of(image_of("rgb8", 3, 1, 9, {255, 0, 0, 0, 255, 0, 0, 0, 255})) == Bytes{76, 150, 29});
+    CHECK(grey_of(image_of("bgr8", 3, 1, 9, {255, 0, 0, 0, 255, 0, 0, 0, 255})) == Bytes{29, 150, 76});
+    CHECK(grey_of(image_of("rgba8", 1, 1, 4, {255, 0, 0, 7})) == Bytes{76});
+    CHECK(grey_of(image_of("bgra8", 1, 1, 4, {255, 0, 0, 7})) == Bytes{29});
+}
+
+TEST_CASE("a scene of one colour has one luma whatever the pattern of its filters") {
+    const std::array<std::uint8_t, 3> colour{200, 100, 40};
+    const auto [encoding, pattern] = GENERATE(table<std::string, std::string>(
+        {{"bayer_rggb8", "RGGB"}, {"bayer_bggr8", "BGGR"}, {"bayer_gbrg8", "GBRG"}, {"bayer_grbg8", "GRBG"}}));
+    Bytes bytes;
+    for (std::size_t v = 0; v < 5; ++v) {
+        for (std::size_t u = 0; u < 6; ++u) {
+            const char filter = pattern[v % 2 * 2 + u % 2];
+            bytes.push_back(colour[filter == 'R' ? 0 : filter == 'G' ? 1 : 2]);
+        }
+    }
+    CHECK(grey_of(image_of(encoding, 6, 5, 6, bytes)) == Bytes(30, 123));  // 0.299 * 200 + 0.587 * 100 + 0.114 * 40
+}
+
+TEST_CASE("images that are not what they say are refused with a reason") {
+    GreyImage grey;
+    const Bytes bytes(12, 0);
+    CHECK(to_grey(image_of("yuv422", 2, 2, 4, bytes), grey).find("unknown encoding 'yuv422'") != std::string::npos);
+    CHECK_FALSE(to_grey(image_of("mono8", 0, 2, 4, bytes), grey).empty());
+    CHECK_FALSE(to_grey(image_of("mono8", 4, 4, 4, bytes), grey).empty());
+    CHECK_FALSE(to_grey(image_of("mono8", 4, 2, 3, bytes), grey).empty());
+    CHECK_FALSE(to_grey(image_of("bgr8", 2, 2, 4, bytes), grey).empty());
+    CHECK_FALSE(to_grey(image_of("mono8", 4'000'000'000U, 4'000'000'000U, 4'000'000'000U, bytes), grey).empty());
+    CHECK_FALSE(to_grey(image_of("mono8", 1, 16384, 4'000'000'000U, bytes), grey).empty());
+}
+
+TEST_CASE("JPEG images are decoded, damaged ones refused") {
+    const bool is_colour = GENERATE(true, false);
+    Bytes bytes = jpeg_of(20, 10, 140, is_colour);
+    GreyImage grey;
+    REQUIRE(read_jpeg(bytes, grey).empty());
+    CHECK(grey.width == 20);
+    CHECK(grey.height == 10);
+    for (const std::uint8_t pixel : grey.pixels) {
+        CHECK(std::abs(pixel - 140) <= 1);
+    }
+    CHECK(read_jpeg(std::span(bytes).first(20), grey).find("damaged JPEG") != std::string::npos);
+    CHECK(read_jpeg({}, grey).find("damaged JPEG") != std::string::npos);
+    CHECK(read_jpeg(std::span(bytes).first(bytes.size() - 8), grey).find("damaged JPEG") != std::string::npos);
+    bytes[3] = 0;
+    CHECK(read_jpeg(bytes, grey).find("damaged JPEG") != std::string::npos);
+}

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A log played through `facet record`'s threads is the log that they leave.
+#include "app/run/record_run.h"
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <filesystem>
+#include <map>
+
+#include "drivers/replay_asl/asl_dataset.h"
+#include "platform/linux/linux_clock.h"
+#include "tests/support/asl_folder.h"
+#include "tests/support/asl_sources.h"
+#include "tests/support/paced_sources.h"
+#include "tests/support/stereo_as_camera.h"
+
+namespace facet {
+namespace {
+
+/// What a log gives: inertial samples and pairs, as text.
+struct Content {
+    std::vector<std::string> samples;
+    std::vector<std::string> pairs;
+    int warnings = 0;
+};
+
+Content content_of(const std::string& folder) {
+    Content content;
+    AslDataset log;
+    std::string error;
+    REQUIRE(ok(log.open(
+        folder, {}, [&](const AslWarning&) { ++content.warnings; }, error)));
+    ImuSample sample;
+    StereoFrame frame;
+    for (;;) {
+        switch (log.next(sample, frame)) {
+            case AslDataset::Event::kImu:
+                content.samples.push_back(std::to_string(sample.stamp.ns) + " " + std::to_string(sample.a_B.z()));
+                break;
+            case AslDataset::Event::kFrame: {
+                std::string text = std::to_string(frame.stamp.ns);
+                for (const ImageView& view : {frame.left, frame.right}) {
+                    for (int v = 0; v < view.height; ++v) {
+                        text.append(reinterpret_cast<const char*>(view.row(v)), static_cast<std::size_t>(view.width));
+                    }
+                }
+                content.pairs.push_back(text);
+                break;
+            }
+            case AslDataset::Event::kEnd: return content;
+        }
+    }
+}
+
+/// A log as the sensors of a vehicle: one camera with both views side by side, an IMU.
+class Bench {
+public:
+    Bench(const std::string& log, Clock& clock) : stereo_(clock, options(log)), imu_(clock, options(log)) {
+        vehicle_.calibration = load_euroc_calibration(log + "/mav0");
+        vehicle_.cameras.side_by_side = true;
+        vehicle_.cameras.rate_hz = 20.0;
+    }
+    const Vehicle& vehicle() const { return vehicle_; }
+    RunSources sources() {
+        RunSources sources;
+        sources.left = &paced_camera_;
+        sources.imu = &paced_imu_;
+        return sources;
+    }
+
+private:
+    static AslSourceOptions options(const std::string& log) {
+        AslSourceOptions options;
+        options.folder = log;
+        options.pace.as_fast_as_asked = true;
+        return options;
+    }
+
+    Vehicle vehicle_;
+    Pace pace_{1, Duration::from_seconds(0.2)};
+    AslStereoSource stereo_;
+    AslImuSource imu_;
+    StereoAsCamera<4> camera_{stereo_, test::kAslWidth, test::kAslHeight};
+    PacedCamera paced_camera_{camera_, pace_, 0};
+    PacedImu paced_imu_{imu_, pace_};
+};
+
+TEST_CASE("what the sensors gave is in the log, and the calibration beside it") {
+    const test::TempDir made;
+    const test::TempDir dir;
+    test::write_asl_folder(made, 30);
+    StillClock clock;
+    Bench bench(made.path(), clock);
+    RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path());
+    run.start();
+    LinuxClock patience;
+    for (int i = 0; i < 1200 && !run.ended(); ++i) {
+        patience.sleep(Duration::from_seconds(0.05));
+    }
+    REQUIRE(run.ended());
+    const RecordStatus status = run.stop();
+    CHECK(run.failure().empty());
+    CHECK(status.pairs == 30);
+    CHECK(status.pairs_dropped == 0);
+    CHECK(status.samples_dropped == 0);
+    CHECK(run.take_events().empty());
+    REQUIRE(status.sources.size() == 2);
+    CHECK(status.sources[0].name == "cameras");
+
+    const Content before = content_of(made.path());
+    const Content after = content_of(dir.path());
+    CHECK(after.pairs == before.pairs);
+    CHECK(after.samples.size() == status.samples);
+    CHECK(std::equal(after.samples.begin(), after.samples.end(), before.samples.begin()));
+    CHECK(after.samples.size() > 280);
+    CHECK(after.warnings == 0);
+    for (const char* file : {"mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml", "mav0/imu0/sensor.yaml"}) {
+        CHECK(test::read_file(dir.file(file)) == test::read_file(made.file(file)));
+    }
+    CHECK(std::filesystem::exists(dir.file("mav0/parameters.yaml")));
+
+    // There is a log already.
+    Bench again(made.path(), clock);
+    RecordRun second(clock, again.vehicle(), again.sources(), dir.path());
+    CHECK_THROWS(second.start());
+    CHECK(content_of(dir.path()).pairs == before.pairs);
+}
+
+TEST_CASE("a full disc ends the recording and leaves a readable log") {
+    const test::TempDir made;
+    const test::TempDir dir;
+    test::write_asl_folder(made, 400);
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+        // No file can grow beyond this: inertial rows need more.
+        const rlimit limit{40'000, 40'000};
+        (void)std::signal(SIGXFSZ, SIG_IGN);
+        (void)setrlimit(RLIMIT_FSIZE, &limit);
+        LinuxClock clock;
+        Bench bench(made.path(), clock);
+        RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path());
+        run.start();
+        for (int i = 0; i < 600 && !run.ended(); ++i) {
+            clock.sleep(Duration::from_seconds(0.05));
+        }
+        (void)run.stop();
+        _exit(run.failure().find("cannot be written") != std::string::npos ? 0 : 1);
+    }
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    REQUIRE(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+    const Content before = content_of(made.path());
+    const Content after = content_of(dir.path());
+    CHECK(after.samples.size() > 100);
+    CHECK(after.samples.size() < before.samples.size());
+    CHECK(std::equal(after.samples.begin(), after.samples.end(), before.samples.begin()));
+}
+
+TEST_CASE("a kill in the middle leaves a readable log") {
+    const test::TempDir made;
+    const test::TempDir dir;
+    test::write_asl_folder(made, 600);
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+        LinuxClock clock;
+        Bench bench(made.path(), clock);
+        RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path());
+        run.start();
+        clock.sleep(Duration::from_seconds(600.0));
+        _exit(0);
+    }
+    LinuxClock clock;
+    const std::string rows = dir.file("mav0/cam0/data.csv");
+    std::error_code ignored;
+    for (int i = 0; i < 600; ++i) {  // until the second commit has left rows
+        clock.sleep(Duration::from_seconds(0.05));
+        if (std::filesystem::exists(rows, ignored) && std::filesystem::file_size(rows, ignored) > 2'000) {
+            break;
+        }
+    }
+    REQUIRE(kill(child, SIGKILL) == 0);
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    REQUIRE(WIFSIGNALED(status));
+    const std::string last = test::read_file(rows);
+    CHECK(last.ends_with(".png\n"));
+    const Content after = content_of(dir.path());
+    CHECK(after.pairs.size() > 10);
+    const Content before = content_of(made.path());
+    CHECK(std::equal(after.samples.begin(), after.samples.end(), before.samples.begin()));
+}
+
+}  // namespace
+}  // namespace facet
