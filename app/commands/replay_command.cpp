@@ -62,10 +62,6 @@ Calibration chosen_calibration(const ReplayArguments& args) {
     return load_calibration(root, args.cameras, args.imu);
 }
 
-bool shifts_stamps(const Fault& fault) {
-    return fault.kind == FaultKind::kTimeOffset || fault.kind == FaultKind::kClockJump;
-}
-
 RegularityMode parse_mode(const std::string& text) {
     const auto* const name = std::ranges::find(kRegularityModeNames, text);
     if (name == kRegularityModeNames.end()) {
