@@ -126,10 +126,15 @@ def seconds_of(rows):
     return [(1e-9 * row["t_ns"], row) for row in rows]
 
 
+def settled(flight):
+    """Rows without the last two: a log may end before the inertial samples that its last frames need."""
+    return flight.health[:-2] if len(flight.health) > 2 else flight.health
+
+
 def recovery_s(flight, end_s):
     """From the end of the fault to TRACKING that stays to the flight's end; none if it never does."""
     start = None
-    for t, row in seconds_of(flight.health):
+    for t, row in seconds_of(settled(flight)):
         if t < end_s:
             continue
         if row["state"] != "TRACKING":
@@ -137,6 +142,11 @@ def recovery_s(flight, end_s):
         elif start is None:
             start = t
     return None if start is None else max(0.0, start - end_s)
+
+
+def final_state(flight):
+    rows = settled(flight)
+    return rows[-1]["state"] if rows else "none"
 
 
 def silent_s(flight, limits):
@@ -189,7 +199,7 @@ def judge(cell, flight, limits, window):
     states, reasons = during(flight, begin_s, end_s)
     recovery = recovery_s(flight, end_s) if math.isfinite(end_s) else None
     silent = silent_s(flight, limits)
-    final = flight.health[-1]["state"] if flight.health else "none"
+    final = final_state(flight)
     share = flight.estimates / max(1, flight.frames)
     broken = [flight.trouble] if flight.trouble else []
 

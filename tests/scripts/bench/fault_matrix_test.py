@@ -73,6 +73,10 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(broken(cell(), flight(health=never)), ["ends LOST", "recovers never"])
         self.assertEqual(broken(cell(when="on", states=("TRACKING", "LOST"), end=("LOST",)), flight(health=never)), [])
 
+    def test_the_last_frames_of_a_log_say_nothing(self):
+        cut = with_rows(FRAMES - 1, FRAMES, "DEGRADED", 60, ["imu_gap"])
+        self.assertEqual(broken(cell(), flight(health=cut)), [])
+
     def test_error_coverage_and_exit(self):
         self.assertEqual(broken(cell(), flight(ate_mm=5.1)), ["ATE 5.1 mm"])
         self.assertEqual(broken(cell(), flight(ate_mm=None)), ["no error known"])
