@@ -54,10 +54,6 @@ struct ReplayArguments {
     bool quiet = false;
 };
 
-bool shifts_stamps(const Fault& fault) {
-    return fault.kind == FaultKind::kTimeOffset || fault.kind == FaultKind::kClockJump;
-}
-
 RegularityMode parse_mode(const std::string& text) {
     const auto* const name = std::ranges::find(kRegularityModeNames, text);
     if (name == kRegularityModeNames.end()) {

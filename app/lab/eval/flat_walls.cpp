@@ -21,10 +21,11 @@ constexpr double kSamePlane = 0.02;    // m, and as sine of the angle between no
 class Raster {
 public:
     Raster(const EvalPlane& plane, double cell, double gap)
-        : plane_(plane), cell_(cell), reach_(static_cast<int>(0.5 * gap / cell)) {
-        u_ = plane.normal.unitOrthogonal();
-        v_ = plane.normal.cross(u_);
-    }
+        : plane_(plane),
+          cell_(cell),
+          reach_(static_cast<int>(0.5 * gap / cell)),
+          u_(plane.normal.unitOrthogonal()),
+          v_(plane.normal.cross(u_)) {}
 
     using Flat = std::array<Eigen::Vector2d, 3>;
 

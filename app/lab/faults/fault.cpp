@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/csv_file.h"
@@ -13,7 +12,6 @@
 namespace facet {
 namespace {
 
-constexpr double kNeeded = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMaxTime = 1e6;                     // s; keeps nanoseconds far from overflow
 constexpr Duration kForever{std::int64_t{1} << 61};  // ns, 73 years
 
@@ -99,62 +97,6 @@ void read_values(const FaultInfo& info, std::string_view text, bool is_given, co
 
 }  // namespace
 
-const std::vector<FaultInfo>& fault_table() {
-    static const std::vector<FaultInfo> kTable{
-        {FaultKind::kBlackout, "blackout", {}, "both images black, with a little sensor noise"},
-        {FaultKind::kFlash,
-         "flash",
-         {{"GAIN", 1.0, 255.0, 16.0}},
-         "both images overexposed: pixels times GAIN, saturating"},
-        {FaultKind::kFreeze, "freeze", {}, "the first images of the time come again and again, with new stamps"},
-        {FaultKind::kNoLeft, "no_left", {}, "left images do not arrive"},
-        {FaultKind::kNoRight, "no_right", {}, "right images do not arrive"},
-        {FaultKind::kDropFrames,
-         "drop_frames",
-         {{"SHARE", 0.0, 1.0, kNeeded}, {"SEED", 0.0, 4294967295.0, 1.0}},
-         "stereo frames lost at random with probability SHARE"},
-        {FaultKind::kTimeOffset,
-         "time_offset",
-         {{"SECONDS", -1.0, 1.0, kNeeded}},
-         "image stamps shifted against the inertial ones; it is up to the estimator to find that"},
-        {FaultKind::kClockJump,
-         "clock_jump",
-         {{"SECONDS", -1e4, 1e4, kNeeded}},
-         "all stamps shifted; the trajectory is written with the log's stamps"},
-        {FaultKind::kImuGap, "imu_gap", {}, "inertial samples missing"},
-        {FaultKind::kImuClip,
-         "clip",
-         {{"ACCEL", 0.0, 1e4, 160.0}, {"GYRO", 0.0, 1e3, 17.0}},
-         "accelerometer (m/s^2) and gyroscope (rad/s) at full scale, signs + - + on x y z"},
-        {FaultKind::kImuNoise,
-         "imu_noise",
-         {{"FACTOR", 0.0, 1e4, kNeeded}},
-         "white noise of FACTOR times the calibrated density added to the inertial samples"},
-        {FaultKind::kImuDuplicate,
-         "imu_duplicate",
-         {{"SHARE", 0.0, 1.0, 1.0}},
-         "inertial samples delivered twice with probability SHARE"},
-        {FaultKind::kImuBias,
-         "imu_bias",
-         {{"FACTOR", 0.0, 1e4, 1.0}, {"SEED", 0.0, 4294967295.0, 1.0}},
-         "FACTOR times a bias of about 0.03 rad/s and 0.06 m/s^2 that walks as calibrated"},
-        {FaultKind::kImuScale,
-         "imu_scale",
-         {{"FACTOR", 0.0, 20.0, 1.0}, {"SEED", 0.0, 4294967295.0, 1.0}},
-         "the IMU's axes wrong by FACTOR times what a data sheet allows: 0.5 % of scale, 5 mrad of misalignment"},
-        {FaultKind::kVibration,
-         "vibration",
-         {{"KIND", 0.0, 1.0, kNeeded, {"idle", "flight"}}, {"SEED", 0.0, 4294967295.0, 1.0}},
-         "inertial samples shaken as by a real drone's rotors, KIND idle or flight"},
-        {FaultKind::kCalibration,
-         "calibration",
-         {{"K", 0.0, 100.0, 1.0}, {"SEED", 0.0, 4294967295.0, 1.0}},
-         "both cameras' calibration wrong by K times what a good one leaves unknown",
-         true},
-    };
-    return kTable;
-}
-
 Fault parse_fault(std::string_view spec) {
     const Reader reader(spec);
     Fault fault;
@@ -197,7 +139,9 @@ std::string fault_help() {
             usage += fmt::format("{}{}{}", is_optional ? "[" : "", i == 0 ? "=" : ",", value.name);
             close += is_optional ? "]" : "";
             if (is_optional) {
-                defaults += fmt::format("{}{} {}", defaults.empty() ? " (default " : ", ", value.name, value.fallback);
+                defaults += fmt::format("{}{} {}", defaults.empty() ? " (default " : ", ", value.name,
+                                        value.words.empty() ? fmt::format("{}", value.fallback)
+                                                            : value.words.at(static_cast<std::size_t>(value.fallback)));
             }
         }
         defaults += defaults.empty() ? "" : ")";

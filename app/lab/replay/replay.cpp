@@ -31,6 +31,8 @@
 namespace facet {
 namespace {
 
+constexpr std::size_t kMaxWaiting = 256;  // frames: more than a second of a fast camera, 180 MB of EuRoC's
+
 /// The calibration that the estimator is given: with the errors that faults ask for.
 Calibration disturbed(const ReplayOptions& options) {
     Calibration calibration = options.calibration;
@@ -99,7 +101,7 @@ private:
     std::list<OwnedFrame> spare_;                ///< have waited: their storage serves the next ones
     Timestamp newest_fed_;                       ///< of these, the latest that the estimator has
     std::optional<FaultInjector> injector_;      ///< none without faults
-    std::optional<StartCheck> start_check_;      ///< of the log, without faults
+    std::optional<StartCheck> start_check_;      ///< of what the estimator is given
     std::optional<TruthInjector> truth_;         ///< none if all is to be as measured
     std::optional<RayLog> rays_;                 ///< none unless asked for
     std::optional<CalibrationLog> corrections_;  ///< the same
@@ -133,7 +135,8 @@ void Replay::open_log() {
     summary_.frames_listed += log_->frame_count() + skipped - std::min(skipped, log_->right_only_count());
     const std::vector<Fault> faults = faults_of_samples(options_.faults);
     if (!faults.empty()) {
-        injector_.emplace(faults, options_.calibration.noise, log_->log_begin() + pass_shift_ + log_options.start);
+        injector_.emplace(faults, options_.calibration.noise, options_.calibration.rig,
+                          log_->log_begin() + pass_shift_ + log_options.start);
     }
 }
 
@@ -177,6 +180,10 @@ void Replay::pass_on() {
 }
 
 void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
+    for (const CheckVerdict& verdict : start_check_->add(frame)) {
+        recorder_.warn("calibration_check",
+                       fmt::format("{}: {} (facet check-calibration says more)", verdict.name, verdict.sentence));
+    }
     if (waiting_.empty() && offer(frame, output_stamp, false)) {
         return;
     }
@@ -191,6 +198,11 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     kept.has_right = !frame.right.empty();
     copy_image(frame.left, kept.left);
     copy_image(frame.right, kept.right);
+    // The inertial clock may have stopped, or gone back for an hour.
+    while (waiting_.size() > kMaxWaiting || waiting_.back().stamp - waiting_.front().stamp > kRetry) {
+        (void)offer(waiting_.front().view(), waiting_.front().output_stamp, true);
+        waiting_.pop_front();
+    }
 }
 
 void Replay::feed(const ImuSample& sample) {
@@ -238,10 +250,6 @@ void Replay::give(ImuSample sample) {
 }
 
 void Replay::give(StereoFrame frame) {
-    for (const CheckVerdict& verdict : start_check_->add(frame)) {
-        recorder_.warn("calibration_check",
-                       fmt::format("{}: {} (facet check-calibration says more)", verdict.name, verdict.sentence));
-    }
     frame.stamp = frame.stamp + pass_shift_;
     if (injector_) {
         injector_->add(frame);
@@ -296,11 +304,12 @@ bool Replay::pull(const std::atomic<bool>& stop) {
 RunSummary Replay::run(const std::atomic<bool>& stop) {
     const auto begin = std::chrono::steady_clock::now();
     open_log();
-    pipeline_.configure(options_.config, disturbed(options_));
+    const Calibration given = disturbed(options_);
+    pipeline_.configure(options_.config, given);
     pipeline_.stream_to(options_.world);
     pipeline_.show_to(options_.view);
     recorder_.open();
-    start_check_.emplace(options_.calibration.rig);
+    start_check_.emplace(given.rig);
     if (options_.write_rays) {
         rays_.emplace(options_.out);
     }

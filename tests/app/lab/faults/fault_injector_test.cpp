@@ -41,7 +41,7 @@ Output inject(const std::vector<std::string>& specs, int frames = 100) {
     for (const std::string& spec : specs) {
         faults.push_back(parse_fault(spec));
     }
-    FaultInjector injector(faults, ImuNoise{}, {kBegin});
+    FaultInjector injector(faults, ImuNoise{}, {}, {kBegin});
     Output output;
     for (int i = -10; i <= 10 * frames; ++i) {
         injector.add(ImuSample{.stamp = {kBegin + i * kImuStep}, .w_B = {0.0, 0.0, 0.1}, .a_B = {0.0, 0.0, 9.81}});
@@ -313,6 +313,66 @@ TEST_CASE("rotors shake the inertial samples while they are asked to, and nothin
     CHECK(output.hits == std::vector<std::size_t>{400});
     CHECK(inject({"vibration=flight,4@1+2"}).imu[300].a_B != output.imu[300].a_B);
     CHECK(inject({"vibration=flight,3@1+2"}).imu[300].a_B == output.imu[300].a_B);
+}
+
+TEST_CASE("a sensor at half its rate gives every second sample") {
+    const Output frames = inject({"frame_thin@2+1"});
+    CHECK(untouched_outside(frames, 2.0, 3.0) == 80);
+    CHECK(frames_within(frames, 2.0, 3.0).size() == 10);
+    CHECK(frames.hits == std::vector<std::size_t>{10});
+    const Output thin = inject({"frame_thin=5@2+1"});
+    CHECK(frames_within(thin, 2.0, 3.0).size() == 4);
+    const Output imu = inject({"imu_thin@2+1"});
+    CHECK(imu.imu.size() == 1011 - 100);
+    CHECK(imu.frames.size() == 100);
+    CHECK(imu.hits == std::vector<std::size_t>{100});
+}
+
+TEST_CASE("frames come twice with one stamp") {
+    const Output output = inject({"frame_duplicate@2+1"});
+    REQUIRE(output.frames.size() == 120);
+    for (std::size_t k = 40; k < 80; k += 2) {
+        CHECK(output.frames[k].stamp == output.frames[k + 1].stamp);
+        CHECK(output.frames[k].left.pixels == output.frames[k + 1].left.pixels);
+    }
+    const std::size_t some = inject({"frame_duplicate=0.5"}).frames.size();
+    CHECK(some > 130);
+    CHECK(some < 170);
+}
+
+TEST_CASE("samples out of order come in pairs, and none is lost") {
+    const Output frames = inject({"frame_order@2.05"});
+    REQUIRE(frames.frames.size() == 100);
+    CHECK(frames.frames[40].log_stamp.ns == kBegin + 40 * kFrameStep);
+    CHECK(frames.frames[41].log_stamp.ns == kBegin + 42 * kFrameStep);
+    CHECK(frames.frames[42].log_stamp.ns == kBegin + 41 * kFrameStep);
+    CHECK(frames.frames[99].log_stamp.ns == kBegin + 99 * kFrameStep);  // the last has none to overtake it
+
+    const Output imu = inject({"imu_order@2+1"});
+    REQUIRE(imu.imu.size() == 1011);
+    CHECK(imu.imu[409].stamp.ns == kBegin + 399 * kImuStep);
+    CHECK(imu.imu[410].stamp.ns == kBegin + 401 * kImuStep);
+    CHECK(imu.imu[411].stamp.ns == kBegin + 400 * kImuStep);
+    CHECK(imu.imu[1010].stamp.ns == kBegin + 1000 * kImuStep);
+    CHECK(inject({"imu_order"}, 3).imu.size() == 41);  // an odd number: the last comes out at the end
+}
+
+TEST_CASE("the clock of one sensor jumps, and the other's does not") {
+    const Output frames = inject({"frame_jump=-3600@2+1"});
+    REQUIRE(frames.frames.size() == 100);
+    CHECK(frames.imu.size() == 1011);
+    for (const OwnedFrame& f : frames_within(frames, 2.0, 3.0)) {
+        CHECK((f.stamp - f.log_stamp).ns == -3'600'000'000'000);
+        CHECK(f.output_stamp == f.log_stamp);
+    }
+    CHECK(untouched_outside(frames, 2.0, 3.0) == 80);
+    CHECK(inject({"frame_jump=3600@2+1"}).frames.size() == 100);  // in the end: none waits for ever
+
+    const Output imu = inject({"imu_jump=-1@2+1"});
+    REQUIRE(imu.imu.size() == 1011);
+    CHECK((imu.imu[410].stamp - imu.imu[409].stamp).ns == kImuStep - 1'000'000'000);
+    CHECK(imu.frames.size() == 100);
+    CHECK(untouched_outside(imu, 0.0, 0.0) == 100);
 }
 
 }  // namespace

@@ -28,13 +28,22 @@ TEST_CASE("a fault is read with its values and its time") {
 }
 
 TEST_CASE("what is left out has its default, and no end") {
-    CHECK(parse_fault("clip@8+0.1").values == std::array<double, 2>{160.0, 17.0});
-    CHECK(parse_fault("clip=80").values == std::array<double, 2>{80.0, 17.0});
-    CHECK(parse_fault("drop_frames=0.1").values == std::array<double, 2>{0.1, 1.0});
-    CHECK(parse_fault("calibration").values == std::array<double, 2>{1.0, 1.0});
-    CHECK(parse_fault("calibration=1.5,4").values == std::array<double, 2>{1.5, 4.0});
-    CHECK(parse_fault("vibration=flight").values == std::array<double, 2>{1.0, 1.0});
-    CHECK(parse_fault("vibration=idle,7@2").values == std::array<double, 2>{0.0, 7.0});
+    using Values = std::array<double, 3>;
+    CHECK(parse_fault("clip@8+0.1").values == Values{160.0, 17.0, 0.0});
+    CHECK(parse_fault("clip=80").values == Values{80.0, 17.0, 0.0});
+    CHECK(parse_fault("clip=80,9,accel").values == Values{80.0, 9.0, 2.0});
+    CHECK(parse_fault("drop_frames=0.1").values == Values{0.1, 1.0, 0.0});
+    CHECK(parse_fault("calibration").values == Values{1.0, 1.0, 0.0});
+    CHECK(parse_fault("calibration=1.5,4").values == Values{1.5, 4.0, 0.0});
+    CHECK(parse_fault("vibration=flight").values == Values{1.0, 1.0, 1.0});
+    CHECK(parse_fault("vibration=idle,7@2").values == Values{0.0, 7.0, 1.0});
+    CHECK(parse_fault("vibration=flight,7,3").values == Values{1.0, 7.0, 3.0});
+    CHECK(word_of<FaultCamera>(parse_fault("freeze"), 0) == FaultCamera::kBoth);
+    CHECK(word_of<FaultCamera>(parse_fault("dark=0.1,right@3"), 1) == FaultCamera::kRight);
+    CHECK(word_of<FaultPart>(parse_fault("imu_nan=0.5,gyro"), 1) == FaultPart::kGyro);
+    CHECK(word_of<AxesError>(parse_fault("imu_axes=mirror"), 0) == AxesError::kMirror);
+    CHECK(shifts_stamps(parse_fault("imu_jump=-3600")));
+    CHECK_FALSE(shifts_stamps(parse_fault("imu_gap")));
     CHECK_FALSE(is_of_samples(parse_fault("calibration")));
     const Fault from_the_start = parse_fault("no_right");
     CHECK(from_the_start.is_active(Duration::from_seconds(0.0)));
@@ -58,7 +67,7 @@ TEST_CASE("every error names the specification and the token") {
         const char* spec;
         const char* complaint;
     } cases[] = {
-        {"", "--inject '': unknown fault ''; must be one of blackout, flash, freeze, no_left, "},
+        {"", "--inject '': unknown fault ''; must be one of blackout, flash, dark, "},
         {"fog@8", "--inject 'fog@8': unknown fault 'fog'; must be one of "},
         {"Blackout", "unknown fault 'Blackout'"},
         {"blackout@x+1", "--inject 'blackout@x+1': start 'x' is not a number"},
@@ -69,8 +78,10 @@ TEST_CASE("every error names the specification and the token") {
         {"blackout@8+0", "length '0' must be within"},
         {"blackout@8+1+2", "length '1+2' is not a number"},
         {"blackout@8@9", "start '8@9' is not a number"},
-        {"blackout=3@8", "'blackout' takes no value, found '3'"},
-        {"flash=2,3", "'flash' takes no further value '3'"},
+        {"no_left=3@8", "'no_left' takes no value, found '3'"},
+        {"blackout=3@8", "CAMERA '3' must be one of both, left, right"},
+        {"flash=2,left,3", "'flash' takes no further value '3'"},
+        {"frame_thin=1", "N '1' must be within [2, 1000]"},
         {"flash=", "GAIN '' is not a number"},
         {"flash=0.5", "GAIN '0.5' must be within [1, 255]"},
         {"time_offset", "'time_offset' needs a value: time_offset=SECONDS"},
@@ -100,7 +111,8 @@ TEST_CASE("the table has each kind once, and help names all") {
         CHECK(help.find(std::string("\n  ") + info.name) != std::string::npos);
     }
     CHECK(kinds.size() == static_cast<std::size_t>(FaultKind::kCount));
-    CHECK(help.find("clip[=ACCEL[,GYRO]] ") != std::string::npos);
+    CHECK(help.find("clip[=ACCEL[,GYRO[,PART]]] ") != std::string::npos);
+    CHECK(help.find("(default PART both)") != std::string::npos);
     CHECK(help.find("drop_frames=SHARE[,SEED] ") != std::string::npos);
 }
 
