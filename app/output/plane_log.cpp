@@ -99,9 +99,9 @@ private:
 }  // namespace
 
 std::vector<NamedCounter> named_counters(const PlaneCounters& c) {
-    return {{"candidates", c.candidates},   {"refused", c.refused},        {"confirmed", c.confirmed},
-            {"found_again", c.found_again}, {"merged", c.merged},          {"doubted", c.doubted},
-            {"forgotten", c.forgotten},     {"crowded_out", c.crowded_out}};
+    return {{"candidates", c.candidates},   {"refused", c.refused},     {"confirmed", c.confirmed},
+            {"found_again", c.found_again}, {"recalled", c.recalled},   {"merged", c.merged},
+            {"doubted", c.doubted},         {"forgotten", c.forgotten}, {"crowded_out", c.crowded_out}};
 }
 
 PlaneLog::PlaneLog(const std::string& folder) : file_(folder + "/planes.csv") {
