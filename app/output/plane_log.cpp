@@ -2,14 +2,106 @@
 #include "app/output/plane_log.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "app/output/plane_regions.h"
+#include "app/support/input_error.h"
+#include "app/support/ply_writer.h"
+
 namespace facet {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Colour = Eigen::Matrix<std::uint8_t, 3, 1>;
+
+Json array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Points to the millimetre.
+Json array(const PlaneRing& ring) {
+    const auto rounded = [](double m) { return std::round(1e3 * m) / 1e3; };
+    Json points = Json::array();
+    for (const Eigen::Vector2d& p : ring) {
+        points.push_back({rounded(p.x()), rounded(p.y())});
+    }
+    return points;
+}
+
+Json describe(const PlaneRegion& region) {
+    Json holes = Json::array();
+    for (const PlaneRing& hole : region.holes) {
+        holes.push_back(array(hole));
+    }
+    return {{"area", region.area_m2}, {"boundary", array(region.boundary)}, {"holes", holes}};
+}
+
+std::vector<PlaneTriangle> triangles_on(const PlaneAxes& axes, const std::vector<const DepartedFace*>& faces) {
+    std::vector<PlaneTriangle> triangles;
+    for (const DepartedFace* face : faces) {
+        PlaneTriangle& triangle = triangles.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k) {
+            triangle[k] = axes.to_plane(face->p_W[k].cast<double>());
+        }
+    }
+    return triangles;
+}
+
+/// Neighbouring ids are far apart on the colour circle.
+Colour colour_of(std::uint32_t id) {
+    constexpr double kGoldenTurn = 0.61803398875;
+    const double turn = std::fmod(kGoldenTurn * id, 1.0);
+    const auto channel = [&](double offset) {
+        const double distance = std::abs(std::fmod(turn + offset, 1.0) - 0.5);  // 0.5 at the channel's own hue
+        return static_cast<std::uint8_t>(60.0 + 180.0 * std::clamp(6.0 * distance - 1.0, 0.0, 1.0));
+    };
+    return {channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0)};
+}
+
+/// The regions of all planes as triangles.
+class SurfacePicture {
+public:
+    void add(std::uint32_t id, const PlaneAxes& axes, const PlaneRegion& region) {
+        for (const PlaneTriangle& triangle : triangulate(region)) {
+            const auto first = static_cast<int>(vertices_.size());
+            for (const Eigen::Vector2d& p : triangle) {
+                vertices_.push_back(axes.to_world(p).cast<float>());
+                normals_.push_back(axes.R_W_A.col(2).cast<float>());
+                colours_.push_back(colour_of(id));
+            }
+            triangles_.emplace_back(first, first + 1, first + 2);
+            planes_.push_back(static_cast<std::int32_t>(id));
+        }
+    }
+
+    void write(const std::string& path) const {
+        PlyMesh mesh;
+        mesh.vertices = vertices_;
+        mesh.normals = normals_;
+        mesh.colours = colours_;
+        mesh.triangles = triangles_;
+        mesh.planes = planes_;
+        const std::string growing = path + TextFile::kPartEnding;
+        if (!ok(write_ply(growing, "facet: planes, world frame of the estimate, metres", mesh)) ||
+            std::rename(growing.c_str(), path.c_str()) != 0) {
+            throw InputError(path + ": cannot be written");
+        }
+    }
+
+private:
+    std::vector<Eigen::Vector3f> vertices_;
+    std::vector<Eigen::Vector3f> normals_;
+    std::vector<Colour> colours_;
+    std::vector<Eigen::Vector3i> triangles_;
+    std::vector<std::int32_t> planes_;
+};
+
+}  // namespace
 
 std::vector<NamedCounter> named_counters(const PlaneCounters& c) {
-    return {{"candidates", c.candidates},   {"refused", c.refused},        {"confirmed", c.confirmed},
-            {"found_again", c.found_again}, {"merged", c.merged},          {"doubted", c.doubted},
-            {"forgotten", c.forgotten},     {"crowded_out", c.crowded_out}};
+    return {{"candidates", c.candidates},   {"refused", c.refused},     {"confirmed", c.confirmed},
+            {"found_again", c.found_again}, {"recalled", c.recalled},   {"merged", c.merged},
+            {"doubted", c.doubted},         {"forgotten", c.forgotten}, {"crowded_out", c.crowded_out}};
 }
 
 PlaneLog::PlaneLog(const std::string& folder) : file_(folder + "/planes.csv") {
@@ -44,26 +136,45 @@ void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes) {
     }
 }
 
-/// The format of mesh/README.md.
-void PlaneLog::write_planes(const std::string& folder) const {
-    const auto array = [](const Eigen::Vector3d& v) { return nlohmann::ordered_json{v.x(), v.y(), v.z()}; };
-    nlohmann::ordered_json planes = nlohmann::ordered_json::array();
+/// planes.json in the format of mesh/README.md, a plane a line.
+void PlaneLog::write_planes(const std::string& folder, std::span<const DepartedFace> faces) const {
+    std::map<std::uint32_t, std::vector<const DepartedFace*>> faces_of;
+    for (const DepartedFace& face : faces) {
+        if (face.plane.valid()) {
+            faces_of[face.plane.value].push_back(&face);
+        }
+    }
+    SurfacePicture picture;
+    std::string text = "[";
     for (const auto& [id, record] : records_) {
         const PlaneFit& fit = record.plane.fit;
-        planes.push_back({{"id", id},
-                          {"normal", array(fit.normal_W)},
-                          {"distance", fit.distance_m},
-                          {"inliers", record.plane.landmarks},
-                          {"kind", to_string(record.plane.kind)},
-                          {"centroid", array(fit.centroid_W)},
-                          {"extent", {fit.extent_along_m, fit.extent_across_m}},
-                          {"area", record.plane.area_m2},
-                          {"first_stamp_ns", record.first.ns},
-                          {"last_stamp_ns", record.last.ns}});
+        const PlaneAxes axes(fit, record.plane.kind);
+        const std::vector<PlaneRegion> regions = find_plane_regions(triangles_on(axes, faces_of[id]));
+        Json plane = {{"id", id},
+                      {"normal", array(fit.normal_W)},
+                      {"distance", fit.distance_m},
+                      {"inliers", record.plane.landmarks},
+                      {"kind", to_string(record.plane.kind)},
+                      {"centroid", array(fit.centroid_W)},
+                      {"extent", {fit.extent_along_m, fit.extent_across_m}},
+                      {"area", record.plane.area_m2},
+                      {"first_stamp_ns", record.first.ns},
+                      {"last_stamp_ns", record.last.ns},
+                      {"sigma", fit.sigma_m},
+                      {"sigma_turn", {axes.sigma_turn.x(), axes.sigma_turn.y()}},
+                      {"origin", array(axes.origin_W)},
+                      {"axes", {array(axes.R_W_A.col(0)), array(axes.R_W_A.col(1))}},
+                      {"regions", Json::array()}};
+        for (const PlaneRegion& region : regions) {
+            plane["regions"].push_back(describe(region));
+            picture.add(id, axes, region);
+        }
+        text += (text.size() > 1 ? ",\n " : "\n ") + plane.dump();
     }
     TextFile file(folder + "/planes.json");
-    file.write(planes.dump(2) + "\n");
+    file.write(text + "\n]\n");
     file.close();
+    picture.write(folder + "/planes.ply");
 }
 
 }  // namespace facet

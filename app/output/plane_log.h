@@ -9,6 +9,7 @@
 
 #include "app/support/named_counter.h"
 #include "app/support/text_file.h"
+#include "mesh/mesher.h"
 #include "mesh/planes/plane_finder.h"
 #include "platform/base/timestamp.h"
 
@@ -18,8 +19,9 @@ namespace facet {
 std::vector<NamedCounter> named_counters(const PlaneCounters& counters);
 
 /// planes.csv: a row for every keyframe and plane reported at it, by id. planes.json: every plane of the run as it was
-/// when last found, in the format of mesh/README.md. World frame of the estimate, metres; n . p = distance; the normal
-/// points to the side the plane was seen from. Heap; thread-bound. Throws InputError if a file cannot be written.
+/// when last found, with the regions of its surface, in the format of mesh/README.md. planes.ply: these regions, each
+/// plane in a colour of its own. World frame of the estimate, metres; n . p = distance; the normal points to the side
+/// the plane was seen from. Heap; thread-bound. Throws InputError if a file cannot be written.
 class PlaneLog {
 public:
     explicit PlaneLog(const std::string& folder);
@@ -28,8 +30,9 @@ public:
     void flush() { file_.flush(); }
     void close() { file_.close(); }
 
-    /// Writes folder/planes.json.
-    void write_planes(const std::string& folder) const;
+    /// Writes folder/planes.json and folder/planes.ply.
+    /// @param faces  of the whole run; those on a plane make its regions
+    void write_planes(const std::string& folder, std::span<const DepartedFace> faces) const;
 
 private:
     struct Record {

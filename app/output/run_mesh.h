@@ -31,6 +31,8 @@ public:
     /// Writes folder/mesh_live.ply (the horizon) and folder/mesh.ply (everything). Throws InputError if it cannot.
     void write(const Mesher& mesher, const std::string& folder);
 
+    /// What mesh.ply has, as far as it was collected or written: each face as it stood last.
+    std::span<const DepartedFace> all() const { return faces_; }
     std::size_t faces() const { return faces_.size(); }
     std::size_t dropped() const { return dropped_; }
 

@@ -177,8 +177,8 @@ void FrameRecorder::finish(const FramePipeline& pipeline) {
     files_->health.close();
     files_->mesh.close();
     files_->planes.close();
-    files_->planes.write_planes(folder_);
     run_mesh_.write(pipeline.mesher(), folder_);
+    files_->planes.write_planes(folder_, run_mesh_.all());
     summary_.run_mesh_faces = run_mesh_.faces();
     files_->warnings.close();
     write_residuals(summary_.residuals, folder_);

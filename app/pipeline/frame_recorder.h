@@ -27,10 +27,10 @@ struct RecorderLimits {
 };
 
 /// Writes trajectory.tum, trajectory.csv, covariance.csv, timing.csv, health.csv, mesh.csv and planes.csv row by row,
-/// and mesh.ply, mesh_live.ply, planes.json, residuals.csv and summary.json at the end. Until then all of them have
-/// TextFile::kPartEnding behind their names, and the files of an earlier run in the folder stay as they are; in
-/// finish() an old summary.json goes first and the new one comes last. Thread-bound; heap. Throws InputError if a file
-/// cannot be written.
+/// and mesh.ply, mesh_live.ply, planes.json, planes.ply, residuals.csv and summary.json at the end. Until then all of
+/// them have TextFile::kPartEnding behind their names, and the files of an earlier run in the folder stay as they are;
+/// in finish() an old summary.json goes first and the new one comes last. Thread-bound; heap. Throws InputError if a
+/// file cannot be written.
 class FrameRecorder {
 public:
     /// @param folder  to write; empty: keep the account only

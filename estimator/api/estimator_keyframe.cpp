@@ -21,6 +21,14 @@ constexpr double kLateEffort = 0.5;
 static_assert(CameraCorrections::kDim == kCameraTermsDim && kLeftLens == kRigDim &&
               kRightTheta == kLeftLens + kLensDim && kRightLens == kRightTheta + kPoseDim);
 
+KeyframeView::HeadingAndPlace heading_and_place(const Belief& b) {
+    static_assert(kTheta == 0 && kPos == 3);
+    Eigen::Matrix<double, 4, 6> d = Eigen::Matrix<double, 4, 6>::Zero();
+    d.topLeftCorner<1, 3>() = b.state.q_W_B.toRotationMatrix().row(2);
+    d.bottomRightCorner<3, 3>().setIdentity();
+    return d * b.covariance.topLeftCorner<6, 6>() * d.transpose();
+}
+
 }  // namespace
 
 KeyframeInput Estimator::Impl::keyframe_input() const {
@@ -55,6 +63,7 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     {
         const StageScope scope(observer, Stage::kLandmarks);
         fill_keyframe_view(window, tracks, view);
+        view.heading_and_place = heading_and_place(now);
         view.is_exchanged = is_exchanged;
     }
     if (is_starting) {

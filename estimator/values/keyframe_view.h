@@ -44,10 +44,14 @@ struct KeyframePose {
 /// pair shows. Points that cannot be triangulated, or whose position is practically at infinity, are left out. About
 /// 350 KB: allocate it once. Thread-bound. No heap.
 struct KeyframeView {
+    using HeadingAndPlace = Eigen::Matrix4d;
+
     std::uint32_t number = 0;  ///< counts the views since configure(): identifies a new one
     Timestamp stamp;           ///< of the newest keyframe
     Timestamp oldest_stamp;    ///< of the oldest one in the window
     Se3 T_W_C0;                ///< left camera of the newest keyframe
+    /// Covariance of what drifts of the newest keyframe's body: turn about the vertical (rad), place in W (m).
+    HeadingAndPlace heading_and_place = HeadingAndPlace::Zero();
     /// The right camera plays the left one, because that fails: what is said of C0 and the left image is the right's.
     bool is_exchanged = false;
     /// Variance of the sightings as measured, in units of the cautious one that covariance_W is based on: multiply by

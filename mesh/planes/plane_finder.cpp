@@ -34,6 +34,7 @@ void PlaneFinder::reset() {
     planes_.clear();
     proposals_.clear();
     evidence_.clear();
+    memory_.clear();
     last_view_ = 0;
 }
 
@@ -42,6 +43,7 @@ const PlaneProposals& PlaneFinder::update(const HorizonMesh& mesh, const Keyfram
         reset();
     }
     last_view_ = view.number;
+    here_ = {view.T_W_C0.p, view.heading_and_place};
     evidence_.take(config_, mesh, view);
     take_estimates(view.planes);
     for (TrackedPlane& plane : planes_) {
@@ -50,6 +52,7 @@ const PlaneProposals& PlaneFinder::update(const HorizonMesh& mesh, const Keyfram
     evidence_.forget_former();
     merge_equal();
     search(view.T_W_C0.p);
+    note_sightings();
     retire();
     confirm();
     propose();
@@ -180,6 +183,7 @@ void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
         evidence_.own(support_, plane.serial);
         if (plane.lost > 0) {
             counters_.found_again += plane.lost > config_.leave_keyframes && plane.id.valid() ? 1 : 0;
+            memory_.forget(plane.id);
             plane.fit = plane.is_held ? plane.fit : fit;
             plane.lost = 0;
             plane.doubts = 0;

@@ -12,6 +12,7 @@
 #include "mesh/planes/plane_config.h"
 #include "mesh/planes/plane_evidence.h"
 #include "mesh/planes/plane_fit.h"
+#include "mesh/planes/plane_memory.h"
 #include "mesh/planes/plane_votes.h"
 #include "platform/base/fixed_vector.h"
 
@@ -23,13 +24,15 @@ struct TrackedPlane {
     PlaneId id;  ///< invalid until confirmed
     PlaneKind kind = PlaneKind::kHorizontal;
     PlaneFit fit;
-    double area_m2 = 0.0;      ///< of its faces in the horizon
-    int landmarks = 0;         ///< on it now
-    int found = 0;             ///< keyframes that found it
-    int lost = 0;              ///< keyframes in a row that did not
-    int doubts = 0;            ///< keyframes in a row at which its landmarks did not form a plane
-    bool is_held = false;      ///< normal and distance are the estimator's
-    bool is_reported = false;  ///< among the last proposals
+    double area_m2 = 0.0;           ///< of its faces in the horizon
+    int landmarks = 0;              ///< on it now
+    int found = 0;                  ///< keyframes that found it
+    int lost = 0;                   ///< keyframes in a row that did not
+    int doubts = 0;                 ///< keyframes in a row at which its landmarks did not form a plane
+    bool is_held = false;           ///< normal and distance are the estimator's
+    bool is_reported = false;       ///< among the last proposals
+    Eigen::AlignedBox3d surface_W;  ///< around all of it that was ever found (m)
+    SightedFrom from;               ///< when last found
 };
 
 /// What the finder has done since configure().
@@ -38,6 +41,7 @@ struct PlaneCounters {
     std::uint64_t refused = 0;      ///< candidates that were no plane
     std::uint64_t confirmed = 0;    ///< planes that got an id
     std::uint64_t found_again = 0;  ///< lost planes that came back under their id
+    std::uint64_t recalled = 0;     ///< new planes that turned out to be ones which had left
     std::uint64_t merged = 0;       ///< planes merged into another one
     std::uint64_t doubted = 0;      ///< planes given up because their landmarks no longer formed one
     std::uint64_t forgotten = 0;    ///< planes lost for too long
@@ -54,9 +58,10 @@ struct PlaneCounters {
 ///     lost ones included, it is that plane; else it gets an id when found at `confirm_keyframes`.
 /// Two planes are equal if one plane fits the landmarks of both, and if normal and distance, compared at each other's
 /// landmarks, differ by no more than their uncertainty explains, within absolute limits. A plane lost for more than
-/// `leave_keyframes` is no longer proposed, but remembered for another `forget_keyframes`. At most kMaxPlanes have an
-/// id: when full, the one lost for longest makes room; if none is lost, the new one waits.
-/// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 900 KB: allocate it once.
+/// `leave_keyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
+/// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one which
+/// has left, given the drift since (PlaneMemory), gets its id instead of a new one.
+/// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 950 KB: allocate it once.
 /// Thread-bound. Deterministic. No heap.
 class PlaneFinder {
 public:
@@ -101,8 +106,10 @@ private:
     bool is_one(std::span<const std::uint16_t> a, std::span<const std::uint16_t> b, const PlaneFit& start);
     void merge_equal();
     bool merge(TrackedPlane& older, const TrackedPlane& younger);
+    void note_sightings();
     void retire();
     void confirm();
+    PlaneId identify(std::size_t plane);
     bool make_room();
     void propose();
     int confirmed() const;
@@ -113,6 +120,8 @@ private:
     PlaneEvidence evidence_;
     PlaneVotes votes_;
     FixedVector<TrackedPlane, kMaxPlanes + kMaxCandidates> planes_;  ///< by serial
+    PlaneMemory memory_;
+    SightedFrom here_;  ///< the newest keyframe
     PlaneProposals proposals_;
     PlaneSupport support_;                              ///< scratch
     FixedVector<std::uint16_t, kMaxLandmarks> points_;  ///< scratch

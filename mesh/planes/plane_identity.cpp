@@ -67,6 +67,7 @@ bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
     }
     evidence_.hand_over(younger.serial, older.serial);
     if (older.lost > younger.lost) {
+        memory_.forget(older.id);
         older.fit = older.is_held ? older.fit : younger.fit;
         older.lost = younger.lost;
         older.doubts = 0;
@@ -94,9 +95,27 @@ void PlaneFinder::merge_equal() {
     }
 }
 
+/// Where planes were found, and from where.
+void PlaneFinder::note_sightings() {
+    const double kHalfSide = std::sqrt(3.0);  // of an evenly covered surface, in standard deviations
+    for (TrackedPlane& plane : planes_) {
+        if (plane.lost > 0) {
+            continue;
+        }
+        const PlaneFit& fit = plane.fit;
+        const Eigen::Vector3d half =
+            kHalfSide * (fit.extent_along_m * fit.along_W.cwiseAbs() + fit.extent_across_m * fit.across_W.cwiseAbs());
+        plane.surface_W.extend(fit.centroid_W - half).extend(fit.centroid_W + half);
+        plane.from = here_;
+    }
+}
+
 void PlaneFinder::retire() {
     for (std::size_t i = 0; i < planes_.size();) {
         TrackedPlane& plane = planes_[i];
+        if (plane.id.valid() && plane.lost == config_.leave_keyframes + 1) {
+            memory_.keep({plane.id, plane.kind, plane.fit, plane.surface_W, plane.from});
+        }
         const bool is_doubtful = plane.doubts >= config_.leave_keyframes;
         const bool is_gone = plane.id.valid() ? plane.lost > config_.leave_keyframes + config_.forget_keyframes
                                               : plane.lost >= config_.confirm_keyframes;
@@ -152,9 +171,31 @@ void PlaneFinder::confirm() {
         while (planes_[i].serial != serial) {
             --i;
         }
-        planes_[i].id = PlaneId{next_id_++};
+        const PlaneId id = identify(i);
+        i = std::min(i, planes_.size() - 1);
+        while (planes_[i].serial != serial) {
+            --i;
+        }
+        planes_[i].id = id;
         ++counters_.confirmed;
     }
+}
+
+/// The id of a new plane: that of one which has left, which goes if it is still followed, or a new one.
+PlaneId PlaneFinder::identify(std::size_t plane) {
+    const TrackedPlane& p = planes_[plane];
+    const PlaneId id = memory_.recall({{}, p.kind, p.fit, p.surface_W, p.from});
+    if (!id.valid()) {
+        return PlaneId{next_id_++};
+    }
+    ++counters_.recalled;
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        if (planes_[i].id == id) {
+            planes_.erase_at(i);
+            break;
+        }
+    }
+    return id;
 }
 
 }  // namespace facet
