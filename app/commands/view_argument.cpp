@@ -25,8 +25,10 @@ std::unique_ptr<LiveView> open_view(const ViewArguments& arguments, const Stereo
 }
 
 void print_view(const ViewAccount& account) {
-    print_out("view         {} browsers; {} of {} frames passed by, {} messages replaced by newer ones\n",
-              account.viewers, account.skipped, account.offered, account.replaced);
+    print_out(
+        "view         {} browsers, {} of Foxglove's clients; {} of {} frames passed by, {} messages replaced by newer "
+        "ones\n",
+        account.viewers, account.foxglove, account.skipped, account.offered, account.replaced);
 }
 
 }  // namespace facet

@@ -2,20 +2,15 @@
 #include "app/pipeline/live_picture.h"
 
 #include <algorithm>
+#include <iterator>
+
+#include "app/pipeline/scene_description.h"
 
 namespace facet {
 namespace {
 
-std::int32_t number_of(PlaneId plane) { return plane.valid() ? static_cast<std::int32_t>(plane.value) : -1; }
-
-void append_faces(const Mesher& mesher, std::vector<ViewFace>& faces) {
-    const HorizonMesh& mesh = mesher.mesh();
-    for (int i = 0; i < mesh.face_end(); ++i) {
-        if (mesh.is_face(i)) {
-            const DepartedFace face = mesher.describe(mesh.face(static_cast<FaceIndex>(i)));
-            faces.push_back({face.p_W, number_of(face.plane)});
-        }
-    }
+std::int32_t plane_of(const LandmarkSnapshot& landmark) {
+    return landmark.plane.valid() ? static_cast<std::int32_t>(landmark.plane.value) : -1;
 }
 
 /// The mean over a square of the image.
@@ -45,7 +40,7 @@ void draw(const Scene& scene, ViewPicture& picture) {
             // Pixel (0, 0) has its centre at the origin, and so has each square.
             const Eigen::Vector2f px =
                 (landmark.left_px.array() + 0.5F).matrix() / static_cast<float>(side) - Eigen::Vector2f::Constant(0.5F);
-            picture.points.push_back({px, landmark.depth_m, number_of(landmark.plane)});
+            picture.points.push_back({px, landmark.depth_m, plane_of(landmark)});
         }
     }
 }
@@ -66,28 +61,33 @@ int shrink(const ImageView& image, ViewPicture& picture) {
     return side;
 }
 
-void show_frame(const FrameResult& result, const StereoFrame& frame, const KeyframeView& seen, const Mesher& mesher,
-                LiveView& view) {
+void show_frame(const FrameResult& result, const StereoFrame& frame, const KeyframeView& seen,
+                const FramePipeline& pipeline, LiveView& view) {
     const Estimate& estimate = result.estimate;
-    LiveView::FillFaces fill;
+    LiveView::Fillers fillers;
     if (result.has_mesh) {
-        fill = [&mesher](std::vector<ViewFace>& faces) { append_faces(mesher, faces); };
+        fillers.mesh = [&](ViewMesh& mesh) {
+            append_faces(pipeline.mesher(), mesh.faces);
+            std::ranges::transform(result.planes, std::back_inserter(mesh.planes), to_scene);
+        };
     }
     const bool takes_right = frame.left.empty() || (result.has_mesh && seen.is_exchanged);
     const Scene scene{takes_right ? frame.right : frame.left, result.has_mesh ? &seen : nullptr};
-    LiveView::FillPicture fill_picture;
     if (!scene.image.empty() && view.wants_picture(estimate.stamp, result.has_mesh)) {
-        fill_picture = [&scene](ViewPicture& picture) { draw(scene, picture); };
+        fillers.picture = [&scene](ViewPicture& picture) { draw(scene, picture); };
     }
+    if (result.is_keyframe && result.is_usable && view.wants_calibration()) {
+        fillers.calibration = [&pipeline](CalibrationEstimate& calibration) { calibration = pipeline.calibration(); };
+    }
+    const StereoRig& rig = pipeline.rig();
     view.offer({.stamp = estimate.stamp,
                 .has_pose = result.is_usable,
                 .T_W_B = {estimate.state.q_W_B, estimate.state.p_W_B},
-                .state = to_string(estimate.health.state),
-                .quality = estimate.health.quality,
-                .tracked = estimate.health.tracked,
-                .total_ms = result.timing.total.wall_ms,
-                .is_keyframe = result.is_keyframe},
-               fill, fill_picture);
+                .T_B_C = estimate.T_B_Bc * (takes_right ? rig.T_B_C1 : rig.T_B_C0),
+                .health = estimate.health,
+                .is_keyframe = result.is_keyframe,
+                .times = to_message_times(result.timing)},
+               fillers);
 }
 
 }  // namespace facet

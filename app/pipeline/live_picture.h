@@ -5,7 +5,6 @@
 #include "app/pipeline/frame_pipeline.h"
 #include "app/view/live_view.h"
 #include "estimator/values/keyframe_view.h"
-#include "mesh/mesher.h"
 #include "platform/base/samples.h"
 
 namespace facet {
@@ -15,10 +14,11 @@ namespace facet {
 /// @return side of the squares (px)
 int shrink(const ImageView& image, ViewPicture& picture);
 
-/// Offers a frame's health, with the pose if it is to be used, the mesh over the horizon if the frame has brought one,
-/// and the left image with the keyframe's landmarks if the view wants it. As LiveView::offer().
+/// Offers a frame's health and times, with the pose if it is to be used, the mesh over the horizon and the planes if
+/// the frame has brought them, the left image with the keyframe's landmarks, and the calibration, if the view wants
+/// them. As LiveView::offer().
 /// @param seen  of the newest keyframe; looked at if that is this frame
-void show_frame(const FrameResult& result, const StereoFrame& frame, const KeyframeView& seen, const Mesher& mesher,
-                LiveView& view);
+void show_frame(const FrameResult& result, const StereoFrame& frame, const KeyframeView& seen,
+                const FramePipeline& pipeline, LiveView& view);
 
 }  // namespace facet

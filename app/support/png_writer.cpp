@@ -16,7 +16,22 @@ constexpr int kCompression = 1;
 void on_error(png_structp png, png_const_charp /*message*/) { png_longjmp(png, 1); }
 void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
 
-bool encode(std::FILE* file, const ImageView& image) {
+void to_file(png_structp png, png_bytep bytes, std::size_t count) {
+    auto* const file = static_cast<std::FILE*>(png_get_io_ptr(png));
+    if (std::fwrite(bytes, 1, count, file) != count) {
+        png_error(png, "not written");
+    }
+}
+
+void to_memory(png_structp png, png_bytep bytes, std::size_t count) {
+    auto* const memory = static_cast<std::vector<std::uint8_t>*>(png_get_io_ptr(png));
+    memory->insert(memory->end(), bytes, bytes + count);
+}
+
+void flush_nothing(png_structp /*png*/) {}
+
+/// @param write  takes the bytes to where `target` points
+bool encode(const ImageView& image, png_rw_ptr write, void* target) {
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning);
     if (png == nullptr) {
         return false;
@@ -26,7 +41,7 @@ bool encode(std::FILE* file, const ImageView& image) {
         png_destroy_write_struct(&png, &info);
         return false;
     }
-    png_init_io(png, file);
+    png_set_write_fn(png, target, write, flush_nothing);
     png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
                  PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_compression_level(png, kCompression);
@@ -50,9 +65,17 @@ Status write_png(const std::string& path, const ImageView& image) {
     if (file == nullptr) {
         return Status::kIo;
     }
-    const bool encoded = encode(file, image);
+    const bool encoded = encode(image, to_file, file);
     const bool closed = std::fclose(file) == 0;
     return encoded && closed ? Status::kOk : Status::kIo;
+}
+
+Status encode_png(const ImageView& image, std::vector<std::uint8_t>& bytes) {
+    if (image.empty()) {
+        return Status::kInvalidArgument;
+    }
+    bytes.clear();
+    return encode(image, to_memory, &bytes) ? Status::kOk : Status::kIo;
 }
 
 }  // namespace facet

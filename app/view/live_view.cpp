@@ -48,8 +48,10 @@ public:
         source_.page = read_page(options.page);
         source_.hello = hello_message(options.rig);
         listen(options.port);
-        for (Snapshot* snapshot : {&inbox_, &taken_}) {
-            snapshot->faces.reserve(kMaxFaces);
+        for (ViewSnapshot* snapshot : {&inbox_, &taken_}) {
+            snapshot->states.reserve(kMaxStates);
+            snapshot->mesh.faces.reserve(kMaxFaces);
+            snapshot->mesh.planes.reserve(kMaxPlanes);
             snapshot->picture.pixels.reserve(std::size_t{kMaxPictureSide} * kMaxPictureSide);
             snapshot->picture.points.reserve(kMaxPoints);
         }
@@ -65,11 +67,13 @@ public:
     Server& operator=(const Server&) = delete;
 
     bool wants_picture(Timestamp stamp, bool has_points) const {
-        return source_.watching > 0 &&
+        const bool is_watched = source_.watching > 0 || source_.foxglove.wants(FoxgloveTopic::kImage);
+        return is_watched &&
                (!last_picture_ || stamp - *last_picture_ >= (has_points ? kPicturePeriod : kPointlessAfter));
     }
+    bool wants_calibration() const { return source_.foxglove.wants(FoxgloveTopic::kCalibration); }
 
-    void offer(const ViewState& state, const FillFaces& fill, const FillPicture& fill_picture) {
+    void offer(const ViewState& state, const Fillers& fillers) {
         ++offered_;
         const std::unique_lock lock(mutex_, std::try_to_lock);
         if (!lock.owns_lock()) {
@@ -77,37 +81,42 @@ public:
             return;
         }
         begin_ = begin_ ? begin_ : state.stamp;
-        inbox_.state = state;
         inbox_.begin = *begin_;
-        if (fill) {
-            inbox_.faces.clear();
-            fill(inbox_.faces);
-            inbox_.faces.resize(std::min(inbox_.faces.size(), kMaxFaces));
-            inbox_.has_mesh = true;
+        if (inbox_.states.size() < kMaxStates) {
+            inbox_.states.push_back(state);
+        } else {
+            ++skipped_;
+            inbox_.states.back() = state;
         }
-        if (fill_picture) {
+        if (fillers.mesh) {
+            inbox_.mesh.faces.clear();
+            inbox_.mesh.planes.clear();
+            fillers.mesh(inbox_.mesh);
+            inbox_.mesh.faces.resize(std::min(inbox_.mesh.faces.size(), kMaxFaces));
+            inbox_.mesh.planes.resize(std::min(inbox_.mesh.planes.size(), kMaxPlanes));
+            inbox_.mesh_stamp = state.stamp;
+        }
+        if (fillers.picture) {
             inbox_.picture.pixels.clear();
             inbox_.picture.points.clear();
-            fill_picture(inbox_.picture);
+            fillers.picture(inbox_.picture);
             inbox_.picture.points.resize(std::min(inbox_.picture.points.size(), kMaxPoints));
-            inbox_.has_picture = true;
+            inbox_.picture_stamp = state.stamp;
             last_picture_ = state.stamp;
+        }
+        if (fillers.calibration) {
+            fillers.calibration(inbox_.calibration);
+            inbox_.calibration_stamp = state.stamp;
         }
     }
 
     std::uint16_t port() const { return port_; }
-    ViewAccount account() const { return {offered_, skipped_, source_.replaced, source_.viewers}; }
+    ViewAccount account() const {
+        return {offered_, skipped_, source_.replaced + source_.foxglove.replaced(), source_.viewers,
+                source_.foxglove.seen()};
+    }
 
 private:
-    struct Snapshot {
-        std::optional<ViewState> state;
-        Timestamp begin;  ///< of the first frame that was taken
-        std::vector<ViewFace> faces;
-        bool has_mesh = false;
-        ViewPicture picture;
-        bool has_picture = false;
-    };
-
     void listen(std::uint16_t port) {
         boost::system::error_code error;
         const Tcp::endpoint place(asio::ip::address_v4::loopback(), port);
@@ -126,7 +135,7 @@ private:
     void accept() {
         acceptor_.async_accept([this](boost::system::error_code error, Tcp::socket socket) {
             std::erase_if(viewers_, [](const std::weak_ptr<Viewer>& viewer) { return viewer.expired(); });
-            if (!error && viewers_.size() < kMaxViewers) {
+            if (!error && viewers_.size() + source_.foxglove.clients() < kMaxViewers) {
                 const auto viewer = std::make_shared<Viewer>(std::move(socket), source_);
                 viewers_.push_back(viewer);
                 viewer->start();
@@ -145,9 +154,7 @@ private:
             {
                 const std::lock_guard lock(mutex_);
                 std::swap(inbox_, taken_);
-                inbox_.state.reset();
-                inbox_.has_mesh = false;
-                inbox_.has_picture = false;
+                inbox_.clear();
             }
             pass_on();
             tick();
@@ -155,18 +162,19 @@ private:
     }
 
     void pass_on() {
-        if (!taken_.state) {
+        if (taken_.states.empty()) {
             return;
         }
-        const SharedMessage frame = frame_message(*taken_.state, taken_.begin);
-        const SharedMessage mesh = taken_.has_mesh ? mesh_message(taken_.faces) : nullptr;
-        const SharedMessage picture = taken_.has_picture ? picture_message(taken_.picture) : nullptr;
+        const SharedMessage frame = frame_message(taken_.states.back(), taken_.begin);
+        const SharedMessage mesh = taken_.mesh_stamp ? mesh_message(taken_.mesh.faces) : nullptr;
+        const SharedMessage picture = taken_.picture_stamp ? picture_message(taken_.picture) : nullptr;
         source_.newest_mesh = mesh ? mesh : source_.newest_mesh;
         for (const std::weak_ptr<Viewer>& known : viewers_) {
             if (const auto viewer = known.lock()) {
                 viewer->push(frame, mesh, picture);
             }
         }
+        source_.foxglove.take(taken_);
     }
 
     ViewSource source_;  // outlives the viewers, which io_ owns
@@ -176,9 +184,9 @@ private:
     std::vector<std::weak_ptr<Viewer>> viewers_;
     std::optional<Timestamp> begin_;         ///< of the thread that offers
     std::optional<Timestamp> last_picture_;  ///< the same
-    Snapshot taken_;
+    ViewSnapshot taken_;
     std::mutex mutex_;  ///< of inbox_
-    Snapshot inbox_;
+    ViewSnapshot inbox_;
     std::atomic<std::uint64_t> offered_{0};
     std::atomic<std::uint64_t> skipped_{0};
     std::uint16_t port_ = 0;
@@ -190,9 +198,8 @@ LiveView::~LiveView() = default;
 bool LiveView::wants_picture(Timestamp stamp, bool has_points) const {
     return server_->wants_picture(stamp, has_points);
 }
-void LiveView::offer(const ViewState& state, const FillFaces& fill, const FillPicture& fill_picture) {
-    server_->offer(state, fill, fill_picture);
-}
+bool LiveView::wants_calibration() const { return server_->wants_calibration(); }
+void LiveView::offer(const ViewState& state, const Fillers& fillers) { server_->offer(state, fillers); }
 std::uint16_t LiveView::port() const { return server_->port(); }
 ViewAccount LiveView::account() const { return server_->account(); }
 

@@ -16,7 +16,8 @@ constexpr std::chrono::seconds kRequestTime{10};
 constexpr std::uint32_t kMaxHeader = 8192;
 constexpr std::size_t kMaxFromBrowser = 1024;
 
-/// Whether a request to connect comes from a page of this server: other pages' scripts could read along otherwise.
+/// Whether a request to connect comes from a page of this server, or from none: other pages' scripts could read along
+/// otherwise.
 bool is_own_page(beast::string_view origin, beast::string_view host) {
     return origin.empty() || origin == "http://" + std::string(host);
 }
@@ -46,10 +47,15 @@ void Viewer::start() {
 }
 
 void Viewer::answer() {
-    const Request& request = parser_->get();
+    const FoxgloveClient::Request& request = parser_->get();
     const beast::string_view host = request[http::field::host];
-    if (!is_own_name(host) || !is_own_page(request[http::field::origin], host)) {
-        reply(http::status::forbidden, "text/plain", "only pages of this server on this computer\n");
+    const beast::string_view origin = request[http::field::origin];
+    const bool is_foxglove = websocket::is_upgrade(request) && !FoxgloveClient::protocol_of(request).empty();
+    if (!is_own_name(host) || !(is_own_page(origin, host) || (is_foxglove && FoxgloveClient::is_foxglove(origin)))) {
+        reply(http::status::forbidden, "text/plain", "only pages of this server on this computer, and Foxglove\n");
+    } else if (is_foxglove) {
+        stream_.next_layer().expires_never();
+        source_.foxglove.adopt(std::move(stream_), parser_->release());
     } else if (request.target() == "/live" && websocket::is_upgrade(request)) {
         begin_live();
     } else if (request.target() == "/" && request.method() == http::verb::get) {

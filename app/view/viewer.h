@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// One browser that looks at the live view.
+// One connection to the live view.
 #pragma once
 
 #include <atomic>
@@ -12,6 +12,8 @@
 #include <optional>
 #include <string>
 
+#include "app/view/foxglove_hub.h"
+
 namespace facet {
 
 /// What all browsers are given, made once.
@@ -21,7 +23,7 @@ struct ViewMessage {
 };
 using SharedMessage = std::shared_ptr<const ViewMessage>;
 
-/// What a browser needs of the server; it outlives all of them.
+/// What a connection needs of the server; it outlives all of them.
 struct ViewSource {
     std::string page;
     SharedMessage hello;        ///< the first message
@@ -29,10 +31,11 @@ struct ViewSource {
     std::atomic<std::uint64_t> replaced{0};
     std::atomic<std::uint64_t> viewers{0};
     std::atomic<int> watching{0};  ///< viewers whose WebSocket is open
+    FoxgloveHub foxglove;
 };
 
-/// Answers one request: the page, or a WebSocket that stays. Lives as long as something is under way. Bound to the
-/// server's thread. Heap.
+/// Answers one request: the page, or a browser's WebSocket, which stays; one of Foxglove's goes to the hub. Lives as
+/// long as something is under way. Bound to the server's thread. Heap.
 class Viewer : public std::enable_shared_from_this<Viewer> {
 public:
     Viewer(boost::asio::ip::tcp::socket socket, ViewSource& source);
@@ -43,8 +46,6 @@ public:
     void push(const SharedMessage& frame, const SharedMessage& mesh, const SharedMessage& picture);
 
 private:
-    using Request = boost::beast::http::request<boost::beast::http::empty_body>;
-
     void answer();
     void reply(boost::beast::http::status status, const char* type, std::string body);
     void begin_live();

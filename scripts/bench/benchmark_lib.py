@@ -11,6 +11,7 @@ import shutil
 import statistics
 import subprocess
 import sys
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 QUICK_FACTORS = [1.0, 0.0]
@@ -106,6 +107,11 @@ def seeds_of(arguments, condition):
     return arguments.seeds if condition.is_drawn else arguments.seeds[:1]
 
 
+def count_draws(arguments):
+    """How many runs a table of conditions() x datasets x seeds has."""
+    return len(arguments.datasets) * sum(len(seeds_of(arguments, condition)) for condition in conditions(arguments))
+
+
 def log_options(arguments):
     """Options of `facet replay` for as much of a log as is wanted."""
     return ["--duration", f"{arguments.duration:g}"] if arguments.duration else []
@@ -148,9 +154,10 @@ def run(command, log):
     return done.returncode, done.stdout
 
 
-def replay_command(arguments, dataset, out, extra=(), mode=None, settings=()):
+def replay_command(arguments, dataset, out, extra=(), mode=None, settings=(), quiet=True):
     """Command that replays a dataset into the folder `out`, in the mode and with the parameters of the arguments."""
-    command = [arguments.facet, "replay", dataset, "--mode", mode or arguments.mode, "--out", out, "--quiet", *extra]
+    command = [arguments.facet, "replay", dataset, "--mode", mode or arguments.mode, "--out", out, *extra]
+    command += ["--quiet"] if quiet else []
     if arguments.config:
         command += ["--config", arguments.config]
     for setting in [*arguments.settings, *settings]:
@@ -173,6 +180,34 @@ def evaluate(arguments, dataset, out, extra=()):
     """Evaluates a replay's folder; the figures are in its eval.json."""
     command = [arguments.facet, "eval", "--groundtruth", dataset, "--estimate", out, "--json", out / "eval.json"]
     return run(command + list(extra), out / "log.txt")
+
+
+class Work:
+    """Says on standard error what has been done of several pieces of work, and about how long the rest will take."""
+
+    def __init__(self, pieces):
+        """A number of pieces that take about as long as each other, or how long each takes, in any unit."""
+        self.weights = [1.0] * pieces if isinstance(pieces, int) else list(pieces)
+        self.begin = time.monotonic()
+        self.done = 0
+
+    def left(self):
+        """", about N min left", or "" if there is nothing to tell it from."""
+        worked, total = sum(self.weights[:self.done]), sum(self.weights)
+        if worked <= 0 or worked >= total:
+            return ""
+        seconds = (time.monotonic() - self.begin) * (total - worked) / worked
+        return f", about {seconds / 60:.0f} min left" if seconds > 90 else f", about {seconds:.0f} s left"
+
+    def next(self, what):
+        """Says that a piece begins: for pieces that take long."""
+        print(f"[{self.done + 1}/{len(self.weights)}{self.left()}] {what}", file=sys.stderr, flush=True)
+        self.done += 1
+
+    def finished(self, what):
+        """Says that a piece is done."""
+        self.done += 1
+        print(f"[{self.done}/{len(self.weights)}{self.left()}] {what}", file=sys.stderr, flush=True)
 
 
 def first_error(output):

@@ -23,7 +23,7 @@ BASE = ("platform/base/",)
 VALUES = BASE + ("estimator/geometry/", "estimator/values/")
 APP_BASE = ("platform/", "estimator/", "mesh/", "app/support/")
 APP_CONFIG = APP_BASE + ("drivers/", "app/calibration/", "app/config/")
-APP_PIPELINE = APP_CONFIG + ("app/output/", "app/pipeline/", "app/view/")
+APP_PIPELINE = APP_CONFIG + ("app/foxglove/", "app/output/", "app/pipeline/", "app/view/")
 ALLOWED = {
     "platform/base": (),
     "platform/port": BASE,
@@ -44,10 +44,11 @@ ALLOWED = {
     "app/support": BASE,
     "app/calibration": APP_BASE,
     "app/config": APP_CONFIG,
-    "app/output": APP_BASE,
+    "app/foxglove": APP_BASE + ("app/calibration/",),
+    "app/output": APP_BASE + ("app/foxglove/",),
     "app/pipeline": APP_PIPELINE,
     "app/run": APP_PIPELINE,
-    "app/view": APP_BASE + ("app/view/",),
+    "app/view": APP_BASE + ("app/foxglove/", "app/output/"),
     "app/lab": APP_PIPELINE + ("app/lab/",),
     "app/commands": ("platform/", "drivers/", "estimator/", "mesh/", "app/"),
     "app": ("app/commands/",),

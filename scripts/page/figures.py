@@ -257,8 +257,8 @@ def health(sequence):
         chart.line(sequence.seconds(run.health["stamp_ns"]), run.health["quality"], f"run{index}")
         draw_states(chart, sequence, run, -strip * (number + 1), -strip * number - 2.0)
     yield Figure("Health", "quality, 100 is best; strips below, a run each: "
-                 '<i class="key state-tracking"></i>tracking <i class="key state-degraded"></i>degraded '
-                 '<i class="key state-lost"></i>lost <i class="key state-init"></i>init',
+                 + " ".join(f'<span class="keyed"><i class="key {STATES[state]}"></i>{state.lower()}</span>'
+                            for state in ("TRACKING", "DEGRADED", "LOST", "INIT")),
                  picture([chart], "health over time"))
     most = max(value for _, run in runs for value in run.health["tracked"] + run.health["landmarks"])
     chart = Chart(time_range(sequence), (0.0, 1.06 * most or 1.0), TIME, "number", time=True)

@@ -1,24 +1,13 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/lab/replay/calibration_log.h"
 
-#include <array>
+#include "app/calibration/correction_names.h"
 
 namespace facet {
-namespace {
-
-/// In the order of RigCalibration's tangent, the IMU's axes aside.
-constexpr std::array<const char*, kImuScale> kParameters{
-    "time_offset", "mount_theta_x", "mount_theta_y", "mount_theta_z", "mount_p_x",     "mount_p_y",
-    "mount_p_z",   "left_fx",       "left_fy",       "left_cx",       "left_cy",       "left_d1",
-    "left_d2",     "left_d3",       "left_d4",       "right_theta_x", "right_theta_y", "right_theta_z",
-    "right_p_x",   "right_p_y",     "right_p_z",     "right_fx",      "right_fy",      "right_cx",
-    "right_cy",    "right_d1",      "right_d2",      "right_d3",      "right_d4"};
-
-}  // namespace
 
 CalibrationLog::CalibrationLog(const std::string& folder) : file_(folder + "/calibration.csv") {
     file_.write("stamp_ns");
-    for (const char* name : kParameters) {
+    for (const char* name : kCorrectionNames) {
         file_.print(",{0},{0}_sigma", name);
     }
     file_.write("\n");

@@ -9,12 +9,10 @@
 
 namespace facet {
 
-/// A row for each keyframe with an estimate: stamp_ns, then for every parameter of both cameras its correction and, in
-/// the column whose name ends in _sigma, its standard deviation (0 if not estimated), in the order and units of
-/// RigCalibration's tangent: time offset (s), rotation (rad) and place (m) of both cameras on the body, the left lens,
-/// rotation and place of the right camera against the left one, the right lens; of a lens focal lengths (relative),
-/// principal point (px) and coefficients of the distortion. The standard deviations cost a triangular solve each, which
-/// is not part of the frame's time. Throws InputError if it cannot be written. Heap. Thread-bound.
+/// A row for each keyframe with an estimate: stamp_ns, then for every parameter of both cameras its correction, named
+/// and in units as in kCorrectionNames, and, in the column whose name ends in _sigma, its standard deviation (0 if not
+/// estimated). The standard deviations cost a triangular solve each, which is not part of the frame's time. Throws
+/// InputError if it cannot be written. Heap. Thread-bound.
 class CalibrationLog {
 public:
     explicit CalibrationLog(const std::string& folder);

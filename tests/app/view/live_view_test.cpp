@@ -2,87 +2,25 @@
 // The live view from a browser's side, and that no browser holds up whoever offers frames.
 #include "app/view/live_view.h"
 
-#include <boost/asio/connect.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <nlohmann/json.hpp>
-#include <thread>
 
+#include "tests/app/view/view_client.h"
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
 namespace facet {
 namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
 namespace http = boost::beast::http;
-namespace websocket = boost::beast::websocket;
-using Tcp = asio::ip::tcp;
+using Client = test::ViewClient;
 using Clock = std::chrono::steady_clock;
+using test::get;
+using test::state_at;
+using test::with_faces;
 
-Tcp::endpoint place_of(const LiveView& view) { return {asio::ip::address_v4::loopback(), view.port()}; }
-
-/// What the server answers to a GET.
-http::response<http::string_body> get(const LiveView& view, const std::string& target, const std::string& host) {
-    asio::io_context io;
-    beast::tcp_stream stream(io);
-    stream.connect(place_of(view));
-    http::request<http::empty_body> request{http::verb::get, target, 11};
-    request.set(http::field::host, host);
-    http::write(stream, request);
-    beast::flat_buffer buffer;
-    http::response<http::string_body> response;
-    http::read(stream, buffer, response);
-    return response;
-}
-
-/// A browser's WebSocket.
-class Client {
-public:
-    /// @param receive_buffer  of the socket in bytes; 0: as the system has it
-    explicit Client(const LiveView& view, const std::string& origin = "", int receive_buffer = 0) : stream_(io_) {
-        stream_.next_layer().open(Tcp::v4());
-        if (receive_buffer > 0) {
-            stream_.next_layer().set_option(asio::socket_base::receive_buffer_size(receive_buffer));
-        }
-        stream_.next_layer().connect(place_of(view));
-        stream_.set_option(websocket::stream_base::decorator([origin](websocket::request_type& request) {
-            if (!origin.empty()) {
-                request.set(http::field::origin, origin);
-            }
-        }));
-        stream_.handshake("127.0.0.1:" + std::to_string(view.port()), "/live");
-    }
-    std::string read() {
-        beast::flat_buffer buffer;
-        stream_.read(buffer);
-        return beast::buffers_to_string(buffer.data());
-    }
-    bool is_binary() const { return stream_.got_binary(); }
-
-private:
-    asio::io_context io_;
-    websocket::stream<Tcp::socket> stream_;
-};
-
-ViewState state_at(int frame) {
-    ViewState state;
-    state.stamp = Timestamp{1'000'000'000 + 50'000'000LL * frame};
-    state.T_W_B.p = {1.0 * frame, 2.0, 3.0};
-    state.state = "TRACKING";
-    state.quality = 90;
-    return state;
-}
-
-void fill_with(std::vector<ViewFace>& faces, std::size_t count) {
-    ViewFace face;
-    face.p_W = {Eigen::Vector3f(1, 2, 3), Eigen::Vector3f(4, 5, 6), Eigen::Vector3f(7, 8, 9)};
-    face.plane = 5;
-    faces.assign(count, face);
+test::ViewClientOptions from(const std::string& origin) {
+    return {.target = "/live", .origin = origin, .protocols = ""};
 }
 
 TEST_CASE("the page is there for browsers on this computer, and for no one else's page") {
@@ -94,20 +32,17 @@ TEST_CASE("the page is there for browsers on this computer, and for no one else'
     CHECK(page.body() == "<p>hello");
     CHECK(get(view, "/etc/passwd", own).result() == http::status::not_found);
     CHECK(get(view, "/", "elsewhere.example:80").result() == http::status::forbidden);
-    CHECK_THROWS(Client(view, "http://elsewhere.example"));
-    CHECK_NOTHROW(Client(view, "http://" + own));
+    CHECK_THROWS(Client(view, from("http://elsewhere.example")));
+    CHECK_NOTHROW(Client(view, from("http://" + own)));
     // The server counts after its answer has left.
-    for (int i = 0; i < 200 && view.account().viewers == 0; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    CHECK(view.account().viewers == 1);
+    CHECK(test::comes_true([&] { return view.account().viewers == 1; }));
 }
 
 TEST_CASE("a browser gets the camera, the newest frame and the mesh, also if it comes late") {
     LiveView view({});
     Client early(view);
     CHECK(nlohmann::json::parse(early.read())["camera"]["q"] == std::vector<double>{0, 0, 0, 1});
-    view.offer(state_at(0), [](std::vector<ViewFace>& faces) { fill_with(faces, 2); });
+    view.offer(state_at(0), with_faces(2));
     const std::string mesh = early.read();
     CHECK(early.is_binary());
     REQUIRE(mesh.size() == 4 + 80);
@@ -120,7 +55,7 @@ TEST_CASE("a browser gets the camera, the newest frame and the mesh, also if it 
     Client late(view);
     late.read();
     CHECK(late.read() == mesh);
-    view.offer(state_at(3), {});
+    view.offer(state_at(3));
     CHECK(nlohmann::json::parse(late.read())["t"] == Approx(0.15));
 }
 
@@ -130,17 +65,15 @@ TEST_CASE("pictures are wanted while someone looks, five a second with landmarks
     auto client = std::make_unique<Client>(view);
     client->read();
     const auto wanted_within_2s = [&view](Timestamp stamp, bool has_points, bool expected) {
-        for (int i = 0; i < 200 && view.wants_picture(stamp, has_points) != expected; ++i) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        }
-        return view.wants_picture(stamp, has_points) == expected;
+        return test::comes_true([&] { return view.wants_picture(stamp, has_points) == expected; });
     };
     REQUIRE(wanted_within_2s(Timestamp{0}, false, true));
     ViewState state = state_at(0);
     state.has_pose = false;
-    view.offer(state, {}, [](ViewPicture& picture) {
+    const auto fill = [](ViewPicture& picture) {
         picture = {.width = 2, .height = 1, .pixels = {7, 200}, .points = {{{1.5F, 0.0F}, 3.0F, 4}}};
-    });
+    };
+    view.offer(state, {.mesh = {}, .picture = fill, .calibration = {}});
     CHECK_FALSE(view.wants_picture(state.stamp + Duration{190'000'000}, true));
     CHECK(view.wants_picture(state.stamp + Duration{200'000'000}, true));
     CHECK_FALSE(view.wants_picture(state.stamp + Duration{490'000'000}, false));
@@ -157,14 +90,14 @@ TEST_CASE("pictures are wanted while someone looks, five a second with landmarks
 
 TEST_CASE("browsers that read nothing, or vanish, hold up nobody and lose old messages only") {
     LiveView view({});
-    Client stalled(view, "", 4096);
+    Client stalled(view, {.target = "/live", .origin = "", .protocols = "", .receive_buffer = 4096});
     auto vanishing = std::make_unique<Client>(view);
     Client good(view);
     good.read();
     Clock::duration longest{};
     for (int frame = 0; frame < 80; ++frame) {
         const auto begin = Clock::now();
-        view.offer(state_at(frame), [](std::vector<ViewFace>& faces) { fill_with(faces, LiveView::kMaxFaces + 5); });
+        view.offer(state_at(frame), with_faces(LiveView::kMaxFaces + 5));
         longest = std::max(longest, Clock::now() - begin);
         if (frame == 20) {
             vanishing.reset();
@@ -177,7 +110,7 @@ TEST_CASE("browsers that read nothing, or vanish, hold up nobody and lose old me
     CHECK(account.offered == 80);
     CHECK(account.skipped < 8);
     CHECK(account.replaced > 10);
-    view.offer(state_at(100), {});
+    view.offer(state_at(100));
     double newest = 0.0;
     for (int messages = 0; messages < 400 && newest < 5.0 - 1e-6; ++messages) {
         const std::string message = good.read();

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 SCRIPTS = pathlib.Path(__file__).resolve().parents[3] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
@@ -28,6 +29,29 @@ def chi_square_cdf(x, dof):
         term *= x / (a + n)
         total += term
     return total * math.exp(-x + a * math.log(x) - math.lgamma(a))
+
+
+class WorkLeft(unittest.TestCase):
+    def said(self, pieces, seconds, calls):
+        """What is said of calls (method, text), each `seconds` after the one before."""
+        clock = iter(range(0, 10**6, seconds))
+        out = io.StringIO()
+        with unittest.mock.patch.object(lib.time, "monotonic", lambda: next(clock)), contextlib.redirect_stderr(out):
+            work = lib.Work(pieces)
+            for method, text in calls:
+                getattr(work, method)(text)
+        return out.getvalue().splitlines()
+
+    def test_pieces_of_equal_length(self):
+        self.assertEqual(self.said(3, 30, [("finished", "a"), ("finished", "b"), ("finished", "c")]),
+                         ["[1/3, about 60 s left] a", "[2/3, about 30 s left] b", "[3/3] c"])
+
+    def test_a_piece_that_begins_counts_as_work_that_is_left(self):
+        self.assertEqual(self.said([1.0, 9.0], 20, [("next", "short"), ("next", "long")]),
+                         ["[1/2] short", "[2/2, about 3 min left] long"])
+
+    def test_nothing_to_do_says_nothing(self):
+        self.assertEqual(self.said(0, 1, []), [])
 
 
 class Bands(unittest.TestCase):

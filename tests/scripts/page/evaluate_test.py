@@ -75,8 +75,8 @@ class Evaluate(unittest.TestCase):
 
     def test_simulated_flights_are_rendered_once_and_flown_in_both_modes(self):
         done = self.run_it("--scenes", "room")
-        self.assertIn("evaluate 6/6: the report", done.stderr)
-        self.assertRegex(done.stderr, r"evaluate 4/6: .* left\)")
+        self.assertIn("] the report", done.stderr)
+        self.assertRegex(done.stderr, r"\[4/6, about .* left\] ")
         self.assertIn("| sim_room | 6.4 m | `s` | 20.0 mm | 20.0 mm | 12.3 mm |", done.stdout)
         self.assertIn("at commit 0123456789ab", (self.root / "out/table.md").read_text())
         self.assertIn("commit 0123456789ab", self.page())
