@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kIcpGate = 0.3;  // m: farther samples do not pull
 constexpr int kIcpIterations = 50;
-constexpr double kIcpStep = 1e-5;    // rad and m: what has converged moves no more
+constexpr double kIcpStep = 1e-4;    // rad and m: what moves less has converged
 constexpr double kIcpFloor = 0.002;  // m: a perfect mesh has no scatter
 constexpr double kTukey = 4.685;     // 95 % efficiency on normal errors
 constexpr std::size_t kIcpSamples = 20000;
