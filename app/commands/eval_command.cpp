@@ -18,6 +18,7 @@
 #include "app/lab/eval/obstacle_accuracy.h"
 #include "app/lab/eval/report.h"
 #include "app/lab/eval/scene_truth.h"
+#include "app/lab/eval/sweep_accuracy.h"
 #include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
@@ -154,18 +155,28 @@ std::string evaluate_scene(const EvalArguments& args, const SceneTruth& scene, c
     return json;
 }
 
-/// Prints how the live grid compares with the scene, and adds it to `json`, if the folder of the estimate has rays.csv.
+/// Prints how the live grid compares with the scene, and adds it to `json`, if the folder of the estimate has rays.csv
+/// and sweeps.csv. A box that moves through the scene is known from mover.json beside it.
 std::string evaluate_grid(const EvalArguments& args, const Trajectory& truth, const Trajectory& estimate,
-                          const SceneTruth& scene, const std::string& json) {
+                          const SceneTruth& scene, std::string json) {
     std::error_code ignored;
     const std::string rays = args.estimate + "/rays.csv";
+    const std::string sweeps = args.estimate + "/sweeps.csv";
     if (!fs::is_regular_file(rays, ignored)) {
         return json;
     }
-    const ObstacleEvaluation evaluation = evaluate_obstacles(
-        read_rays(rays), associate(truth, estimate, EvaluationOptions{}.max_truth_gap), scene.surface, {});
-    print_out("{}", text_report(evaluation));
-    return with_member(json, "obstacles", json_report(evaluation));
+    const ObstacleTruth world(scene.surface,
+                              MoverTruth::load((fs::path(args.scene).parent_path() / "mover.json").string()));
+    const std::vector<PosePair> pairs = associate(truth, estimate, EvaluationOptions{}.max_truth_gap);
+    const ObstacleEvaluation by_rays = evaluate_obstacles(read_rays(rays), pairs, world, {});
+    print_out("{}", text_report(by_rays));
+    json = with_member(json, "obstacles", json_report(by_rays));
+    if (fs::is_regular_file(sweeps, ignored)) {
+        const SweepEvaluation by_sectors = evaluate_sweeps(read_sweeps(sweeps), pairs, world, {});
+        print_out("{}", text_report(by_sectors));
+        json = with_member(json, "sweeps", json_report(by_sectors));
+    }
+    return json;
 }
 
 int evaluate_files(const EvalArguments& args) {
@@ -227,7 +238,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
                         "rpe.csv, errors.csv as --errors does, and with --scene mesh_distance.csv");
     command->add_option("--scene", args->scene,
                         "True surface (PLY; planes.json beside it is used for holes and planes): also evaluates the "
-                        "mesh, and planes.csv and rays.csv in the folder of --estimate");
+                        "mesh, and planes.csv, rays.csv and sweeps.csv in the folder of --estimate");
     command->add_option("--mesh", args->mesh, "Mesh to evaluate; mesh.ply in the folder of --estimate by default");
     command->add_option("--rpe-lengths", args->rpe_lengths_m, "Path lengths of the relative errors (m)")
         ->delimiter(',')
@@ -245,6 +256,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
         "in\n"
         "view from nearer than 5 m for 2 s, that were found (recall). Strictly: within 2 degrees and 3 cm, with true\n"
         "surface under half of the plane's area; duplicates are wrong; all true planes of 0.5 m^2 seen are asked for.\n"
+        "Obstacles: what the live grid said within 5 m, tolerance 20 cm: missed are called free beyond the true "
+        "surface,\n"
+        "false are obstacles before it, phantom those of them with no true surface near.\n"
         "Exit codes: 0 done; 1 no estimate matches the ground truth; 2 bad usage or input.");
     command->callback([args, &exit_code] { exit_code = run_guarded([&] { return evaluate_files(*args); }); });
 }

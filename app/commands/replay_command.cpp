@@ -259,7 +259,8 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_option("--stream", args->stream, kStreamHelp);
     command->add_flag(
         "--rays", args->write_rays,
-        "Also write rays.csv: what the live grid says along rays at each keyframe, for facet eval --scene");
+        "Also write rays.csv and sweeps.csv: what the live grid says along rays, and the distances all around, at "
+        "each keyframe, for facet eval --scene");
     command->add_flag("--log-calibration", args->write_calibration,
                       "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
     add_view_options(*command, args->view);

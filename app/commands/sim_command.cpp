@@ -97,13 +97,13 @@ void add_sim_command(CLI::App& app, int& exit_code) {
     sub->add_option("--duration", options->duration_s, "Seconds from first to last image, standing included")
         ->capture_default_str();
     sub->add_option("--stand", options->stand_s, "Seconds without motion at the start")->capture_default_str();
-    static const std::map<std::string, sim::FlightKind> kKinds{{"tour", sim::FlightKind::kTour},
-                                                               {"hover", sim::FlightKind::kHover}};
+    static const std::map<std::string, sim::FlightKind> kKinds{
+        {"tour", sim::FlightKind::kTour}, {"hover", sim::FlightKind::kHover}, {"turn", sim::FlightKind::kTurn}};
     sub->add_option(
            "--flight", options->flight,
            "tour: through the whole scene; hover: take off and hold a place with a few cm of slow wander, with "
-           "--vibration flight")
-        ->transform(CLI::CheckedTransformer(kKinds).description("{tour,hover}"))
+           "--vibration flight; turn: the same without vibration, turning on the spot by 70 degrees every 5 s")
+        ->transform(CLI::CheckedTransformer(kKinds).description("{tour,hover,turn}"))
         ->default_str("tour");
     static const std::map<std::string, sim::LensKind> kLenses{{"pinhole", sim::LensKind::kPinhole},
                                                               {"fisheye", sim::LensKind::kFisheye}};

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <random>
 #include <span>
 #include <utility>
@@ -15,7 +16,10 @@ namespace facet {
 namespace {
 
 constexpr double kIcpGate = 0.3;  // m: farther samples do not pull
-constexpr int kIcpIterations = 30;
+constexpr int kIcpIterations = 50;
+constexpr double kIcpStep = 1e-4;    // rad and m: what moves less has converged
+constexpr double kIcpFloor = 0.002;  // m: a perfect mesh has no scatter
+constexpr double kTukey = 4.685;     // 95 % efficiency on normal errors
 constexpr std::size_t kIcpSamples = 20000;
 constexpr double kBoxMargin = 0.05;    // m: and this near to its box
 constexpr double kPlaneMargin = 0.02;  // m: true surface this near to a true plane is part of it,
@@ -66,35 +70,80 @@ MeshRow measure(const std::string& name, const TriangleSoup& aligned, const Matc
     return row;
 }
 
-/// Gauss-Newton on the distances to the planes of the nearest true triangles; samples beyond the gate are left out
-/// [Chen91].
-Se3 register_to_surface(const TriangleSoup& mesh, const TriangleSoup& surface, const TriangleTree& truth_tree, Se3 T) {
-    std::vector<Eigen::Vector3d> samples = sample_surface(mesh, 200.0);
+/// A sample of the mesh and the true plane it is compared with.
+struct PlanePull {
+    Eigen::Matrix<double, 6, 1> j;  ///< of r with respect to a left perturbation in the true world, [theta t]
+    double r = 0.0;                 ///< n . (p - q) (m)
+};
+
+/// Pulls of all samples within the gate.
+std::vector<PlanePull> pulls_of(const std::vector<Eigen::Vector3d>& samples, std::size_t step, const Se3& T,
+                                const TriangleSoup& surface, const TriangleTree& truth_tree) {
+    std::vector<PlanePull> pulls;
+    for (std::size_t i = 0; i < samples.size(); i += step) {
+        const Eigen::Vector3d p = T * samples[i];
+        const TriangleTree::Nearest nearest = truth_tree.nearest(p, kIcpGate);
+        if (nearest.triangle >= 0) {
+            const Eigen::Vector3d n = surface.normal(static_cast<std::size_t>(nearest.triangle));
+            PlanePull pull;
+            pull.j << p.cross(n), n;
+            pull.r = n.dot(p - nearest.point);
+            pulls.push_back(pull);
+        }
+    }
+    return pulls;
+}
+
+/// Standard deviation of the distances without their tails: 1.4826 times the median magnitude, at least kIcpFloor.
+double robust_sigma(const std::vector<PlanePull>& pulls) {
+    std::vector<double> magnitudes;
+    magnitudes.reserve(pulls.size());
+    for (const PlanePull& pull : pulls) {
+        magnitudes.push_back(std::abs(pull.r));
+    }
+    return std::max(1.4826 * OrderStatistics(std::move(magnitudes)).median(), kIcpFloor);
+}
+
+struct Registration {
+    Se3 T;
+    bool is_converged = false;
+};
+
+/// Gauss-Newton on the distances to the planes of the nearest true triangles [Chen91], with Tukey's weights: wrong
+/// faces, which lie between surfaces and mostly on one side of them, do not pull beyond 4.685 sigma. It has converged
+/// when a step is below kIcpStep; otherwise the result is of no use.
+Registration register_to_surface(const TriangleSoup& mesh, const TriangleSoup& surface, const TriangleTree& truth_tree,
+                                 const Se3& start) {
+    const std::vector<Eigen::Vector3d> samples = sample_surface(mesh, 200.0);
     const std::size_t step = samples.size() / kIcpSamples + 1;
-    for (int iteration = 0; iteration < kIcpIterations; ++iteration) {
+    Registration result{start};
+    for (int iteration = 0; iteration < kIcpIterations && !result.is_converged; ++iteration) {
+        const std::vector<PlanePull> pulls = pulls_of(samples, step, result.T, surface, truth_tree);
+        const double width = kTukey * robust_sigma(pulls);
         Eigen::Matrix<double, 6, 6> h = 1e-9 * Eigen::Matrix<double, 6, 6>::Identity();
         Eigen::Matrix<double, 6, 1> g = Eigen::Matrix<double, 6, 1>::Zero();
-        for (std::size_t i = 0; i < samples.size(); i += step) {
-            const Eigen::Vector3d p = T * samples[i];
-            const TriangleTree::Nearest nearest = truth_tree.nearest(p, kIcpGate);
-            if (nearest.triangle < 0) {
-                continue;
-            }
-            const Eigen::Vector3d n = surface.normal(static_cast<std::size_t>(nearest.triangle));
-            Eigen::Matrix<double, 6, 1> j;  // of n . (Exp(theta) p + t - q): left perturbation in the true world
-            j << p.cross(n), n;
-            const double r = n.dot(p - nearest.point);
-            h += j * j.transpose();
-            g += r * j;
+        for (const PlanePull& pull : pulls) {
+            const double inner = std::max(0.0, 1.0 - (pull.r / width) * (pull.r / width));
+            const double weight = inner * inner;
+            h += weight * pull.j * pull.j.transpose();
+            g += weight * pull.r * pull.j;
         }
         const Eigen::Matrix<double, 6, 1> d = -h.ldlt().solve(g);
         const Eigen::Quaterniond dq = so3_exp(d.head<3>());
-        T = Se3{(dq * T.q).normalized(), dq * T.p + d.tail<3>()};
-        if (d.norm() < 1e-7) {
-            break;
-        }
+        result.T = Se3{(dq * result.T.q).normalized(), dq * result.T.p + d.tail<3>()};
+        result.is_converged = d.norm() < kIcpStep;
     }
-    return T;
+    return result;
+}
+
+/// @param samples  of the true surface
+double covered_area(const TriangleSoup& aligned, const std::vector<Eigen::Vector3d>& samples,
+                    const MeshEvalOptions& options) {
+    const TriangleTree tree(aligned);
+    const auto covered = std::count_if(samples.begin(), samples.end(), [&](const Eigen::Vector3d& p) {
+        return tree.nearest(p, options.overlap_distance_m).triangle >= 0;
+    });
+    return static_cast<double>(covered) / options.truth_samples_per_m2;
 }
 
 /// Splits the accuracy by what the nearest true surface is.
@@ -206,21 +255,22 @@ MeshEvaluation evaluate_mesh(const TriangleSoup& mesh, const SceneTruth& truth, 
         }
     }
     const TriangleTree truth_tree(truth.surface);
-    std::vector<Eigen::Vector3d> seen = sample_surface(truth.surface, options.truth_samples_per_m2);
-    seen.erase(
-        std::remove_if(seen.begin(), seen.end(),
-                       [&](const Eigen::Vector3d& p) { return !was_seen(truth, truth_tree, p, options.seen_depth_m); }),
-        seen.end());
+    const std::vector<Eigen::Vector3d> all = sample_surface(truth.surface, options.truth_samples_per_m2);
+    std::vector<Eigen::Vector3d> seen;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(seen),
+                 [&](const Eigen::Vector3d& p) { return was_seen(truth, truth_tree, p, options.seen_depth_m); });
     result.seen_area_m2 = static_cast<double>(seen.size()) / options.truth_samples_per_m2;
     const TriangleSoup aligned = transformed(mesh, T_true_est);
+    result.covered_m2 = covered_area(aligned, all, options);
     const Matches matches = match_samples(aligned, truth_tree, options);
     result.by_trajectory = measure("trajectory, SE(3)", aligned, matches, seen, T_true_est, options);
     result.holes = find_flat_holes(aligned, truth, truth_tree, options);
     measure_flat(matches, truth, options, result);
-    const Se3 T_icp = register_to_surface(mesh, truth.surface, truth_tree, T_true_est);
-    const TriangleSoup registered = transformed(mesh, T_icp);
+    const Registration icp = register_to_surface(mesh, truth.surface, truth_tree, T_true_est);
+    const TriangleSoup registered = transformed(mesh, icp.T);
     result.by_icp =
-        measure("ICP on the surface", registered, match_samples(registered, truth_tree, options), seen, T_icp, options);
+        measure("ICP on the surface", registered, match_samples(registered, truth_tree, options), seen, icp.T, options);
+    result.icp_converged = icp.is_converged;
     return result;
 }
 

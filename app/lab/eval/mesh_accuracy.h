@@ -20,6 +20,7 @@ struct MeshEvalOptions {
     double samples_per_m2 = 1000.0;       ///< on the mesh, as in [Rosinol19]
     double truth_samples_per_m2 = 250.0;  ///< on the true surface: each one is tested for being seen
     double max_distance_m = 2.0;          ///< distances are capped here
+    double overlap_distance_m = 0.10;     ///< true surface this near to the mesh is covered by it
     double seen_depth_m = 5.0;            ///< the true surface counts as seen from nearer than this
     double pose_interval_s = 0.2;         ///< of the views that decide what was seen
     double wall_distance_m = 0.10;        ///< a face within this of a true plane, and turned like it, covers it
@@ -67,8 +68,12 @@ struct MeshEvaluation {
     double area_m2 = 0.0;
     double longest_side_m = 0.0;
     double seen_area_m2 = 0.0;  ///< of the true surface
+    double covered_m2 = 0.0;    ///< of the true surface, seen or not, within overlap_distance_m of the mesh
+    /// Layers of mesh that lie on each other: its area over what it covers.
+    double overlap() const { return covered_m2 > 0.0 ? area_m2 / covered_m2 : 0.0; }
     MeshRow by_trajectory;
-    MeshRow by_icp;  ///< starts from the other
+    MeshRow by_icp;              ///< starts from the other; wrong faces do not pull
+    bool icp_converged = false;  ///< otherwise by_icp means nothing
     // Aligned by trajectory:
     FlatHoles holes;
     DistanceStatistics flat;    ///< accuracy where the nearest true surface is a large floor or wall

@@ -57,9 +57,10 @@ std::string rows(const MeshRow& row) {
 
 std::string text_report(const MeshEvaluation& e) {
     std::string text =
-        fmt::format("\nmesh         {} faces, {:.1f} m^2, longest side {:.2f} m; scene seen {:.1f} m^2\n", e.faces,
-                    e.area_m2, e.longest_side_m, e.seen_area_m2) +
-        rows(e.by_trajectory) + rows(e.by_icp);
+        fmt::format(
+            "\nmesh         {} faces, {:.1f} m^2, longest side {:.2f} m; scene seen {:.1f} m^2; overlap {:.2f}\n",
+            e.faces, e.area_m2, e.longest_side_m, e.seen_area_m2, e.overlap()) +
+        rows(e.by_trajectory) + rows(e.by_icp) + (e.icp_converged ? "" : "  (ICP did not converge)\n");
     for (const auto& [name, s] : {std::pair{"floors, walls", e.flat}, std::pair{"elsewhere", e.uneven}}) {
         if (s.count > 0 && e.flat.count > 0) {
             text += fmt::format("  {:<13} median {:.4f}  mean {:.4f}  RMSE {:.4f}  p90 {:.4f} m\n", name, s.median,
@@ -80,9 +81,12 @@ std::string json_report(const MeshEvaluation& e, const std::string& mesh, const 
                  {"area_m2", e.area_m2},
                  {"longest_side_m", e.longest_side_m},
                  {"seen_area_m2", e.seen_area_m2},
+                 {"covered_m2", e.covered_m2},
+                 {"overlap", e.overlap()},
                  {"tolerances_m", kMeshTolerances},
                  {"by_trajectory", to_json(e.by_trajectory)},
                  {"by_icp", to_json(e.by_icp)},
+                 {"icp_converged", e.icp_converged},
                  {"flat_accuracy_m", to_json(e.flat)},
                  {"uneven_accuracy_m", to_json(e.uneven)},
                  {"flat_holes",

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "app/support/input_error.h"
@@ -16,21 +18,40 @@
 namespace facet {
 namespace {
 
-constexpr std::size_t kRayColumns = 11;  // the stamp and ten numbers
+constexpr std::size_t kRayColumns = 13;  // the stamp and twelve numbers
 
-void count_ray(const RayRow& ray, double truth_m, const ObstacleEvalOptions& options, ObstacleShares& shares) {
-    ++shares.rays;
+enum class RayVerdict : std::uint8_t { kRight, kMissed, kFalse, kPhantom, kUnknown };
+
+/// @param origin, direction  of the ray in the true world
+RayVerdict judge(const RayRow& ray, double truth_m, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                 const ObstacleTruth& truth, const ObstacleEvalOptions& options) {
     if (ray.free_m > truth_m + options.tolerance_m) {
-        ++shares.missed;
-    } else if (ray.free_m < truth_m - options.tolerance_m) {
-        ++(ray.is_unknown ? shares.unknown : shares.false_obstacle);
+        return RayVerdict::kMissed;
     }
+    if (ray.free_m >= truth_m - options.tolerance_m) {
+        return RayVerdict::kRight;
+    }
+    if (ray.is_unknown) {
+        return RayVerdict::kUnknown;
+    }
+    const bool is_near =
+        truth.distance(origin + ray.free_m * direction, options.tolerance_m, ray.stamp) < options.tolerance_m;
+    return is_near ? RayVerdict::kFalse : RayVerdict::kPhantom;
+}
+
+void count(RayVerdict verdict, ObstacleShares& shares) {
+    ++shares.rays;
+    shares.missed += verdict == RayVerdict::kMissed ? 1 : 0;
+    shares.false_obstacle += verdict == RayVerdict::kFalse || verdict == RayVerdict::kPhantom ? 1 : 0;
+    shares.phantom += verdict == RayVerdict::kPhantom ? 1 : 0;
+    shares.unknown += verdict == RayVerdict::kUnknown ? 1 : 0;
 }
 
 nlohmann::ordered_json shares_json(const ObstacleShares& s) {
     return {{"rays", s.rays},
             {"missed", s.share(s.missed)},
             {"false_obstacle", s.share(s.false_obstacle)},
+            {"phantom", s.share(s.phantom)},
             {"unknown", s.share(s.unknown)}};
 }
 
@@ -62,32 +83,37 @@ std::vector<RayRow> read_rays(const std::string& path) {
         ray.is_unknown = v[7] != 0.0;
         ray.free_m = v[8];
         ray.obstacle_m = v[9];
+        ray.certainty = v[10];
+        ray.age_s = v[11];
         rays.push_back(ray);
     }
     return rays;
 }
 
 ObstacleEvaluation evaluate_obstacles(const std::vector<RayRow>& rays, const std::vector<PosePair>& pairs,
-                                      const TriangleSoup& scene, const ObstacleEvalOptions& options) {
-    constexpr Duration kSame{1'000'000};  // stamps of other files may be rounded
-    const TriangleTree tree(scene);
+                                      const ObstacleTruth& truth, const ObstacleEvalOptions& options) {
     ObstacleEvaluation result;
     std::vector<double> errors;
+    std::vector<double> phantom_ages;
     for (const RayRow& ray : rays) {
-        const auto pair = std::lower_bound(pairs.begin(), pairs.end(), ray.stamp + Duration{-kSame.ns},
-                                           [](const PosePair& p, Timestamp stamp) { return p.stamp < stamp; });
-        if (pair == pairs.end() || pair->stamp > ray.stamp + kSame) {
+        const std::optional<Se3> T_true_est = alignment_at(pairs, ray.stamp);
+        if (!T_true_est) {
             ++result.without_truth;
             continue;
         }
-        const Se3 T_true_est = pair->truth * pair->estimate.inverse();
-        const double truth_m = tree.cast(T_true_est * ray.p_W, T_true_est.q * ray.direction, options.range_m);
+        const Eigen::Vector3d origin = *T_true_est * ray.p_W;
+        const Eigen::Vector3d direction = T_true_est->q * ray.direction;
+        const double truth_m = truth.cast(origin, direction, options.range_m, ray.stamp);
+        // A surface just beyond the range is not missed by reporting free space up to the range.
         RayRow cut = ray;
         cut.free_m = std::min(ray.free_m, options.range_m);
-        // A surface just beyond the range is not missed by reporting free space up to the range.
-        count_ray(cut, truth_m, options, result.all);
+        const RayVerdict verdict = judge(cut, truth_m, origin, direction, truth, options);
+        count(verdict, result.all);
         if (ray.is_in_view) {
-            count_ray(cut, truth_m, options, result.in_view);
+            count(verdict, result.in_view);
+        }
+        if (verdict == RayVerdict::kPhantom) {
+            phantom_ages.push_back(ray.age_s);
         }
         const double error_m = std::abs(ray.obstacle_m - truth_m);
         if (!ray.is_unknown && truth_m < options.range_m && error_m <= options.tolerance_m) {
@@ -98,14 +124,17 @@ ObstacleEvaluation evaluate_obstacles(const std::vector<RayRow>& rays, const std
     const OrderStatistics statistics(std::move(errors));
     result.median_error_m = statistics.median();
     result.p90_error_m = statistics.quantile(0.9);
+    result.phantom_age_s = OrderStatistics(std::move(phantom_ages)).median();
     return result;
 }
 
 std::string text_report(const ObstacleEvaluation& e) {
-    std::string text = "\nObstacles of the live grid, by rays\n              rays  missed %  false %  unknown %\n";
+    std::string text =
+        "\nObstacles of the live grid, by rays\n              rays  missed %  false %  phantom %  unknown %\n";
     for (const auto& [name, s] : {std::pair{"all around", &e.all}, std::pair{"in view", &e.in_view}}) {
-        text += fmt::format("  {:<11} {:5} {:9.2f} {:8.2f} {:10.1f}\n", name, s->rays, 100.0 * s->share(s->missed),
-                            100.0 * s->share(s->false_obstacle), 100.0 * s->share(s->unknown));
+        text += fmt::format("  {:<11} {:5} {:9.2f} {:8.2f} {:10.2f} {:10.1f}\n", name, s->rays,
+                            100.0 * s->share(s->missed), 100.0 * s->share(s->false_obstacle),
+                            100.0 * s->share(s->phantom), 100.0 * s->share(s->unknown));
     }
     return text + fmt::format("  distance      median error {:.3f} m, p90 {:.3f} m, of {} rays\n", e.median_error_m,
                               e.p90_error_m, e.hits);
@@ -114,7 +143,8 @@ std::string text_report(const ObstacleEvaluation& e) {
 std::string json_report(const ObstacleEvaluation& e) {
     const nlohmann::ordered_json json{
         {"all", shares_json(e.all)},          {"in_view", shares_json(e.in_view)}, {"hits", e.hits},
-        {"median_error_m", e.median_error_m}, {"p90_error_m", e.p90_error_m},      {"without_truth", e.without_truth}};
+        {"median_error_m", e.median_error_m}, {"p90_error_m", e.p90_error_m},      {"phantom_age_s", e.phantom_age_s},
+        {"without_truth", e.without_truth}};
     return json.dump(2);
 }
 

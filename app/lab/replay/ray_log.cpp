@@ -13,7 +13,7 @@ constexpr double kGolden_rad = 2.399963229728653;  // pi (3 - sqrt 5): the next 
 }  // namespace
 
 RayLog::RayLog(const std::string& folder) : file_(folder + "/rays.csv") {
-    file_.write("stamp_ns,px,py,pz,dx,dy,dz,in_view,unknown,free_m,obstacle_m\n");
+    file_.write("stamp_ns,px,py,pz,dx,dy,dz,in_view,unknown,free_m,obstacle_m,certainty,age_s\n");
 }
 
 void RayLog::write(const FrameResult& result, const FramePipeline& pipeline) {
@@ -33,9 +33,10 @@ void RayLog::write(const FrameResult& result, const FramePipeline& pipeline) {
         const bool is_in_view =
             ok(pipeline.rig().left.project(T_C0_W.q * direction, uv)) && pipeline.rig().left.in_image(uv, 0.0);
         const GridRay ray = grid->cast(state.p_W_B, direction, kRange_m);
-        file_.print("{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6f},{:.6f},{},{},{:.4f},{:.4f}\n", result.output_stamp.ns,
-                    state.p_W_B.x(), state.p_W_B.y(), state.p_W_B.z(), direction.x(), direction.y(), direction.z(),
-                    is_in_view ? 1 : 0, ray.end.space == Space::kUnknown ? 1 : 0, ray.free_m, ray.obstacle_m);
+        file_.print("{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6f},{:.6f},{},{},{:.4f},{:.4f},{:.3f},{:.2f}\n",
+                    result.output_stamp.ns, state.p_W_B.x(), state.p_W_B.y(), state.p_W_B.z(), direction.x(),
+                    direction.y(), direction.z(), is_in_view ? 1 : 0, ray.end.space == Space::kUnknown ? 1 : 0,
+                    ray.free_m, ray.obstacle_m, ray.end.certainty, ray.end.age_s);
     }
     ++keyframes_;
 }

@@ -12,7 +12,8 @@ namespace facet {
 /// 128 rays at each keyframe that brings a mesh, evenly spread over all azimuths and elevations up to 45 degrees,
 /// turned from keyframe to keyframe. Columns: stamp_ns, position and unit direction in W, whether the left camera sees
 /// that way, whether unknown space ends the free stretch, its length and the distance to the first occupied cell (m),
-/// up to kRange_m. Throws InputError if it cannot be written. Thread-bound.
+/// up to kRange_m, certainty and age (s) of what ends the stretch, or of the stretch itself if nothing does.
+/// Throws InputError if it cannot be written. Thread-bound.
 class RayLog {
 public:
     static constexpr double kRange_m = 5.5;

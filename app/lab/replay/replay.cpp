@@ -19,6 +19,7 @@
 #include "app/lab/replay/log_options.h"
 #include "app/lab/replay/ray_log.h"
 #include "app/lab/replay/replay_output.h"
+#include "app/lab/replay/sweep_log.h"
 #include "app/pipeline/carried_estimate.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
@@ -104,6 +105,7 @@ private:
     std::optional<StartCheck> start_check_;      ///< of what the estimator is given
     std::optional<TruthInjector> truth_;         ///< none if all is to be as measured
     std::optional<RayLog> rays_;                 ///< none unless asked for
+    std::optional<SweepLog> sweeps_;             ///< as rays_
     std::optional<CalibrationLog> corrections_;  ///< the same
 };
 
@@ -162,6 +164,7 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
     recorder_.write(result_, pipeline_.departed());
     if (rays_) {
         rays_->write(result_, pipeline_);
+        sweeps_->write(result_, pipeline_);
     }
     if (corrections_) {
         corrections_->write(result_, pipeline_);
@@ -312,6 +315,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     start_check_.emplace(given.rig);
     if (options_.write_rays) {
         rays_.emplace(options_.out);
+        sweeps_.emplace(options_.out);
     }
     if (options_.write_calibration) {
         corrections_.emplace(options_.out);
@@ -360,6 +364,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     recorder_.finish(pipeline_);
     if (rays_) {
         rays_->close();
+        sweeps_->close();
     }
     if (corrections_) {
         corrections_->close();

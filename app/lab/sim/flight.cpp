@@ -27,6 +27,21 @@ constexpr double kGateShare = 0.6;        // of legs that go to a gate where one
 constexpr double kGateReach_m = 9.0;
 constexpr double kHoverNod = 0.15;  // of a tour's slow nods
 
+constexpr double kFirstTurn_s = 3.5;  // after take-off: it has climbed
+constexpr double kTurnPeriod_s = 5.0;
+constexpr double kTurn_s = 3.0;    // of it spent turning
+constexpr double kTurn_rad = 1.2;  // rate at most 1.5 kTurn_rad / kTurn_s
+
+/// How far a flight that turns on the spot has turned at a time from its first turn's begin.
+double turned_rad(double t_s) {
+    if (t_s <= 0.0) {
+        return 0.0;
+    }
+    const double before = std::floor(t_s / kTurnPeriod_s);
+    const double part = std::min((t_s - before * kTurnPeriod_s) / kTurn_s, 1.0);
+    return kTurn_rad * (before + part * part * (3.0 - 2.0 * part));
+}
+
 /// One random flight, leg by leg: straight legs between random free points at random speeds, camera turned to where
 /// there is something to see; the spline rounds the corners.
 class Pilot {
@@ -47,7 +62,7 @@ public:
             points_.push_back(position_);
             yaws_.push_back(yaw_);
         }
-        if (plan_.kind == FlightKind::kHover) {
+        if (plan_.kind != FlightKind::kTour) {
             hold_place(count);
             return Flight(Flight::Spline(kStep_s, mirrored(add_attitude(still, count, kHoverNod))));
         }
@@ -121,7 +136,8 @@ private:
             };
             points_.push_back(ground + Vector3d(0, 0, share * climb) +
                               kHoverWander_m * Vector3d(wander(0), wander(1), wander(2)));
-            yaws_.push_back(ground_yaw + kHoverYaw_rad * wander(3));
+            const double turned = plan_.kind == FlightKind::kTurn ? turned_rad(t - kFirstTurn_s) : 0.0;
+            yaws_.push_back(ground_yaw + turned + kHoverYaw_rad * wander(3));
         }
     }
 

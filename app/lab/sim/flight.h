@@ -55,6 +55,7 @@ FlightReport inspect_flight(const Flight& flight, const Scene& scene);
 enum class FlightKind : std::uint8_t {
     kTour,   ///< legs through the whole flight volume
     kHover,  ///< take-off, then holding a place with 2 to 5 cm of slow wander and little tilt
+    kTurn,   ///< the same, and every few seconds a turn on the spot to the left
 };
 
 struct FlightPlan {

@@ -149,9 +149,10 @@ std::vector<Crossing> plan_crossings(const Scene& scene, const Flight& flight, c
     return crossings;
 }
 
-std::string mover_json(const Mover& mover) {
+std::string mover_json(const Mover& mover, Timestamp epoch) {
     const auto vector = [](const Vector3d& v) { return nlohmann::ordered_json::array({v.x(), v.y(), v.z()}); };
     nlohmann::ordered_json json;
+    json["epoch_ns"] = epoch.ns;
     json["side_m"] = Mover::kSide_m;
     json["crossings"] = nlohmann::ordered_json::array();
     for (const Crossing& c : mover.crossings()) {

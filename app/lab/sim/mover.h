@@ -11,6 +11,7 @@
 #include "app/lab/sim/bvh.h"
 #include "app/lab/sim/flight.h"
 #include "app/lab/sim/scene.h"
+#include "platform/base/timestamp.h"
 
 namespace facet::sim {
 
@@ -62,7 +63,7 @@ private:
 std::vector<Crossing> plan_crossings(const Scene& scene, const Flight& flight, const Se3& T_B_C, double from_s,
                                      double end_s, std::uint64_t seed);
 
-/// The crossings as JSON, for truth/mover.json.
-std::string mover_json(const Mover& mover);
+/// The crossings as JSON, for truth/mover.json. @param epoch  stamp that their seconds count from
+std::string mover_json(const Mover& mover, Timestamp epoch);
 
 }  // namespace facet::sim

@@ -149,7 +149,7 @@ std::string meta_json(const SimOptions& o, const FlightReport& flight) {
     meta["imu_rate_hz"] = o.imu_rate_hz;
     meta["samples"] = o.samples;
     meta["noise"] = o.noise;
-    meta["flight"] = o.flight == FlightKind::kHover ? "hover" : "tour";
+    meta["flight"] = o.flight == FlightKind::kHover ? "hover" : o.flight == FlightKind::kTurn ? "turn" : "tour";
     meta["camera"] = o.camera == LensKind::kFisheye ? "fisheye" : "pinhole";
     meta["stand_s"] = o.stand_s;
     meta["closed"] = o.closed;
@@ -249,7 +249,7 @@ Status write_tables(const SimOptions& o, const World& world, const CoarsePass& c
     if (ok(status) && world.mover != nullptr) {
         path = o.out + "/truth/mover.json";
         std::ofstream file(path);
-        file << mover_json(*world.mover);
+        file << mover_json(*world.mover, kEpoch);
         file.close();
         status = file ? Status::kOk : Status::kIo;
     }

@@ -168,14 +168,15 @@ class Usage(unittest.TestCase):
                                                           folder))
             self.assertIn("--runs", self.complaint("benchmark_consistency", "--facet", program, "--runs", "0"))
             self.assertIn("--minutes", self.complaint("benchmark_hour", "--facet", program, "--minutes", "1"))
-            for script in ("benchmark_accuracy", "benchmark_mesh", "benchmark_calibration"):
+            for script in ("benchmark_accuracy", "benchmark_mesh", "benchmark_calibration", "benchmark_obstacles"):
                 self.assertIn("--factors", self.complaint(script, folder, "--facet", program, "--factors", "-1"))
                 self.assertIn("--duration", self.complaint(script, folder, "--facet", program, "--duration", "0"))
             self.assertIn("no covariance.csv", self.complaint("plot_consistency", folder, folder, "--facet", program))
 
     def test_help(self):
         for script in ("benchmark_accuracy", "benchmark_calibration", "benchmark_consistency", "benchmark_hour",
-                       "benchmark_mesh", "benchmark_planes", "benchmark_robustness", "plot_consistency"):
+                       "benchmark_mesh", "benchmark_obstacles", "benchmark_planes", "benchmark_robustness",
+                       "plot_consistency"):
             done = subprocess.run([sys.executable, SCRIPTS / script, "--help"], capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
 

@@ -74,9 +74,48 @@ TEST_CASE("a mesh 3 cm off is 3 cm off, complete, and ICP takes the offset away"
     CHECK(a.within[2] == Approx(1.0).margin(0.02));  // 5 cm
     CHECK(e.by_trajectory.completeness.within[2] == Approx(1.0).margin(0.02));
     CHECK(e.by_trajectory.f1(2) == Approx(1.0).margin(0.02));
+    CHECK(e.icp_converged);
     CHECK(e.by_icp.accuracy.median < 1e-3);
+    CHECK(e.overlap() == Approx(1.0).epsilon(0.02));
     CHECK(e.holes.planes == 1);
     CHECK(e.holes.share() == 0.0);
+}
+
+TEST_CASE("faces that bridge a step do not pull in ICP") {
+    // Three walls of a room's corner, off by a centimetre and a bit, with a quarter of the first one a hand's breadth
+    // before it.
+    SceneTruth truth = scene();
+    TriangleSoup mesh;
+    const Vector3d off(0.01, -0.008, 0.006);
+    const auto add = [](const TriangleSoup& part, const Vector3d& by, const auto& turned, TriangleSoup& soup) {
+        const auto n = static_cast<int>(soup.vertices.size());
+        for (const Vector3d& v : part.vertices) {
+            soup.vertices.push_back(turned(v) + by);
+        }
+        for (const Eigen::Vector3i& t : part.triangles) {
+            soup.triangles.push_back(t + Eigen::Vector3i::Constant(n));
+        }
+    };
+    truth.surface = {};
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto turned = [=](const Vector3d& v) {
+            return Vector3d(v[(3 - axis) % 3], v[(4 - axis) % 3], v[(5 - axis) % 3]);
+        };
+        add(whole_wall(3.0, 2.0), Vector3d::Zero(), turned, truth.surface);
+        add(whole_wall(3.0, 2.0), off, turned, mesh);
+    }
+    const auto bridge = wall(2.88, 2.0, 0.25, [](double y, double z) { return y < 0.0 || z < 0.0; });
+    add(
+        bridge, off, [](const Vector3d& v) { return v; }, mesh);
+    const MeshEvaluation e = evaluate_mesh(mesh, truth, Se3{}, {});
+    CHECK(e.icp_converged);
+    CHECK((e.by_icp.T_true_est.p + off).norm() < 1e-3);  // 2 cm along x if they pull
+    CHECK(e.by_icp.T_true_est.q.angularDistance(Eigen::Quaterniond::Identity()) < 1e-3);
+    CHECK(e.by_icp.accuracy.median < 1e-3);
+    CHECK(e.by_icp.accuracy.median < 0.2 * e.by_trajectory.accuracy.median);
+    // 52 m^2 of mesh on 48 of wall: what is a hand's breadth before it covers nothing.
+    CHECK(e.covered_m2 == Approx(48.0).epsilon(0.02));
+    CHECK(e.overlap() == Approx(52.0 / 48.0).epsilon(0.02));
 }
 
 TEST_CASE("errors on large floors and walls are told from those elsewhere") {

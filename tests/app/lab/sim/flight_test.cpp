@@ -2,7 +2,11 @@
 // Flights: exact derivatives, standing start, limits and clearance, dependence on the seed.
 #include "app/lab/sim/flight.h"
 
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
 
 #include "estimator/geometry/so3.h"
 #include "tests/app/lab/sim/draft_scene.h"
@@ -140,6 +144,28 @@ TEST_CASE("A hover takes off, then wanders by centimetres, slowly and nearly lev
         CHECK(std::sqrt(squares) < 0.04);
         CHECK(widest < 0.08);
     }
+}
+
+TEST_CASE("A turning flight holds its place, looks the same way for a while, and has looked all around in the end") {
+    FlightPlan plan;
+    plan.kind = FlightKind::kTurn;
+    plan.duration_s = 36.0;
+    Flight flight;
+    REQUIRE(ok(plan_flight(draft_scene("room"), plan, flight)));
+    const Eigen::Vector3d place = flight.evaluate(8.0).T_W_B.p;
+    std::array<bool, 8> seen{};
+    int slow = 0;
+    for (double t = 6.0; t < 36.0; t += 0.1) {
+        const FlightState s = flight.evaluate(t);
+        CHECK((s.T_W_B.p - place).norm() < 0.15);
+        CHECK(s.w_B.norm() < plan.max_rate_rad_per_s);
+        slow += s.w_B.norm() < 0.2 ? 1 : 0;
+        const Eigen::Vector3d ahead = s.T_W_B.q * Eigen::Vector3d::UnitZ();
+        const double turn = std::atan2(ahead.y(), ahead.x()) / std::numbers::pi;
+        seen[static_cast<std::size_t>(std::floor(4.0 * (turn + 1.0))) % seen.size()] = true;
+    }
+    CHECK(std::count(seen.begin(), seen.end(), true) == 8);
+    CHECK(slow > 90);  // a third of the time
 }
 
 TEST_CASE("A closed flight ends at rest where it began, by the way it came") {
