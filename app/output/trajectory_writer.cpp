@@ -12,18 +12,7 @@ constexpr const char* kEurocHeader =
 constexpr int kCovarianceDim = 9;
 constexpr std::uint64_t kNsPerS = 1'000'000'000;
 
-/// Nanoseconds without their sign.
-std::uint64_t magnitude(Timestamp stamp) {
-    return stamp.ns < 0 ? 0 - static_cast<std::uint64_t>(stamp.ns) : static_cast<std::uint64_t>(stamp.ns);
-}
-
-const char* sign(Timestamp stamp) { return stamp.ns < 0 ? "-" : ""; }
-
 }  // namespace
-
-std::string tum_seconds(Timestamp stamp) {
-    return fmt::format("{}{}.{:09}", sign(stamp), magnitude(stamp) / kNsPerS, magnitude(stamp) % kNsPerS);
-}
 
 TrajectoryWriter::TrajectoryWriter(const std::string& folder)
     : tum_(folder + "/trajectory.tum"), csv_(folder + "/trajectory.csv"), covariance_(folder + "/covariance.csv") {
@@ -44,8 +33,10 @@ void TrajectoryWriter::write(const Estimate& estimate) {
     const Eigen::Vector3d& v = s.v_W_B;
     const Eigen::Vector3d& bg = s.bias.gyro;
     const Eigen::Vector3d& ba = s.bias.accel;
-    const std::uint64_t ns = magnitude(estimate.stamp);
-    tum_.print("{}{}.{:09} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", sign(estimate.stamp), ns / kNsPerS,
+    const bool is_negative = estimate.stamp.ns < 0;
+    const auto stamp_ns = static_cast<std::uint64_t>(estimate.stamp.ns);
+    const std::uint64_t ns = is_negative ? 0 - stamp_ns : stamp_ns;
+    tum_.print("{}{}.{:09} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", is_negative ? "-" : "", ns / kNsPerS,
                ns % kNsPerS, p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
     csv_.print("{},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", estimate.stamp.ns, p.x(), p.y(), p.z(), q.w(),
                q.x(), q.y(), q.z());

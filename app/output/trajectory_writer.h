@@ -27,7 +27,4 @@ private:
     TextFile covariance_;
 };
 
-/// Seconds of a stamp with 9 decimals, exact.
-std::string tum_seconds(Timestamp stamp);
-
 }  // namespace facet

@@ -7,9 +7,9 @@
 
 namespace facet {
 
-/// What libpng and zlib allocate while an image is decoded is handed out here one behind the other and taken back all at
-/// once. What does not fit comes from the heap, and the arena has room for it from the next image on: images of one
-/// kind make no heap call after the first. It grows up to kMaxBytes, which images of any size stay below unless they
+/// What libpng and zlib allocate while an image is decoded is handed out here one piece behind the other and taken back
+/// all at once. What does not fit comes from the heap, and the arena has room for it from the next image on: images of
+/// one kind make no heap call after the first. It grows up to kMaxBytes, more than images of any size need unless they
 /// are interlaced or carry large annotations. Thread-bound. Heap: as said.
 class PngArena {
 public:

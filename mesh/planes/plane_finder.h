@@ -59,7 +59,7 @@ struct PlaneCounters {
 /// Two planes are equal if one plane fits the landmarks of both, and if normal and distance, compared at each other's
 /// landmarks, differ by no more than their uncertainty explains, within absolute limits. A plane lost for more than
 /// `leave_keyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
-/// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one which
+/// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one that
 /// has left, given the drift since (PlaneMemory), gets its id instead of a new one.
 /// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 950 KB: allocate it once.
 /// Thread-bound. Deterministic. No heap.

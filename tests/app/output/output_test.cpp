@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -41,10 +42,22 @@ Estimate sample_estimate() {
 }
 
 TEST_CASE("TUM seconds are exact to the nanosecond") {
-    CHECK(tum_seconds({1403636580838555648}) == "1403636580.838555648");
-    CHECK(tum_seconds({5}) == "0.000000005");
-    CHECK(tum_seconds({-1'500'000'000}) == "-1.500000000");
-    CHECK(tum_seconds({0}) == "0.000000000");
+    const test::TempDir dir;
+    TrajectoryWriter writer(dir.path());
+    Estimate e = sample_estimate();
+    for (const std::int64_t ns : {std::int64_t{1403636580838555648}, std::int64_t{5}, std::int64_t{-1'500'000'000},
+                                  std::int64_t{0}, std::numeric_limits<std::int64_t>::min()}) {
+        e.stamp.ns = ns;
+        writer.write(e);
+    }
+    writer.close();
+    const std::vector<std::string> rows = lines(dir.file("trajectory.tum"));
+    REQUIRE(rows.size() == 5);
+    CHECK(rows[0].starts_with("1403636580.838555648 "));
+    CHECK(rows[1].starts_with("0.000000005 "));
+    CHECK(rows[2].starts_with("-1.500000000 "));
+    CHECK(rows[3].starts_with("0.000000000 "));
+    CHECK(rows[4].starts_with("-9223372036.854775808 "));
 }
 
 TEST_CASE("trajectories follow the TUM and EuRoC column orders") {
