@@ -69,7 +69,7 @@ struct VehicleImuCan {
 struct VehicleOdometry {
     double rate_hz = 50.0;     ///< of estimates carried on by inertial samples; 0: one a frame, at its exposure
     double smoothing_s = 0.0;  ///< over which corrections fade in; 0: they are steps
-    Se3 T_body_imu;            ///< from the IMU (as `axes` turns it) to the frame that is reported
+    Se3 T_body_imu{};          ///< from the IMU (as `axes` turns it) to the frame that is reported
 };
 
 struct VehicleLog {
