@@ -13,9 +13,9 @@
 namespace facet {
 namespace {
 
-constexpr std::string_view kMagic{"SQLite format 3\0", 16};
+constexpr std::string_view kDatabaseMagic{"SQLite format 3\0", 16};
 
-std::string text_in(sqlite3_stmt* statement, int column) {
+std::string column_text(sqlite3_stmt* statement, int column) {
     const auto* const text = reinterpret_cast<const char*>(sqlite3_column_text(statement, column));
     return text == nullptr ? std::string() : std::string(text);
 }
@@ -26,12 +26,12 @@ void SqliteBag::Closer::operator()(sqlite3* database) const { sqlite3_close_v2(d
 void SqliteBag::Closer::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 
 bool SqliteBag::recognises(const std::string& path) {
-    char begin[kMagic.size()] = {};
+    char begin[kDatabaseMagic.size()] = {};
     std::ifstream file;
     if (refuse_file(path).empty()) {
         file.open(path, std::ios::binary);
     }
-    return file.read(begin, sizeof(begin)) && std::string_view(begin, sizeof(begin)) == kMagic;
+    return file.read(begin, sizeof(begin)) && std::string_view(begin, sizeof(begin)) == kDatabaseMagic;
 }
 
 void SqliteBag::fail() const { throw InputError(path_ + ": is no bag of ROS 2: " + sqlite3_errmsg(database_.get())); }
@@ -60,8 +60,8 @@ SqliteBag::SqliteBag(const std::string& path, Warn warn) : path_(path), warn_(st
     }
     const Statement topics = prepare("SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'");
     while (sqlite3_step(topics.get()) == SQLITE_ROW) {
-        topics_[sqlite3_column_int64(topics.get(), 0)] = {text_in(topics.get(), 1),
-                                                          short_type(text_in(topics.get(), 2)), WireFormat::kCdr};
+        topics_[sqlite3_column_int64(topics.get(), 0)] = {column_text(topics.get(), 1),
+                                                          short_type(column_text(topics.get(), 2)), WireFormat::kCdr};
     }
     const Statement last = prepare("SELECT max(id) FROM messages");
     last_id_ = sqlite3_step(last.get()) == SQLITE_ROW ? sqlite3_column_int64(last.get(), 0) : 0;
