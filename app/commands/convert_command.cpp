@@ -14,6 +14,7 @@
 #include "app/lab/convert/import_bag.h"
 #include "app/lab/convert/pack_log.h"
 #include "app/lab/convert/ros1_bag.h"
+#include "app/lab/convert/sqlite_bag.h"
 #include "app/lab/convert/unpack_log.h"
 #include "app/support/console.h"
 #include "app/support/input_error.h"
@@ -179,7 +180,8 @@ int convert(const ConvertArguments& args) {
         return convert_mcap(args, stop);
     }
     const bool is_folder = std::filesystem::is_directory(args.input);
-    if (Ros1Bag::recognises(args.input) || (is_folder && std::filesystem::exists(args.input + "/metadata.yaml"))) {
+    if (Ros1Bag::recognises(args.input) || SqliteBag::recognises(args.input) ||
+        (is_folder && std::filesystem::exists(args.input + "/metadata.yaml"))) {
         return import(args, stop);
     }
     if (!is_folder) {
@@ -198,8 +200,9 @@ void add_convert_command(CLI::App& app, int& exit_code) {
         "convert", "Make an MCAP file of a log folder, the folder of the file, or a log folder of a ROS bag");
     auto args = std::make_shared<ConvertArguments>();
     command
-        ->add_option("INPUT", args->input,
-                     "Log folder (EuRoC/ASL), an MCAP file made of one, or a bag of ROS 1 (2.0) or ROS 2 (MCAP, CDR)")
+        ->add_option(
+            "INPUT", args->input,
+            "Log folder (EuRoC/ASL), an MCAP file made of one, or a bag of ROS 1 (2.0) or ROS 2 (MCAP, sqlite3)")
         ->required();
     command->add_option("OUTPUT", args->output, "FILE.mcap, or for a file a folder that is new or empty")->required();
     command->add_option("--compression", args->compression, "Of an MCAP file's chunks: none, lz4 or zstd")

@@ -77,7 +77,7 @@ THIRD_PARTY = (
     (re.compile(r"^opencv2/"), ("estimator/frontend",)),
     (re.compile(r"^ceres/"), ("app/lab/calibrate",)),
     (re.compile(r"^boost/(asio|beast)"), ("app/view",)),
-    (re.compile(r"^jpeglib\.h$"), ("app/lab/convert",)),
+    (re.compile(r"^(jpeglib|sqlite3)\.h$"), ("app/lab/convert",)),
     (re.compile(r"^(zlib|bzlib|zstd|lz4frame)\.h$"), ("app/lab/mcap",)),
     (re.compile(r"^gpiod\.h$"), ("drivers/trigger_gpio",)),
 )

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/lab/convert/ros1_bag.h"
+#include "app/lab/convert/sqlite_bag.h"
 #include "app/lab/mcap/mcap_file.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_file.h"
@@ -14,14 +15,6 @@ namespace facet {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// package/msg/Name as package/Name.
-std::string short_type(std::string type) {
-    if (const std::size_t at = type.find("/msg/"); at != std::string::npos) {
-        type.erase(at, 4);
-    }
-    return type;
-}
 
 class McapBag : public Bag {
 public:
@@ -97,6 +90,13 @@ std::vector<std::string> files_of_folder(const std::string& folder) {
 
 }  // namespace
 
+std::string short_type(std::string type) {
+    if (const std::size_t at = type.find("/msg/"); at != std::string::npos) {
+        type.erase(at, 4);
+    }
+    return type;
+}
+
 std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn) {
     std::error_code ignored;
     if (fs::is_directory(path, ignored)) {
@@ -108,7 +108,10 @@ std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn) {
     if (Ros1Bag::recognises(path)) {
         return std::make_unique<Ros1Bag>(path, warn);
     }
-    throw InputError(path + ": is neither a ROS 1 bag of format 2.0 nor an MCAP file");
+    if (SqliteBag::recognises(path)) {
+        return std::make_unique<SqliteBag>(path, warn);
+    }
+    throw InputError(path + ": is neither a ROS 1 bag of format 2.0 nor an MCAP file nor a bag of ROS 2 in sqlite3");
 }
 
 }  // namespace facet

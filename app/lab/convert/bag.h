@@ -20,6 +20,9 @@ struct BagTopic {
     WireFormat wire = WireFormat::kRos1;
 };
 
+/// package/msg/Name as package/Name.
+std::string short_type(std::string type);
+
 /// Data and topic are valid until the next message is read.
 struct BagMessage {
     const BagTopic* topic = nullptr;
@@ -43,8 +46,8 @@ public:
     virtual double share() const = 0;
 };
 
-/// Opens a ROS 1 bag (format 2.0), a ROS 2 bag in MCAP form, or the folder of one with its metadata.yaml. Topics whose
-/// messages are in another form are passed over. Throws InputError if it is none of these.
+/// Opens a ROS 1 bag (format 2.0), a ROS 2 bag in MCAP or sqlite3 form, or the folder of one with its metadata.yaml.
+/// Topics whose messages are in another form are passed over. Throws InputError if it is none of these.
 std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn);
 
 }  // namespace facet

@@ -187,7 +187,7 @@ private:
     std::string write_image_file(const RosImage& image, bool is_compressed, const std::string& path);
     std::string add_imu(const BagMessage& message, Table& table);
     std::string add_pose(const BagMessage& message, Table& table);
-    static std::string add_row(Table& table, std::int64_t stamp_ns, std::string row);
+    static std::string add_row(Table& table, std::int64_t stamp_ns, const std::string& row);
 
     const ImportOptions& options_;
     std::vector<std::unique_ptr<Table>> tables_;
@@ -217,11 +217,11 @@ void Importer::keep_calibration_in(const std::string& root) {
 }
 
 /// The rows' stamps are positive: nobody has set a header whose stamp is not.
-std::string Importer::add_row(Table& table, std::int64_t stamp_ns, std::string row) {
+std::string Importer::add_row(Table& table, std::int64_t stamp_ns, const std::string& row) {
     if (stamp_ns <= 0) {
         return "has no stamp";
     }
-    return table.rows.add(stamp_ns, std::move(row)) ? "" : "has a stamp that was there before, or is far out of order";
+    return table.rows.add(stamp_ns, row) ? "" : "has a stamp that was there before, or is far out of order";
 }
 
 std::string Importer::write_image_file(const RosImage& image, bool is_compressed, const std::string& path) {

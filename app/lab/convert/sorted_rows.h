@@ -19,8 +19,8 @@ public:
     SortedRows(std::size_t capacity, Give give) : capacity_(capacity), give_(std::move(give)) {}
 
     /// @return false if the stamp has been given already, or a later one: the row is dropped
-    bool add(std::int64_t stamp_ns, std::string row) {
-        if ((last_ns_.has_value() && stamp_ns <= *last_ns_) || !rows_.try_emplace(stamp_ns, std::move(row)).second) {
+    bool add(std::int64_t stamp_ns, const std::string& row) {
+        if ((last_ns_.has_value() && stamp_ns <= *last_ns_) || !rows_.try_emplace(stamp_ns, row).second) {
             return false;
         }
         if (rows_.size() > capacity_) {

@@ -4,6 +4,7 @@
 //
 // node bag_peer.cjs ros2 LOG.json FILE.mcap          CDR in MCAP, chunks compressed by zstd
 // node bag_peer.cjs ros1 LOG.json FILE.bag METHOD    METHOD: none, lz4 or bz2
+// node bag_peer.cjs cdr LOG.json                     prints the messages in CDR as JSON
 // node bag_peer.cjs read FILE.bag                    what @foxglove/rosbag finds in a bag of ours, as JSON
 // LOG.json is a list of {topic, type, time, message}; bytes are in hex.
 'use strict'
@@ -113,6 +114,13 @@ async function writeRos2(entries, file) {
   }
   await writer.end()
   fs.writeFileSync(file, Buffer.concat(pieces))
+}
+
+function writeCdr(entries) {
+  const serialize = serializers(entries, 2)
+  process.stdout.write(JSON.stringify(entries.map((entry) => ({
+    topic: entry.topic, type: entry.type, time: entry.time, hex: Buffer.from(serialize(entry)).toString('hex'),
+  }))))
 }
 
 const u32 = (value) => {
@@ -225,6 +233,7 @@ const entries = mode === 'read' ? [] : JSON.parse(fs.readFileSync(from, 'utf8'))
 Promise.resolve().then(() => {
   switch (mode) {
     case 'ros2': return writeRos2(entries, to)
+    case 'cdr': return writeCdr(entries)
     case 'ros1': return writeRos1(entries, to, method)
     default: return readRos1(from)
   }

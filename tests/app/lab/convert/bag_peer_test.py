@@ -6,12 +6,15 @@ installed: scripts/setup --npm installs them.
 Usage: bag_peer_test.py NODE_MODULES FACET...
 FACET is our program, after the emulator that runs it if there is one.
 
-Bags of ROS 2 (CDR in MCAP, written by @mcap/core) and of ROS 1 (each compression; @foxglove/rosbag reads them as well)
-become log folders with the same images, inertial samples and true poses, whatever form they had in the bag.
+Bags of ROS 2 (CDR in MCAP, written by @mcap/core, and in sqlite3) and of ROS 1 (each compression; @foxglove/rosbag
+reads them as well) become log folders with the same images, inertial samples and true poses, whatever form they had in
+the bag.
 """
+import contextlib
 import json
 import os
 import shutil
+import sqlite3
 import struct
 import subprocess
 import sys
@@ -113,6 +116,24 @@ def entries_of(encoding, truth):
             for time, topic, kind, message in entries]
 
 
+def write_sqlite(path, messages):
+    """The tables of rosbag2's sqlite3 storage."""
+    with contextlib.closing(sqlite3.connect(path)) as database, database:
+        database.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
+                         "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)")
+        database.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, "
+                         "timestamp INTEGER NOT NULL, data BLOB NOT NULL)")
+        ids = {}
+        for message in messages:
+            if message["topic"] not in ids:
+                ids[message["topic"]] = len(ids) + 1
+                kind = message["type"].replace("/", "/msg/")
+                database.execute("INSERT INTO topics VALUES(?, ?, ?, 'cdr', '')",
+                                 (ids[message["topic"]], message["topic"], kind))
+            database.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)",
+                             (ids[message["topic"]], int(message["time"]), bytes.fromhex(message["hex"])))
+
+
 def read_png(path):
     """Rows of an 8-bit grey PNG file."""
     data, at, packed = path.read_bytes(), 8, b""
@@ -202,6 +223,16 @@ def main():
         cut.write_bytes(bag.read_bytes()[:-5000])
         done = convert(cut, folder / "from_cut")
         assert done.returncode == 0 and "was cut off" in done.stderr, done
+
+        # The same messages in the form that ROS 2 had before MCAP.
+        database = folder / "bag.db3"
+        write_sqlite(database, json.loads(run_node(modules, "cdr", folder / "log.json")))
+        done = convert(database, folder / "from_sqlite")
+        assert done.returncode == 0, done.stderr
+        check_log(folder / "from_sqlite", "sqlite3")
+        database.write_bytes(database.read_bytes()[:-20000])
+        done = convert(database, folder / "from_cut_sqlite")
+        assert done.returncode in (1, 2) or "cannot be read to its end" in done.stderr, done
 
         ros2 = folder / "rosbag2"
         ros2.mkdir()
