@@ -142,8 +142,8 @@ void OccupancyGrid::doubt(const Eigen::Vector3d& p_W) {
     }
 }
 
-/// Whether the keyframe sees a face so steeply that it may bridge the step from one surface to the next. Along a straight
-/// edge such faces lie in one plane, so that the mesh takes them for a slanted surface.
+/// Whether the keyframe sees a face so steeply that it may bridge the step from one surface to the next. Along a
+/// straight edge such faces lie in one plane, so that the mesh takes them for a slanted surface.
 bool OccupancyGrid::may_bridge(const HorizonMesh& mesh, const MeshFace& face) const {
     const Eigen::Vector3d ray = mesh.centroid(face) - p_W_C_;
     const double least_cosine = std::cos(config_.obstacle_grazing_deg * kRadPerDeg);
