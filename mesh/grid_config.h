@@ -15,6 +15,7 @@ struct GridConfig {
     double body_radius_m = 0.25;
     double ray_spacing_rad = 0.018;
     double forget_s = 600.0;
+    double obstacle_grazing_deg = 65.0;
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
@@ -32,6 +33,9 @@ inline constexpr auto kGridFields = std::to_array<ParameterField<GridConfig>>({
      "Lines of sight to a face are this far apart, and at least a cell."},
     {FACET_FIELD(GridConfig, forget_s), "s", 1, 3600,
      "Cells that nothing has confirmed for this time are unknown again."},
+    {FACET_FIELD(GridConfig, obstacle_grazing_deg), "deg", 1, 90,
+     "A face seen at a larger angle to its normal may bridge a step in depth: it makes no obstacle, but space that is "
+     "not free."},
 });
 
 }  // namespace facet

@@ -42,7 +42,8 @@ struct MeshFace {
     float area_m2 = 0.0F;
     float sigma_m = 0.0F;              ///< standard deviation along the normal, rms of the three vertices
     std::uint32_t born = 0;            ///< number of the update that made it: its age is the current one minus this
-    std::uint32_t last_observed = 0;   ///< number of the last update whose triangulation had it
+    std::uint32_t last_observed = 0;   ///< number of the last update whose triangulation had it,
+    std::uint32_t last_confirmed = 0;  ///< and of the last one that accepted it; 0: none has (it closes a hole)
     std::uint16_t observations = 0;    ///< keyframes whose triangulation confirmed it, or the face it replaced
     std::uint16_t contradictions = 0;  ///< times something was seen behind it, or a step in it
     std::uint16_t doubts = 0;  ///< times what is in its place was refused for reasons that say nothing of the surface

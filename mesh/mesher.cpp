@@ -234,7 +234,7 @@ void Mesher::merge() {
         } else if (is_accepted) {
             if (const auto added = mesh_.add_face(vertex); added.ok()) {
                 MeshFace& face = mesh_.face(added.value());
-                face.born = face.last_observed = update_;
+                face.born = face.last_observed = face.last_confirmed = update_;
                 face.observations = 1;
                 face_of_triangle_[i] = added.value();
                 ++counters_.added;
@@ -256,6 +256,7 @@ void Mesher::confirm(FaceIndex f, FaceVerdict verdict, std::size_t triangle) {
     count = static_cast<std::uint16_t>(std::min(count + 1, 0xffff));
     face.last_observed = update_;
     if (is_accepted) {
+        face.last_confirmed = update_;
         face.is_fill = false;
         face.unseen_s = 0.0F;
         face_of_triangle_[triangle] = f;

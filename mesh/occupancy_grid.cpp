@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mesh/grid_walk.h"
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
@@ -141,16 +142,25 @@ void OccupancyGrid::doubt(const Eigen::Vector3d& p_W) {
     }
 }
 
+/// Whether the keyframe sees a face so steeply that it may bridge the step from one surface to the next. Along a
+/// straight edge such faces lie in one plane, so that the mesh takes them for a slanted surface.
+bool OccupancyGrid::may_bridge(const HorizonMesh& mesh, const MeshFace& face) const {
+    const Eigen::Vector3d ray = mesh.centroid(face) - p_W_C_;
+    const double least_cosine = std::cos(config_.obstacle_grazing_deg * kRadPerDeg);
+    return std::abs(ray.dot(face.normal_W.cast<double>())) < least_cosine * ray.norm();
+}
+
 void OccupancyGrid::hit_faces(const HorizonMesh& mesh, std::uint32_t update) {
     for (int i = 0; i < mesh.face_end(); ++i) {
-        if (!mesh.is_face(i) || mesh.face(static_cast<FaceIndex>(i)).last_observed != update) {
+        if (!mesh.is_face(i) || mesh.face(static_cast<FaceIndex>(i)).last_confirmed != update) {
             continue;
         }
         const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
         const double sigma = std::min(static_cast<double>(face.sigma_m), 4.0 * config_.cell_m);
         const bool is_thick = sigma > 0.5 * config_.cell_m;
+        const bool is_obstacle = !may_bridge(mesh, face);
         const Eigen::Vector3d off = sigma * face.normal_W.cast<double>();
-        const auto visit = [&](const Eigen::Vector3d& p) { hit(p); };
+        const auto visit = [&](const Eigen::Vector3d& p) { is_obstacle ? hit(p) : doubt(p); };
         const auto around = [&](const Eigen::Vector3d& p) {
             doubt(p + off);
             doubt(p - off);
@@ -187,7 +197,7 @@ void OccupancyGrid::carve(const Eigen::Vector3d& p_W, double sigma_m, int weight
 
 void OccupancyGrid::carve_faces(const HorizonMesh& mesh, std::uint32_t update) {
     for (int i = 0; i < mesh.face_end(); ++i) {
-        if (!mesh.is_face(i) || mesh.face(static_cast<FaceIndex>(i)).last_observed != update) {
+        if (!mesh.is_face(i) || mesh.face(static_cast<FaceIndex>(i)).last_confirmed != update) {
             continue;
         }
         const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));

@@ -61,7 +61,8 @@ struct GridSector {
 
 /// A grid of kGridX x kGridY x kGridZ cubes, aligned with W, that rolls with the vehicle: what leaves it is forgotten.
 /// Each cell counts evidence e, positive for occupied:
-///   hit    e <- max(e, 0) + 2, at most 5: a face of the mesh that the keyframe shows, or a landmark, is in it
+///   hit    e <- max(e, 0) + 2, at most 5: a face of the mesh that the keyframe confirms, or a landmark, is in it
+///   doubt  e <- max(e, -1): an uncertain face may be in it, or one seen so steeply that it may bridge a step in depth
 ///   carve  e <- e - w, at least -6: a line of sight from the camera has passed it; w = 2 to a landmark of several
 ///          views, w = 1 to any other point or a face. It ends a cell and two standard deviations before its target
 ///   flown  e <- -6: the vehicle was there
@@ -149,6 +150,7 @@ private:
     void advance(Timestamp stamp);
     void roll_to(const Eigen::Vector3d& p_W);
     void forget_layer();
+    bool may_bridge(const HorizonMesh& mesh, const MeshFace& face) const;
     void hit_faces(const HorizonMesh& mesh, std::uint32_t update);
     void hit(const Eigen::Vector3d& p_W);
     void doubt(const Eigen::Vector3d& p_W);

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Installs the library, moves it elsewhere, and builds and runs docs/example with it.
+"""Installs the library, moves it elsewhere, and builds and runs docs/example with it: the estimator by itself, and the
+planner at the end of a replay's stream.
 
-Usage: library_test.py --build FOLDER --work FOLDER --compiler PATH [--launcher PATH] --build-type TYPE --flags FLAGS
+Usage: library_test.py --build FOLDER --facet PATH --work FOLDER --compiler PATH [--launcher PATH] --build-type TYPE
+       --flags FLAGS
 """
 import argparse
 import json
@@ -10,6 +12,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -30,6 +33,7 @@ def check_installed(prefix):
     headers = {path.relative_to(prefix / "include/facet") for path in (prefix / "include").rglob("*") if path.is_file()}
     parts = [ROOT / part for part in ("platform/base", "estimator", "mesh")]
     wanted = {path.relative_to(ROOT) for part in parts for path in part.rglob("*.h")}
+    wanted |= {Path(f"drivers/world_stream/world_{part}.h") for part in ("message", "reader", "state")}
     assert headers == wanted, headers ^ wanted
     for path in (prefix / "lib/cmake/facet").iterdir():
         assert str(ROOT) not in path.read_text(encoding="utf-8"), path
@@ -37,9 +41,11 @@ def check_installed(prefix):
 
 def check_flags(build, wanted):
     """Users get the flags that their code must share with the library's, and none of its warnings."""
-    (entry,) = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
-    words = entry["command"].split()
-    assert set(wanted.split()) <= set(words) and not any(word.startswith("-W") for word in words), words
+    entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    assert len(entries) == 2, entries
+    for entry in entries:
+        words = entry["command"].split()
+        assert set(wanted.split()) <= set(words) and not any(word.startswith("-W") for word in words), words
 
 
 def check_output(text):
@@ -49,9 +55,35 @@ def check_output(text):
     assert int(match[4]) > 100 and int(match[5]) == 1, text  # before one wall
 
 
+def check_planner(planner, facet, work):
+    """It follows a replay in real time from the socket's first moment to its end, and the replay is none the worse."""
+    log, socket = work / "log", work / "world"
+    run(facet, "sim", "--scene", "room", "--out", log, "--duration", "5", "--seed", "3", "--samples", "1")
+    run(facet, "replay", log, "--out", work / "alone", "--quiet")
+    assert subprocess.run([planner, socket], capture_output=True, check=False).returncode == 2  # nobody is there yet
+    with subprocess.Popen([facet, "replay", log, "--out", work / "streamed", "--quiet", "--realtime", "--stream",
+                           socket], stdout=subprocess.DEVNULL) as replay:
+        while not socket.exists():
+            assert replay.poll() is None, "the replay has ended before it streamed"
+            time.sleep(0.01)
+        lines = run(planner, socket).splitlines()
+    assert replay.returncode == 0
+    trajectories = [(work / out / "trajectory.csv").read_bytes() for out in ("alone", "streamed")]
+    assert trajectories[0] == trajectories[1]
+    found = [re.fullmatch(r"keyframe (\d+): (\S+) m from (an obstacle|unknown space), away along \(.*\)", line)
+             for line in lines]
+    assert len(found) > 5 and all(found), lines
+    numbers = [int(match[1]) for match in found]
+    assert numbers == sorted(set(numbers)), lines
+    # It stands, then flies through what it has cleared, and never touches anything.
+    assert all(0.0 < float(match[2]) <= 2.0 for match in found[1:]), lines
+    assert not socket.exists()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=Path, required=True)
+    parser.add_argument("--facet", type=Path, required=True)
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--compiler", required=True)
     parser.add_argument("--launcher", default="")
@@ -72,6 +104,7 @@ def main():
     check_flags(build, arguments.flags)
     run("cmake", "--build", build)
     check_output(run(build / "facet_example"))
+    check_planner(build / "facet_planner", arguments.facet, arguments.work)
     return 0
 
 

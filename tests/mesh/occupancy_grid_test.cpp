@@ -162,6 +162,96 @@ TEST_CASE("the body carves where it has flown, also through what the mesh holds 
     CHECK(w.grid->box({20.0, 0.4, -0.1}, {21.1, 0.6, 0.1}).space == Space::kUnknown);
 }
 
+TEST_CASE("a face in whose place the keyframe sees a step is no obstacle") {
+    // GIVEN a wall some points of which turn out to be a metre and a half farther away: faces span the step
+    World flat = wall_at(3.05);
+    World stepped = flat;
+    for (auto& [id, p] : stepped.points) {
+        p *= id % 7 == 0 ? 1.5 : 1.0;  // along the ray: the triangles in the image stay the same
+    }
+    Watcher w;
+    GridConfig config;
+    config.obstacle_grazing_deg = 90.0;  // by which some of them would be doubted anyway
+    REQUIRE(ok(w.grid->configure(config)));
+    w.see(flat, kHere, 10.0);
+    w.see(stepped, kHere, 10.25);
+    int bridging = 0;
+    for (int i = 0; i < w.mesher->mesh().face_end(); ++i) {
+        if (w.mesher->mesh().is_face(i)) {
+            const MeshFace& face = w.mesher->mesh().face(static_cast<FaceIndex>(i));
+            const double x = w.mesher->mesh().centroid(face).x();
+            bridging += x > 3.4 && x < 4.2 ? 1 : 0;
+        }
+    }
+    REQUIRE(bridging > 3);  // one contradiction does not remove a face
+    int occupied = 0;
+    for (double z = -0.95; z < 1.0; z += 0.1) {
+        for (double y = -1.45; y < 1.5; y += 0.1) {
+            for (double x = 3.35; x < 4.3; x += 0.1) {
+                occupied += w.grid->at({x, y, z}).space == Space::kOccupied ? 1 : 0;
+            }
+        }
+    }
+    CHECK(occupied == 0);
+}
+
+/// A mesh of one face across the x axis at 3 m.
+std::unique_ptr<HorizonMesh> one_face(double sigma_m) {
+    auto mesh = std::make_unique<HorizonMesh>();
+    std::array<VertexSlot, 3> slots{};
+    const std::array<Vector3d, 3> corners{Vector3d(3.05, -0.6, -0.4), Vector3d(3.05, 0.0, 0.7),
+                                          Vector3d(3.05, 0.6, -0.4)};
+    for (std::uint32_t k = 0; k < 3; ++k) {
+        slots[k] = mesh->add_vertex({k + 1}).value();
+        mesh->vertex(slots[k]).measured_W = corners[k];
+        mesh->vertex(slots[k]).covariance_W = static_cast<float>(sigma_m * sigma_m) * Eigen::Matrix3f::Identity();
+    }
+    MeshFace& face = mesh->face(mesh->add_face(slots).value());
+    face.observations = 3;
+    face.last_observed = 1;
+    return mesh;
+}
+
+TEST_CASE("a face that only closes a hole neither makes an obstacle nor frees what is before it") {
+    const auto mesh = one_face(0.01);
+    MeshFace& face = mesh->face(0);
+    face.is_fill = true;
+    const auto view = view_of({}, kHere, 10);
+    const auto owned = std::make_unique<OccupancyGrid>();
+    OccupancyGrid& grid = *owned;
+    grid.update(*view, *mesh, 1);
+    CHECK(grid.at({3.02, 0.0, 0.0}).space == Space::kUnknown);
+    grid.update(*view, *mesh, 1);
+    CHECK(grid.at({1.5, 0.0, 0.0}).space == Space::kUnknown);
+    // WHEN a keyframe shows it
+    face.is_fill = false;
+    face.last_confirmed = 1;
+    grid.update(*view, *mesh, 1);
+    CHECK(grid.at({3.02, 0.0, 0.0}).space == Space::kOccupied);
+}
+
+TEST_CASE("a face seen at a grazing angle leaves its place unknown: it may bridge a step") {
+    const auto mesh = one_face(0.01);
+    MeshFace& face = mesh->face(0);
+    const auto view = view_of({}, kHere, 10);
+    const auto grid = std::make_unique<OccupancyGrid>();
+    const auto turned_to = [&](double deg) {
+        const double angle = deg * std::numbers::pi / 180.0;
+        face.normal_W = Vector3d(-std::cos(angle), 0.0, std::sin(angle)).cast<float>();
+        face.last_confirmed = 1;
+        grid->clear();
+        grid->update(*view, *mesh, 1);
+        return grid->at({3.02, 0.0, 0.0}).space;
+    };
+    CHECK(turned_to(0.0) == Space::kOccupied);
+    CHECK(turned_to(60.0) == Space::kOccupied);
+    CHECK(turned_to(70.0) == Space::kUnknown);
+    GridConfig config;
+    config.obstacle_grazing_deg = 90.0;
+    REQUIRE(ok(grid->configure(config)));
+    CHECK(turned_to(70.0) == Space::kOccupied);
+}
+
 TEST_CASE("nearest cells agree with a search over all of them") {
     Watcher w;
     World world;

@@ -93,7 +93,7 @@ std::unique_ptr<OccupancyGrid> corridor() {
     mesh.vertex(slots[0]).measured_W = {-1.0, 2.05, -1.0};
     mesh.vertex(slots[1]).measured_W = {1.0, 2.05, -1.0};
     mesh.vertex(slots[2]).measured_W = {0.0, 2.05, 1.0};
-    mesh.face(mesh.add_face(slots).value()).last_observed = 1;
+    mesh.face(mesh.add_face(slots).value()).last_confirmed = 1;
     KeyframeView view;
     for (int k = 0; k <= 14; ++k) {
         view.stamp = {250'000'000LL * k};
