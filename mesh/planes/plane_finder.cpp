@@ -63,7 +63,7 @@ const PlaneProposals& PlaneFinder::update(const HorizonMesh& mesh, const Keyfram
 void PlaneFinder::take_estimates(const PlaneEstimates& estimates) {
     for (TrackedPlane& plane : planes_) {
         const auto at = std::find_if(estimates.begin(), estimates.end(), [&](const PlaneEstimate& e) {
-            return is_usable(e) && e.id == plane.id && e.kind == plane.kind;
+            return is_usable(e) && e.id == plane.proposed && e.kind == plane.kind;
         });
         plane.is_held = at != estimates.end();
         if (plane.is_held) {
@@ -221,7 +221,7 @@ void PlaneFinder::propose() {
         }
         plane.is_reported = true;
         PlaneProposal& proposal = proposals_.push_back({});
-        proposal.id = plane.id;
+        proposal.id = plane.proposed;
         proposal.kind = plane.kind;
         proposal.normal_W = plane.fit.normal_W;
         proposal.distance_m = plane.fit.distance_m;

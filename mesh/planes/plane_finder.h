@@ -21,8 +21,9 @@ namespace facet {
 /// A plane as the finder knows it.
 struct TrackedPlane {
     PlaneSerial serial = 0;
-    PlaneId id;  ///< invalid until confirmed
+    PlaneId id;  ///< invalid until confirmed; that of a plane which had left, if it is that one
     PlaneKind kind = PlaneKind::kHorizontal;
+    PlaneId proposed;  ///< under which the estimator knows it: to it, a plane that has come back is another one
     PlaneFit fit;
     double area_m2 = 0.0;           ///< of its faces in the horizon
     int landmarks = 0;              ///< on it now
@@ -59,8 +60,9 @@ struct PlaneCounters {
 /// Two planes are equal if one plane fits the landmarks of both, and if normal and distance, compared at each other's
 /// landmarks, differ by no more than their uncertainty explains, within absolute limits. A plane lost for more than
 /// `leave_keyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
-/// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one that
-/// has left, given the drift since (PlaneMemory), gets its id instead of a new one.
+/// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
+/// which has left, given the drift since (PlaneMemory), gets its id instead of a new one. It is proposed as another one
+/// all the same: the estimator would gain nothing.
 /// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 950 KB: allocate it once.
 /// Thread-bound. Deterministic. No heap.
 class PlaneFinder {
@@ -109,7 +111,7 @@ private:
     void note_sightings();
     void retire();
     void confirm();
-    PlaneId identify(std::size_t plane);
+    PlaneId identify(const TrackedPlane& plane);
     bool make_room();
     void propose();
     int confirmed() const;

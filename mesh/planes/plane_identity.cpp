@@ -82,7 +82,7 @@ void PlaneFinder::merge_equal() {
     for (std::size_t i = 0; i < planes_.size(); ++i) {
         for (std::size_t j = i + 1; j < planes_.size();) {
             // By serial the first is older; but one with an id stays before one without.
-            const bool keeps_first = planes_[i].id <= planes_[j].id;
+            const bool keeps_first = planes_[i].proposed <= planes_[j].proposed;
             if (!merge(keeps_first ? planes_[i] : planes_[j], keeps_first ? planes_[j] : planes_[i])) {
                 ++j;
                 continue;
@@ -171,29 +171,23 @@ void PlaneFinder::confirm() {
         while (planes_[i].serial != serial) {
             --i;
         }
-        const PlaneId id = identify(i);
-        i = std::min(i, planes_.size() - 1);
-        while (planes_[i].serial != serial) {
-            --i;
-        }
-        planes_[i].id = id;
+        planes_[i].proposed = PlaneId{next_id_++};
+        planes_[i].id = identify(planes_[i]);
         ++counters_.confirmed;
     }
 }
 
-/// The id of a new plane: that of one which has left, which goes if it is still followed, or a new one.
-PlaneId PlaneFinder::identify(std::size_t plane) {
-    const TrackedPlane& p = planes_[plane];
-    const PlaneId id = memory_.recall({{}, p.kind, p.fit, p.surface_W, p.from});
+/// The id of a new plane: that of one which has left, or its own. If the one which has left is still followed, it would
+/// come back as another.
+PlaneId PlaneFinder::identify(const TrackedPlane& plane) {
+    const PlaneId id = memory_.recall({{}, plane.kind, plane.fit, plane.surface_W, plane.from});
     if (!id.valid()) {
-        return PlaneId{next_id_++};
+        return plane.proposed;
     }
     ++counters_.recalled;
-    for (std::size_t i = 0; i < planes_.size(); ++i) {
-        if (planes_[i].id == id) {
-            planes_.erase_at(i);
-            break;
-        }
+    const auto at = std::find_if(planes_.begin(), planes_.end(), [=](const TrackedPlane& p) { return p.id == id; });
+    if (at != planes_.end()) {
+        at->id = PlaneId{next_id_++};
     }
     return id;
 }

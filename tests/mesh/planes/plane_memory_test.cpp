@@ -20,7 +20,6 @@ using Eigen::Matrix4d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 using test::Corner;
-using test::find_like;
 using test::kCorner;
 using test::looking;
 using test::PlaneRig;
@@ -181,7 +180,7 @@ TEST_CASE("the finder gives planes their old ids after minutes and a drift, if t
     config.forget_keyframes = 3;
     PlaneRig rig(world, config);
     rig.hover(kCorner, 4);
-    const PlaneProposals before = rig.finder->proposals();
+    const std::vector<TrackedPlane> before(rig.finder->planes().begin(), rig.finder->planes().end());
     REQUIRE(before.size() == 3);
     for (int k = 0; k < 40; ++k) {
         rig.step(looking({0.0, 0.0, 1.3}, 3.0, 0.0));  // nothing is there
@@ -191,13 +190,17 @@ TEST_CASE("the finder gives planes their old ids after minutes and a drift, if t
     if (knows) {
         rig.viewer.last().heading_and_place.diagonal() << 1e-6, 0.01, 0.01, 0.01;
     }
-    const PlaneProposals& after = rig.hover(kCorner, 6);
+    rig.hover(kCorner, 6);
+    const auto after = rig.finder->planes();
     REQUIRE(after.size() == 3);
-    for (const PlaneProposal& plane : before) {
-        const PlaneProposal* again = find_like(after, plane.normal_W);
-        REQUIRE(again != nullptr);
+    for (const TrackedPlane& plane : before) {
+        const auto again = std::find_if(after.begin(), after.end(), [&](const TrackedPlane& p) {
+            return p.fit.normal_W.dot(plane.fit.normal_W) > 0.95;
+        });
+        REQUIRE(again != after.end());
         CHECK((again->id == plane.id) == knows);
-        CHECK(std::abs(again->distance_m - plane.distance_m) > 0.05);  // the id comes back, not the place
+        CHECK(again->proposed > plane.proposed);                               // another one to the estimator
+        CHECK(std::abs(again->fit.distance_m - plane.fit.distance_m) > 0.05);  // the id comes back, not the place
     }
     CHECK(rig.finder->counters().recalled == (knows ? 3 : 0));
     CHECK(rig.finder->counters().confirmed == 6);
