@@ -125,6 +125,16 @@ TEST_CASE("help, version and info explain the program") {
     }
 }
 
+TEST_CASE("report is the script of the source tree") {
+    const test::TempDir dir;
+    const Outcome help = run(dir, "report --help");
+    CHECK(help.code == 0);
+    CHECK(contains(help.out, "usage: report"));
+    const Outcome refused = run(dir, "report " + dir.file("none"));
+    CHECK(refused.code == 2);
+    CHECK(contains(refused.err, "report: error: " + dir.file("none")));
+}
+
 TEST_CASE("bad usage is one line and exit code 2") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 3);
