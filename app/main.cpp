@@ -13,6 +13,7 @@
 #include "app/commands/info_command.h"
 #include "app/commands/record_command.h"
 #include "app/commands/replay_command.h"
+#include "app/commands/report_command.h"
 #include "app/commands/run_command.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/sim_command.h"
@@ -39,6 +40,7 @@ int run_program(int argc, char** argv) {
     facet::add_record_command(app, exit_code);
     facet::add_replay_command(app, exit_code);
     facet::add_eval_command(app, exit_code);
+    facet::add_report_command(app, exit_code);
     facet::add_check_calibration_command(app, exit_code);
     facet::add_check_config_command(app, exit_code);
     facet::add_calibrate_command(app, exit_code);

@@ -21,6 +21,7 @@
 #include "app/lab/eval/sweep_accuracy.h"
 #include "app/support/console.h"
 #include "app/support/input_error.h"
+#include "app/support/progress.h"
 #include "app/support/text_file.h"
 #include "drivers/replay_asl/asl_dataset.h"
 #include "drivers/replay_asl/ground_truth.h"
@@ -29,6 +30,11 @@ namespace facet {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Shares of the work that are done, in percent, about; and for how long nothing is said of it.
+constexpr std::size_t kSceneLoaded = 20;
+constexpr std::size_t kMeshCompared = 90;
+constexpr double kPatience_s = 2.0;
 
 struct EvalArguments {
     std::string groundtruth;
@@ -207,9 +213,14 @@ int evaluate_files(const EvalArguments& args) {
     print_out("{}{}", text_report(evaluation), consistency ? text_report(*consistency) : "");
     std::string json = json_report(evaluation, args.groundtruth, tum, consistency ? &*consistency : nullptr);
     if (!args.scene.empty() && evaluation.matched > 0) {
+        Progress progress("eval", "%", 100, kPatience_s);
         const SceneTruth scene = load_true_scene(args, truth, estimate);
+        progress.update(kSceneLoaded);
         json = evaluate_scene(args, scene, evaluation.se3.T_true_est, json);
+        progress.update(kMeshCompared);
         json = evaluate_grid(args, truth, estimate, scene, json);
+        progress.update(100);
+        progress.finish();
     }
     if (!args.json.empty()) {
         TextFile file(args.json);

@@ -7,20 +7,29 @@
 namespace facet {
 
 void add_view_options(CLI::App& command, ViewArguments& arguments) {
-    command.add_option("--view", arguments.port,
-                       "Show the flight in a browser on this computer, at this port; 0: any that is free");
-    command.add_option("--view-page", arguments.page, "The page for it, which scripts/report --live makes");
+    command.add_option(
+        "--view", arguments.place,
+        "[ADDRESS:]PORT: show the flight to browsers and to Foxglove, on this computer without an address; "
+        "port 0: any that is free");
+    command.add_option("--view-token", arguments.token,
+                       "File with a word in its first line without which nobody is shown the flight; other addresses "
+                       "than loopback need it");
+    command.add_option("--view-page", arguments.page, "The page for browsers, which scripts/report --live makes");
 }
 
 std::unique_ptr<LiveView> open_view(const ViewArguments& arguments, const StereoRig& rig) {
-    if (!arguments.port) {
-        if (!arguments.page.empty()) {
-            throw InputError("--view-page: needs --view");
+    if (arguments.place.empty()) {
+        if (!arguments.page.empty() || !arguments.token.empty()) {
+            throw InputError(fmt::format("--view-{}: needs --view", arguments.page.empty() ? "token" : "page"));
         }
         return nullptr;
     }
-    auto view = std::make_unique<LiveView>(ViewOptions{.port = *arguments.port, .page = arguments.page, .rig = rig});
-    print_err("view: http://127.0.0.1:{}/\n", view->port());
+    ViewOptions options{.place = parse_view_place(arguments.place), .token = "", .page = arguments.page, .rig = rig};
+    if (!arguments.token.empty()) {
+        options.token = read_view_token(arguments.token);
+    }
+    auto view = std::make_unique<LiveView>(options);
+    print_err("view: http://{}/{}\n", to_text(view->place()), options.token.empty() ? "" : "#token=THE_TOKEN");
     return view;
 }
 

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// --view PORT and --view-page FILE of run and replay.
+// --view [ADDRESS:]PORT, --view-token FILE and --view-page FILE of run and replay.
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "app/view/live_view.h"
@@ -14,14 +12,16 @@ namespace facet {
 
 /// What the user typed.
 struct ViewArguments {
-    std::optional<std::uint16_t> port;
+    std::string place;  ///< empty: no view
+    std::string token;  ///< name of its file
     std::string page;
 };
 
 void add_view_options(CLI::App& command, ViewArguments& arguments);
 
-/// Begins to serve, and names the address on stderr; nullptr without --view. Throws InputError for a page without a
-/// port, a page that cannot be read, or a port that cannot be had.
+/// Begins to serve, and names the address on stderr; nullptr without --view. Throws InputError for a place
+/// that is none, that cannot be had, or that needs a token, and for a token or a page without a place or that cannot be
+/// read.
 std::unique_ptr<LiveView> open_view(const ViewArguments& arguments, const StereoRig& rig);
 
 /// One line on stdout for the end of a run.

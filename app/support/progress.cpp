@@ -23,10 +23,11 @@ std::string minutes(double seconds) {
 
 }  // namespace
 
-Progress::Progress(std::string label, std::string unit, std::size_t total)
+Progress::Progress(std::string label, std::string unit, std::size_t total, double quiet_s)
     : label_(std::move(label)),
       unit_(std::move(unit)),
       total_(std::max<std::size_t>(total, 1)),
+      quiet_s_(quiet_s),
       terminal_(isatty(STDERR_FILENO) != 0),
       begin_(Clock::now()),
       last_draw_(begin_ - kRedraw) {}
@@ -35,6 +36,9 @@ double Progress::elapsed_s() const { return std::chrono::duration<double>(Clock:
 
 void Progress::update(std::size_t done) {
     done_ = std::min(done, total_);
+    if (elapsed_s() < quiet_s_) {
+        return;
+    }
     if (terminal_) {
         if (Clock::now() - last_draw_ >= kRedraw || done_ == total_) {
             draw_bar();
@@ -76,6 +80,9 @@ void Progress::note(const std::string& line) {
 void Progress::finish() {
     clear_bar();
     const double seconds = elapsed_s();
+    if (seconds < quiet_s_) {
+        return;
+    }
     print_err("{}: {} {} in {:.1f} s ({:.1f}/s)\n", label_, done_, unit_, seconds,
               static_cast<double>(done_) / std::max(seconds, 1e-6));
 }

@@ -12,9 +12,10 @@ namespace facet {
 /// Thread-bound. Writes to stderr only.
 class Progress {
 public:
-    /// @param label  what is being done, e.g. "replay"
-    /// @param unit   what is counted, e.g. "frames"
-    Progress(std::string label, std::string unit, std::size_t total);
+    /// @param label    what is being done, e.g. "replay"
+    /// @param unit     what is counted, e.g. "frames"
+    /// @param quiet_s  nothing is said of what is over sooner than this (s)
+    Progress(std::string label, std::string unit, std::size_t total, double quiet_s = 0.0);
 
     /// Reports that `done` of the total are done; cheap to call for each one.
     void update(std::size_t done);
@@ -33,6 +34,7 @@ private:
     std::string label_;
     std::string unit_;
     std::size_t total_;
+    double quiet_s_;
     std::size_t done_ = 0;
     bool terminal_;
     bool drawn_ = false;

@@ -46,8 +46,9 @@ class LiveView::Server {
 public:
     explicit Server(const ViewOptions& options) : acceptor_(io_), timer_(io_) {
         source_.page = read_page(options.page);
+        source_.token = options.token;
         source_.hello = hello_message(options.rig);
-        listen(options.port);
+        listen(options.place);
         for (ViewSnapshot* snapshot : {&inbox_, &taken_}) {
             snapshot->states.reserve(kMaxStates);
             snapshot->mesh.faces.reserve(kMaxFaces);
@@ -110,16 +111,22 @@ public:
         }
     }
 
-    std::uint16_t port() const { return port_; }
+    const ViewPlace& place() const { return place_; }
     ViewAccount account() const {
         return {offered_, skipped_, source_.replaced + source_.foxglove.replaced(), source_.viewers,
                 source_.foxglove.seen()};
     }
 
 private:
-    void listen(std::uint16_t port) {
+    void listen(const ViewPlace& wanted) {
+        if (source_.token.empty() && !is_loopback(wanted.address)) {
+            throw InputError(
+                fmt::format("--view {}: others could look along: give a --view-token, or leave the address "
+                            "out to listen on this computer alone",
+                            to_text(wanted)));
+        }
         boost::system::error_code error;
-        const Tcp::endpoint place(asio::ip::address_v4::loopback(), port);
+        const Tcp::endpoint place(asio::ip::make_address(wanted.address, error), wanted.port);
         acceptor_.open(place.protocol(), error);
         acceptor_.set_option(Tcp::acceptor::reuse_address(true), error);
         acceptor_.bind(place, error);
@@ -127,9 +134,9 @@ private:
             acceptor_.listen(asio::socket_base::max_listen_connections, error);
         }
         if (error) {
-            throw InputError(fmt::format("--view {}: {}", port, error.message()));
+            throw InputError(fmt::format("--view {}: {}", to_text(wanted), error.message()));
         }
-        port_ = acceptor_.local_endpoint().port();
+        place_ = {wanted.address, acceptor_.local_endpoint().port()};
     }
 
     void accept() {
@@ -189,7 +196,7 @@ private:
     ViewSnapshot inbox_;
     std::atomic<std::uint64_t> offered_{0};
     std::atomic<std::uint64_t> skipped_{0};
-    std::uint16_t port_ = 0;
+    ViewPlace place_;
     std::thread thread_;
 };
 
@@ -200,7 +207,7 @@ bool LiveView::wants_picture(Timestamp stamp, bool has_points) const {
 }
 bool LiveView::wants_calibration() const { return server_->wants_calibration(); }
 void LiveView::offer(const ViewState& state, const Fillers& fillers) { server_->offer(state, fillers); }
-std::uint16_t LiveView::port() const { return server_->port(); }
+const ViewPlace& LiveView::place() const { return server_->place(); }
 ViewAccount LiveView::account() const { return server_->account(); }
 
 }  // namespace facet

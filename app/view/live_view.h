@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "app/view/view_place.h"
 #include "app/view/view_snapshot.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "platform/base/timestamp.h"
@@ -14,9 +15,10 @@
 namespace facet {
 
 struct ViewOptions {
-    std::uint16_t port = 0;  ///< on 127.0.0.1; 0: any that is free
-    std::string page;        ///< HTML file for "/"; empty: a sentence that says how to make one
-    StereoRig rig;           ///< of which the left camera is shown
+    ViewPlace place;    ///< loopback by default
+    std::string token;  ///< without which nobody is shown anything; must be given if the place is not loopback
+    std::string page;   ///< HTML file for "/"; empty: a sentence that says how to make one
+    StereoRig rig;      ///< of which the left camera is shown
 };
 
 struct ViewAccount {
@@ -27,12 +29,13 @@ struct ViewAccount {
     std::uint64_t foxglove = 0;  ///< clients of Foxglove's protocol that have connected
 };
 
-/// A small web server on the loopback interface, with a thread of its own: the page at /, at /live a WebSocket of
-/// frames, meshes and pictures for it, and at any place the WebSocket protocol of Foxglove (foxglove_hub.h) for clients
-/// that ask for that. offer() copies into one buffer if that is free, and never waits: it locks nothing that the thread
-/// holds while it sends. A browser has at most one message under way and the newest of each kind waiting, a client of
-/// Foxglove's a few more; what is older is replaced. At most kMaxViewers of both at once. Only pages of this server and
-/// Foxglove may connect (Origin). Heap, but not in offer() as long as the fillers stay within the bounds below.
+/// A small web server with a thread of its own: the page at /, at /live a WebSocket of frames, meshes and pictures for
+/// it, and at any place the WebSocket protocol of Foxglove (foxglove_hub.h) for clients that ask for that. offer()
+/// copies into one buffer if that is free, and never waits: it locks nothing that the thread holds while it sends. A
+/// browser has at most one message under way and the newest of each kind waiting, a client of Foxglove's a few more;
+/// what is older is replaced. At most kMaxViewers of both at once. With a token, only who has it is shown the flight;
+/// without, only who reaches the server under a name of this computer (Host), and of pages its own and Foxglove's
+/// (Origin). Heap, but not in offer() as long as the fillers stay within the bounds below.
 class LiveView {
 public:
     static constexpr std::size_t kMaxViewers = 8;
@@ -44,7 +47,7 @@ public:
     static constexpr Duration kPicturePeriod{200'000'000};   ///< the least time between two
     static constexpr Duration kPointlessAfter{500'000'000};  ///< then one without points comes
 
-    /// Throws InputError if the page cannot be read or the port cannot be had.
+    /// Throws InputError if the page cannot be read, the port cannot be had, or others could look without a token.
     explicit LiveView(const ViewOptions& options);
     /// Ends the connections.
     ~LiveView();
@@ -67,7 +70,8 @@ public:
     /// Thread-bound, as are wants_picture() and wants_calibration().
     void offer(const ViewState& state, const Fillers& fillers = {});
 
-    std::uint16_t port() const;
+    /// Where it listens: with the port that was free if any would do.
+    const ViewPlace& place() const;
     /// Thread-safe.
     ViewAccount account() const;
 

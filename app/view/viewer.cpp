@@ -2,7 +2,10 @@
 #include "app/view/viewer.h"
 
 #include <chrono>
+#include <string_view>
 #include <utility>
+
+#include "app/view/view_place.h"
 
 namespace facet {
 namespace {
@@ -16,16 +19,15 @@ constexpr std::chrono::seconds kRequestTime{10};
 constexpr std::uint32_t kMaxHeader = 8192;
 constexpr std::size_t kMaxFromBrowser = 1024;
 
-/// Whether a request to connect comes from a page of this server, or from none: other pages' scripts could read along
-/// otherwise.
+/// Whether a page's origin is this server, or there is no page.
 bool is_own_page(beast::string_view origin, beast::string_view host) {
     return origin.empty() || origin == "http://" + std::string(host);
 }
 
-/// Names under which a browser on this computer reaches the server: another name that leads here is someone's trick.
-bool is_own_name(beast::string_view host) {
-    const beast::string_view name = host.substr(0, host.rfind(':'));
-    return name == "127.0.0.1" || name == "localhost";
+std::string_view to_std(beast::string_view text) { return {text.data(), text.size()}; }
+
+bool asks_for_foxglove(const FoxgloveClient::Request& request) {
+    return websocket::is_upgrade(request) && !FoxgloveClient::protocol_of(request).empty();
 }
 
 }  // namespace
@@ -46,19 +48,33 @@ void Viewer::start() {
                      });
 }
 
-void Viewer::answer() {
+/// With a token, it decides, for what knows it is no stranger's page. Without, strangers' pages could read along in a
+/// browser on this computer.
+bool Viewer::may_connect() const {
     const FoxgloveClient::Request& request = parser_->get();
+    if (!source_.token.empty()) {
+        // The page itself shows nothing; its address may keep the token behind a #, where it never leaves the browser.
+        return !websocket::is_upgrade(request) || has_token(to_std(request.target()), source_.token);
+    }
     const beast::string_view host = request[http::field::host];
     const beast::string_view origin = request[http::field::origin];
-    const bool is_foxglove = websocket::is_upgrade(request) && !FoxgloveClient::protocol_of(request).empty();
-    if (!is_own_name(host) || !(is_own_page(origin, host) || (is_foxglove && FoxgloveClient::is_foxglove(origin)))) {
-        reply(http::status::forbidden, "text/plain", "only pages of this server on this computer, and Foxglove\n");
-    } else if (is_foxglove) {
+    return is_own_name(to_std(host)) &&
+           (is_own_page(origin, host) || (asks_for_foxglove(request) && FoxgloveClient::is_foxglove(origin)));
+}
+
+void Viewer::answer() {
+    const FoxgloveClient::Request& request = parser_->get();
+    const std::string_view path = path_of(to_std(request.target()));
+    if (!may_connect()) {
+        reply(http::status::forbidden, "text/plain",
+              source_.token.empty() ? "only pages of this server on this computer, and Foxglove\n"
+                                    : "only with ?token= and the token\n");
+    } else if (asks_for_foxglove(request)) {
         stream_.next_layer().expires_never();
         source_.foxglove.adopt(std::move(stream_), parser_->release());
-    } else if (request.target() == "/live" && websocket::is_upgrade(request)) {
+    } else if (path == "/live" && websocket::is_upgrade(request)) {
         begin_live();
-    } else if (request.target() == "/" && request.method() == http::verb::get) {
+    } else if (path == "/" && request.method() == http::verb::get) {
         reply(http::status::ok, "text/html; charset=utf-8", source_.page);
     } else {
         reply(http::status::not_found, "text/plain", "here are / and /live\n");

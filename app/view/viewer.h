@@ -26,6 +26,7 @@ using SharedMessage = std::shared_ptr<const ViewMessage>;
 /// What a connection needs of the server; it outlives all of them.
 struct ViewSource {
     std::string page;
+    std::string token;          ///< empty: none is asked for
     SharedMessage hello;        ///< the first message
     SharedMessage newest_mesh;  ///< none before the first
     std::atomic<std::uint64_t> replaced{0};
@@ -46,6 +47,7 @@ public:
     void push(const SharedMessage& frame, const SharedMessage& mesh, const SharedMessage& picture);
 
 private:
+    bool may_connect() const;
     void answer();
     void reply(boost::beast::http::status status, const char* type, std::string body);
     void begin_live();

@@ -54,7 +54,15 @@ class Live {
 
   connect() {
     this.tell("connecting ...");
-    const socket = new WebSocket(`ws://${location.host}/live`);
+    // Behind a # it never leaves the browser; what is behind a ? the server, and what stands between, may note down.
+    const token = [location.hash, location.search]
+      .map((part) => new URLSearchParams(part.slice(1)).get("token")).find((found) => found);
+    const query = token ? `?token=${encodeURIComponent(token)}` : "";
+    const socket = new WebSocket(`ws://${location.host}/live${query}`);
+    let isOpen = false;
+    socket.addEventListener("open", () => {
+      isOpen = true;
+    });
     socket.binaryType = "arraybuffer";
     socket.addEventListener("message", ({ data }) => {
       if (typeof data !== "string") {
@@ -75,7 +83,8 @@ class Live {
       }
     });
     socket.addEventListener("close", () => {
-      this.tell("the flight has ended, or has not begun");
+      this.tell(isOpen ? "the flight has ended"
+        : "no connection: the flight has ended, or the address needs #token= and the right one");
       setTimeout(() => this.connect(), RETRY_MS);
     });
   }

@@ -19,6 +19,7 @@ namespace facet {
 namespace {
 
 constexpr int kRounds = 3;
+static_assert(kBatchRounds == kRounds + 2);
 constexpr int kIterations = 12;
 constexpr double kFirstSigmaPx = 0.5;
 constexpr double kCauchyWidth = 1.0;     // standard deviations
@@ -66,6 +67,7 @@ private:
     InertialChain chain_;
     std::vector<Tangent> tangents_;
     double sigma_px_ = kFirstSigmaPx;
+    std::size_t rounds_done_ = 0;
 };
 
 SightingCost Batch::cost_of(const BatchSighting& s) const {
@@ -163,6 +165,10 @@ Status Batch::run_round(bool frees_calibration) {
     solver.function_tolerance = 1e-5;
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem, &summary);
+    ++rounds_done_;
+    if (options_.progress) {
+        options_.progress(rounds_done_);
+    }
     if (!summary.IsSolutionUsable()) {
         return Status::kDegenerate;
     }

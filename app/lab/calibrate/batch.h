@@ -2,6 +2,7 @@
 // The calibration that explains a whole flight best: all keyframes, points and cameras in one least-squares problem.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,12 +14,16 @@
 
 namespace facet {
 
+/// Rounds of solve_batch() at most: one that holds the calibration, three, and one after some of it is held.
+inline constexpr std::size_t kBatchRounds = 5;
+
 struct BatchOptions {
     RigAndTime given;
     RigVector prior_sigma = RigVector::Zero();  ///< 0: the entry does not exist
     ImuNoise noise;
     ImuLimits limits;
     GravityConfig gravity;
+    std::function<void(std::size_t rounds)> progress;  ///< told after each how many are done; may be empty
 };
 
 /// Residual of one sighting: measured minus predicted.

@@ -7,6 +7,7 @@
 #include "app/lab/calibrate/calibration_files.h"
 #include "app/lab/calibrate/residual_picture.h"
 #include "app/support/input_error.h"
+#include "app/support/progress.h"
 
 namespace facet {
 namespace {
@@ -52,9 +53,17 @@ CalibrateReport calibrate(const CalibrateOptions& options, const std::atomic<boo
     batch.noise = options.recording.config.imu_noise;
     batch.limits = options.recording.config.imu_limits;
     batch.gravity = options.recording.config.gravity;
+    Progress progress("fit", "rounds", kBatchRounds);
+    if (options.recording.show_progress) {
+        batch.progress = [&progress](std::size_t rounds) { progress.update(rounds); };
+    }
     BatchResult result;
     RigAndTime refined;
-    if (!ok(solve_batch(flight, batch, result)) || !ok(apply_correction(batch.given, result.correction, refined))) {
+    const Status solved = solve_batch(flight, batch, result);
+    if (options.recording.show_progress) {
+        progress.finish();
+    }
+    if (!ok(solved) || !ok(apply_correction(batch.given, result.correction, refined))) {
         report.refusal = "no calibration explains the flight: too few points were followed, or they contradict the IMU";
         return report;
     }

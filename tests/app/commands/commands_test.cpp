@@ -125,6 +125,16 @@ TEST_CASE("help, version and info explain the program") {
     }
 }
 
+TEST_CASE("report is the script of the source tree") {
+    const test::TempDir dir;
+    const Outcome help = run(dir, "report --help");
+    CHECK(help.code == 0);
+    CHECK(contains(help.out, "usage: report"));
+    const Outcome refused = run(dir, "report " + dir.file("none"));
+    CHECK(refused.code == 2);
+    CHECK(contains(refused.err, "report: error: " + dir.file("none")));
+}
+
 TEST_CASE("bad usage is one line and exit code 2") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 3);
@@ -156,6 +166,10 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {replay + " --truth planes", "--truth planes: only --mode spr uses planes"},
         {replay + " --truth bias --inject time_offset=0.005", "--truth: with stamps that --inject has shifted"},
         {replay + " --view-page page.html", "--view-page: needs --view"},
+        {replay + " --view-token token", "--view-token: needs --view"},
+        {replay + " --view 0.0.0.0:0", "--view 0.0.0.0:0: others could look along: give a --view-token"},
+        {replay + " --view here:80", "--view here:80: must be [ADDRESS:]PORT"},
+        {replay + " --view 0 --view-token " + dir.file("no.txt"), dir.file("no.txt") + ": no token in its first line"},
         {replay + " --view 0 --view-page " + dir.file("no.html"), dir.file("no.html") + ": cannot be read"},
         {replay + " --start 1000", "no frame between --start"},
         {replay + " --config " + config, config + ":2: window.keyfames: unknown key"},

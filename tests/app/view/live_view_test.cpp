@@ -25,8 +25,8 @@ test::ViewClientOptions from(const std::string& origin) {
 
 TEST_CASE("the page is there for browsers on this computer, and for no one else's page") {
     const test::TempDir dir;
-    LiveView view({.port = 0, .page = dir.write("page.html", "<p>hello"), .rig = {}});
-    const std::string own = "127.0.0.1:" + std::to_string(view.port());
+    LiveView view(test::view_options(dir.write("page.html", "<p>hello")));
+    const std::string own = "127.0.0.1:" + std::to_string(view.place().port);
     const auto page = get(view, "/", own);
     CHECK(page.result() == http::status::ok);
     CHECK(page.body() == "<p>hello");
@@ -121,10 +121,10 @@ TEST_CASE("browsers that read nothing, or vanish, hold up nobody and lose old me
 
 TEST_CASE("a port in use and a page that is not there are refused") {
     LiveView view({});
-    CHECK(test::input_error_text([&] { LiveView({.port = view.port(), .page = "", .rig = {}}); }).find("in use") !=
-          std::string::npos);
-    CHECK(test::input_error_text([&] { LiveView({.port = 0, .page = "/none.html", .rig = {}}); }) ==
-          "/none.html: cannot be read");
+    const ViewOptions taken = test::view_options("", "", view.place());
+    CHECK(test::input_error_text([&] { LiveView{taken}; }).find("in use") != std::string::npos);
+    const ViewOptions pageless = test::view_options("/none.html");
+    CHECK(test::input_error_text([&] { LiveView{pageless}; }) == "/none.html: cannot be read");
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ namespace http = boost::beast::http;
 namespace websocket = boost::beast::websocket;
 
 inline asio::ip::tcp::endpoint place_of(const LiveView& view) {
-    return {asio::ip::address_v4::loopback(), view.port()};
+    return {asio::ip::address_v4::loopback(), view.place().port};
 }
 
 /// What the server answers to a GET.
@@ -35,6 +35,15 @@ inline http::response<http::string_body> get(const LiveView& view, const std::st
     http::response<http::string_body> response;
     http::read(stream, buffer, response);
     return response;
+}
+
+/// On loopback, at any port, unless a place is given.
+inline ViewOptions view_options(const std::string& page, const std::string& token = "", const ViewPlace& place = {}) {
+    ViewOptions options;
+    options.place = place;
+    options.token = token;
+    options.page = page;
+    return options;
 }
 
 struct ViewClientOptions {
@@ -61,7 +70,7 @@ public:
                 request.set(http::field::sec_websocket_protocol, options.protocols);
             }
         }));
-        stream_.handshake(response_, "127.0.0.1:" + std::to_string(view.port()), options.target);
+        stream_.handshake(response_, "127.0.0.1:" + std::to_string(view.place().port), options.target);
     }
     std::string read() {
         beast::flat_buffer buffer;

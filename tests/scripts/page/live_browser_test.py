@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
 """The live view in a headless Chromium: a simulated flight is replayed in real time, and frames, meshes and the path
-arrive in the page; its closing changes nothing in the flight. Skipped (77) without Chromium or three.js.
+arrive in the page, whose address has the token; its closing changes nothing in the flight. Skipped (77) without
+Chromium or three.js.
 
 Usage: live_browser_test.py NODE_MODULES FACET...      the program, after the emulator that runs it if there is one
 """
@@ -41,13 +42,16 @@ def main():
         simulate = ["sim", "--scene", "room", "--out", folder / "log", "--duration", "8", "--samples", "1",
                     "--stand", "1"]
         subprocess.run([*program, *simulate], check=True, capture_output=True)
+        token = folder / "token"
+        token.write_text("0123456789abcdef\n")
         replay = [*program, "replay", folder / "log", "--quiet", "--out"]
         # The browser first: on a busy machine its start may take longer than the flight.
         with Browser(1000, 700) as browser, \
-                subprocess.Popen([*replay, folder / "seen", "--realtime", "--view", "0", "--view-page", page],
+                subprocess.Popen([*replay, folder / "seen", "--realtime", "--view", "0", "--view-page", page,
+                                  "--view-token", token],
                                  stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as flight:
             address = re.search(r"http://127\.0\.0\.1:\d+/", flight.stderr.readline()).group(0)
-            watch(browser, address)
+            watch(browser, f"{address}#token={token.read_text().strip()}")
             flight.stderr.read()
             assert flight.wait(60) == 0
         subprocess.run([*replay, folder / "unseen"], check=True, capture_output=True)
