@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-constexpr std::array<std::pair<std::uint32_t, const char*>, 20> kReasons{{
+constexpr std::array<std::pair<std::uint32_t, const char*>, 21> kReasons{{
     {kReasonFewFeatures, "few_features"},
     {kReasonFewStereo, "few_stereo"},
     {kReasonNoRightImage, "no_right_image"},
@@ -27,6 +27,7 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 20> kReasons{{
     {kReasonNoImages, "no_images"},
     {kReasonOneCamera, "one_camera"},
     {kReasonTriggerSilent, "trigger_silent"},
+    {kReasonStalled, "stalled"},
 }};
 
 /// One column of health.csv.

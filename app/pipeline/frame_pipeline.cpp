@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <utility>
@@ -71,8 +72,10 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
     timer_.add_total(begin);
     if (estimate.stamp == kUnset) {  // the estimator has said nothing
         estimate.stamp = frame.stamp;
+        refused_since_ = refused_since_.value_or(frame.stamp);
         describe_refusal(frame.stamp, result.status, estimate.health);
     } else {
+        refused_since_.reset();
         last_health_ = estimate.health;
     }
     last_accepted_ = ok(result.status) ? frame.stamp : last_accepted_;
@@ -138,7 +141,9 @@ void FramePipeline::describe_refusal(Timestamp stamp, Status status, Health& hea
         return;
     }
     health.reasons |= status == Status::kNotReady ? kReasonImuGap : kReasonImageRejected;
-    const bool is_lost = (stamp - last_accepted_).seconds() > lost_after_s_;
+    // The clock may have gone back: then the time since the last good frame is negative.
+    const Duration without = std::max(stamp - last_accepted_, stamp - refused_since_.value_or(stamp));
+    const bool is_lost = without.seconds() > lost_after_s_;
     health.state = is_lost ? TrackingState::kLost : TrackingState::kDegraded;
     health.quality = is_lost ? 0 : health.quality;
 }

@@ -122,9 +122,10 @@ private:
     std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
     std::uint32_t grid_reset_counter_ = 0;    ///< and when the grid was last filled
     std::uint32_t last_view_ = 0;
-    Health last_health_;       ///< of the newest estimate
-    Timestamp last_accepted_;  ///< stamp of its frame, as given
-    Duration shift_;           ///< of output stamps against the frames'
+    Health last_health_;                      ///< of the newest estimate
+    Timestamp last_accepted_;                 ///< stamp of its frame, as given
+    std::optional<Timestamp> refused_since_;  ///< stamp of the first frame after it
+    Duration shift_;                          ///< of output stamps against the frames'
     double lost_after_s_ = 0.0;
     bool mesh_is_new_ = false;
     StageTimer timer_;

@@ -202,6 +202,7 @@ void LiveRun::estimate(const std::atomic<bool>& stopping) {
             pipeline_.request_reset();
         }
         const bool any = loop_->step();
+        output_->on_beat();
         if (stopped || (ended && !any)) {
             break;
         }
@@ -210,6 +211,7 @@ void LiveRun::estimate(const std::atomic<bool>& stopping) {
         }
     }
     loop_->finish();
+    output_->on_end();
     estimated_.store(true, std::memory_order_release);
 }
 

@@ -8,6 +8,8 @@ namespace facet {
 namespace {
 
 constexpr Duration kPoll = Duration::from_seconds(0.1);
+constexpr Duration kWatch = Duration::from_seconds(0.05);  // longest time between two looks at the estimator
+constexpr int kStalledQuality = 30;
 constexpr Duration kFlushPeriod = Duration::from_seconds(1.0);
 constexpr std::size_t kShownEvents = 6;
 constexpr auto kLoose = std::memory_order_relaxed;
@@ -23,8 +25,11 @@ OutputThreads::OutputThreads(const Clock& clock, const ProgramConfig& config, co
       recorder_(recorder),
       events_(std::move(events)),
       keep_latencies_(keep_latencies),
+      watch_(clock),
+      lost_after_s_(config.health.lost_after_s),
       next_flush_(clock.now()) {
     events_.push_back(&reports_);
+    events_.push_back(&stall_reports_);
     batch_.reserve(decltype(faces_)::capacity());
     latencies_ms_.reserve(std::min<std::size_t>(keep_latencies, 1U << 17U));
 }
@@ -47,6 +52,7 @@ void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedF
     counters_.faces_dropped.fetch_add(lost, kLoose);
     counters_.frames_dropped.fetch_add(ok(frame_queue_.push(frame)) ? 0 : 1, kLoose);
     frames_.fetch_add(frame.has_frame && ok(frame.status) ? 1 : 0, kLoose);
+    watch_.beat();
     frame_wakeup_.notify();
 }
 
@@ -104,9 +110,53 @@ bool OutputThreads::carry_on() {
     return true;
 }
 
+/// Poses go on with the last health but for the state: of what is no frame, only the health counts.
+void OutputThreads::mark_stalled(TrackingState state) {
+    stalled_ = state;
+    FrameOutcome outcome = outcome_;
+    outcome.status = Status::kIo;
+    Health& health = outcome.estimate.health;
+    health.state = state;
+    health.reasons |= kReasonStalled;
+    health.quality = state == TrackingState::kLost ? 0 : std::min(health.quality, kStalledQuality);
+    Odometry unused;
+    (void)stream_.add_frame(outcome, unused);
+    SinkNews::report(sinks_, state, health.reasons);
+}
+
+/// A thread that hangs cannot say so itself. It is not ended by force: the service's watchdog, which is no longer fed,
+/// restarts the program.
+void OutputThreads::watch_estimator() {
+    const std::optional<Duration> silence = watch_.silence();
+    const Health& last = outcome_.estimate.health;
+    if (!silence) {
+        if (stalled_) {
+            stalled_.reset();
+            (void)stall_reports_.push(RunEvent::make("estimator_stalled", "estimator: works again"));
+            frame_wakeup_.notify();
+            SinkNews::report(sinks_, last.state, last.reasons);
+        }
+        return;
+    }
+    if (!is_usable(last.state)) {
+        return;  // nobody is misled
+    }
+    if (!stalled_) {
+        (void)stall_reports_.push(RunEvent::make("estimator_stalled",
+                                                 "estimator: no sign of life for {} ms; poses go on without it",
+                                                 silence->ns / 1'000'000));
+        frame_wakeup_.notify();
+    }
+    const bool is_lost = silence->seconds() > lost_after_s_;
+    if (const TrackingState state = is_lost ? TrackingState::kLost : TrackingState::kDegraded; stalled_ != state) {
+        mark_stalled(state);
+    }
+}
+
 void OutputThreads::send_poses(const std::atomic<bool>& stopping) {
     for (;;) {
         const bool last = stopping.load(std::memory_order_acquire);
+        watch_estimator();  // before the samples that have come are sent
         while (carry_on()) {
         }
         if (last) {
@@ -114,7 +164,7 @@ void OutputThreads::send_poses(const std::atomic<bool>& stopping) {
             return;
         }
         const Duration wait = news_.pass_on(sinks_);
-        (void)pose_wakeup_.wait(std::min(wait, kPoll));
+        (void)pose_wakeup_.wait(std::min(wait, kWatch));
     }
 }
 

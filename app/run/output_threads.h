@@ -14,6 +14,7 @@
 #include "app/run/odometry_stream.h"
 #include "app/run/run_event.h"
 #include "app/run/sink_news.h"
+#include "app/run/stall_watch.h"
 #include "platform/linux/linux_wakeup.h"
 #include "platform/linux/priority_mutex.h"
 #include "platform/port/odometry_sink.h"
@@ -43,9 +44,10 @@ struct OutputCounters {
 };
 
 /// The bodies of two threads. One carries the newest estimate on by inertial samples and sends it, however long a frame
-/// keeps the estimator busy or a disc makes the files wait. Queues hold 1024 samples, 32 estimates, 64 frames and 16384
-/// faces: when full, the newest are dropped and counted. A file that cannot be written ends the writing, not the run.
-/// The sides of the estimator and the IMU use neither heap nor lock.
+/// keeps the estimator busy or a disc makes the files wait; while the estimator's thread gives no sign of life
+/// (StallWatch), as DEGRADED, and LOST once that has lasted health.lost_after_s. Queues hold 1024 samples, 32
+/// estimates, 64 frames and 16384 faces: when full, the newest are dropped and counted. A file that cannot be written
+/// ends the writing, not the run. The sides of the estimator and the IMU use neither heap nor lock.
 class OutputThreads final : public LoopOutput {
 public:
     /// Borrowed: clock, sinks, recorder, event queues.
@@ -61,6 +63,10 @@ public:
     void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed, const Belief& belief,
                   const Eigen::Vector3d& w_B) override;
     void on_report(const SyncReport& report) override;
+    /// Whenever it has taken what there was.
+    void on_beat() { watch_.beat(); }
+    /// Nothing more will come.
+    void on_end() { watch_.end(); }
 
     /// The bodies; each returns when it is `stopping` and its queues are empty.
     void send_poses(const std::atomic<bool>& stopping);
@@ -80,6 +86,8 @@ public:
 private:
     void send(const Odometry& odometry);
     bool carry_on();
+    void watch_estimator();
+    void mark_stalled(TrackingState state);
     void keep_latency(double latency_ms);
     bool write_once();
     bool write_events();
@@ -93,7 +101,10 @@ private:
     FrameRecorder& recorder_;
     std::vector<EventQueue*> events_;
     std::size_t keep_latencies_;
-    EventQueue reports_;  ///< of the synchroniser
+    EventQueue reports_;        ///< of the synchroniser
+    EventQueue stall_reports_;  ///< of the sending thread
+    StallWatch watch_;
+    double lost_after_s_;
     SpscQueue<ImuSample, 1024> samples_;
     SpscQueue<FrameOutcome, 32> outcomes_;
     SinkNews news_;
@@ -104,6 +115,7 @@ private:
     OutputCounters counters_;
     std::atomic<std::uint64_t> frames_{0};
     FrameOutcome outcome_;                   ///< of the sending thread
+    std::optional<TrackingState> stalled_;   ///< of the sending thread: as what poses go on without the estimator
     std::optional<Timestamp> unsent_frame_;  ///< of the sending thread: in the estimate, but not yet sent
     FrameResult frame_;                      ///< of the writing thread
     std::vector<DepartedFace> batch_;        ///< of the writing thread

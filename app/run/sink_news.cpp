@@ -23,12 +23,16 @@ void SinkNews::on_frame(const FrameResult& frame) {
     }
 }
 
+void SinkNews::report(const std::vector<OdometrySink*>& sinks, TrackingState state, std::uint32_t reasons) {
+    const StateChange described = describe_state(state, reasons);
+    for (OdometrySink* sink : sinks) {
+        sink->report(described);
+    }
+}
+
 Duration SinkNews::pass_on(const std::vector<OdometrySink*>& sinks) {
     for (Change change; ok(changes_.pop(change));) {
-        const StateChange described = describe_state(change.state, change.reasons);
-        for (OdometrySink* sink : sinks) {
-            sink->report(described);
-        }
+        report(sinks, change.state, change.reasons);
     }
     for (ObstacleRanges ranges; ok(ranges_.pop(ranges));) {
         for (OdometrySink* sink : sinks) {

@@ -45,6 +45,7 @@ enum HealthReason : std::uint32_t {
     kReasonNoImages = 1U << 17,           ///< no frame comes: carried on by inertial data alone
     kReasonOneCamera = 1U << 18,          ///< one of two cameras has been silent for a while
     kReasonTriggerSilent = 1U << 19,      ///< no trigger edges: frames are stamped by the cameras' own clocks
+    kReasonStalled = 1U << 20,            ///< live: the estimator does not answer; poses are carried on without it
 };
 
 /// One row of health.csv.

@@ -201,8 +201,9 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     kept.has_right = !frame.right.empty();
     copy_image(frame.left, kept.left);
     copy_image(frame.right, kept.right);
-    // The inertial clock may have stopped, or gone back for an hour.
-    while (waiting_.size() > kMaxWaiting || waiting_.back().stamp - waiting_.front().stamp > kRetry) {
+    // A clock may have stopped, or jumped for an hour: what waits for it must not hold up those that come later.
+    const auto is_in_vain = [](Duration apart) { return apart > kRetry || apart < Duration{-kRetry.ns}; };
+    while (waiting_.size() > kMaxWaiting || is_in_vain(waiting_.back().stamp - waiting_.front().stamp)) {
         (void)offer(waiting_.front().view(), waiting_.front().output_stamp, true);
         waiting_.pop_front();
     }

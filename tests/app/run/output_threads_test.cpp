@@ -28,6 +28,8 @@ class RecordingSink final : public OdometrySink {
 public:
     Status answer = Status::kOk;
     std::vector<Odometry> sent;
+    std::vector<std::string> told;
+    void report(const StateChange& change) override { told.emplace_back(change.text.data()); }
     Status send(const Odometry& odometry) override {
         sent.push_back(odometry);
         return answer;
@@ -121,6 +123,63 @@ TEST_CASE("between frames the newest estimate goes on with the inertial samples;
     REQUIRE(output->latencies_ms().size() == 2);
     CHECK(output->latencies_ms()[0] == Approx(2000.0));
     CHECK(output->latencies_ms()[1] == Approx(1950.0));
+}
+
+TEST_CASE("an estimator that hangs is known within 200 ms, told, and its poses go on as what they are") {
+    const test::TempDir dir;
+    ManualClock clock({3'000'000'000});
+    FrameRecorder recorder(dir.path());
+    recorder.open();
+    RecordingSink sink;
+    auto output =
+        std::make_unique<OutputThreads>(clock, ProgramConfig{}, VehicleOdometry{200.0, 0.0},
+                                        std::vector<OdometrySink*>{&sink}, recorder, std::vector<EventQueue*>{}, 10);
+    const std::atomic<bool> stopping{true};
+    std::int64_t sample_ms = 1000;
+    // What the sensors and the sending thread do for so long, the estimator's thread hanging.
+    const auto pass = [&](std::int64_t ms) {
+        clock.advance(Duration{ms * 1'000'000});
+        for (const std::int64_t end = sample_ms + ms; sample_ms < end; sample_ms += 5) {
+            output->on_sample({{sample_ms * 1'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+        }
+        output->send_poses(stopping);
+    };
+    const auto frame = [&](int k) {
+        const FrameResult result = frame_in(TrackingState::kTracking, k);
+        Belief belief;
+        belief.stamp = result.frame_stamp;
+        output->on_frame(result, {}, belief, Eigen::Vector3d::Zero());
+    };
+    pass(500);  // nothing was ever heard of it: it is about to start
+    frame(0);
+    pass(5);  // a frame counts from the next sample on
+    pass(140);
+    REQUIRE_FALSE(sink.sent.empty());
+    CHECK(sink.sent.back().quality == 70);
+    CHECK(sink.told == std::vector<std::string>{"facet: TRACKING"});
+
+    pass(50);
+    CHECK(sink.sent.back().quality == 30);
+    REQUIRE(sink.told.size() == 2);
+    CHECK(sink.told.back() == "facet: DEGRADED stalled");
+    pass(2900);
+    CHECK(sink.sent.back().quality == -1);
+    REQUIRE(sink.told.size() == 3);
+    CHECK(sink.told.back() == "facet: LOST stalled");
+
+    frame(61);
+    pass(5);
+    pass(5);
+    CHECK(sink.sent.back().quality == 70);
+    CHECK(sink.told.back() == "facet: TRACKING");
+    output->on_end();  // what has ended is not expected to say anything
+    pass(1000);
+    CHECK(sink.sent.back().quality == 70);
+    output->write_files(stopping);
+    const FrameStatus status = output->status();
+    REQUIRE(status.events.size() == 2);
+    CHECK(status.events[0] == "estimator: no sign of life for 195 ms; poses go on without it");
+    CHECK(status.events[1] == "estimator: works again");
 }
 
 TEST_CASE("a full disc ends the writing, not the run") {

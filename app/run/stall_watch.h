@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Whether the estimator's thread is still at work.
+#pragma once
+
+#include <atomic>
+#include <optional>
+
+#include "platform/port/clock.h"
+
+namespace facet {
+
+/// The estimator's thread tells that it is alive whenever it has taken something or waited for something; whoever asks
+/// learns of a silence that no frame explains. Thread-safe, one thread that beats. No heap, no lock.
+class StallWatch {
+public:
+    /// Three times what a keyframe takes on a slow computer; with the pause of whoever asks, 50 ms, a stall is known
+    /// after 200 ms.
+    static constexpr Duration kPatience = Duration::from_seconds(0.15);
+
+    /// Borrowed: clock. Nothing is a stall before the first beat.
+    explicit StallWatch(const Clock& clock) : clock_(clock) {}
+
+    /// On the estimator's thread.
+    void beat() { beaten_ns_.store(clock_.now().ns, std::memory_order_relaxed); }
+
+    /// On the estimator's thread: it ends.
+    void end() { beaten_ns_.store(kNever, std::memory_order_relaxed); }
+
+    /// How long the thread has been silent, if that is longer than kPatience.
+    std::optional<Duration> silence() const {
+        const std::int64_t beaten_ns = beaten_ns_.load(std::memory_order_relaxed);
+        const Duration silence{clock_.now().ns - beaten_ns};
+        return beaten_ns != kNever && silence > kPatience ? std::optional(silence) : std::nullopt;
+    }
+
+private:
+    static constexpr std::int64_t kNever = -1;
+
+    const Clock& clock_;
+    std::atomic<std::int64_t> beaten_ns_{kNever};
+};
+
+}  // namespace facet
