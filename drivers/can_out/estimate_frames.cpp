@@ -134,7 +134,8 @@ Status collect(const Odometry& odometry, const CanFrameInfo& info, Values& value
     values[kState] = static_cast<double>(odometry.state);
     values[kQuality] = odometry.quality;
     values[kResets] = odometry.reset_counter;
-    values[kStamp] = static_cast<double>(odometry.stamp.ns / 1000) * kMicro;
+    const std::int64_t stamp_us = odometry.stamp.ns / 1000;
+    values[kStamp] = static_cast<double>(stamp_us) * kMicro;
     values[kAge] = info.age.seconds();
     const double sign = q.w() < 0.0 ? -1.0 : 1.0;
     values[kAttitude] = sign * q.w();
