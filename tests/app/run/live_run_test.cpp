@@ -179,13 +179,15 @@ TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
 
 TEST_CASE("the log of a run replays to the bytes of the run") {
     const test::TempDir dir;
-    Rig rig;
     const Vehicle vehicle = flight().vehicle(dir.file("out"));
-    LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {});
-    run.record();
-    const RunSummary summary = run_to_end(run);
-    CHECK(run.failure().empty());
-    REQUIRE(summary.estimates > 50);
+    {
+        Rig rig;
+        LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {});
+        run.record();
+        const RunSummary summary = run_to_end(run);
+        CHECK(run.failure().empty());
+        REQUIRE(summary.estimates > 50);
+    }
     const nlohmann::json drops = summary_of(dir.file("out"))["live"]["drops"];
     CHECK(drops["pairs_not_recorded"] == 0);
     CHECK(drops["samples_not_recorded"] == 0);
