@@ -25,7 +25,7 @@ fs::path find_report_script() {
     std::error_code error;
     const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
     for (const char* const place : {"../share/facet/scripts/report", "../../../scripts/report"}) {
-        if (const fs::path script = (folder / place).lexically_normal(); fs::is_regular_file(script, error)) {
+        if (fs::path script = (folder / place).lexically_normal(); fs::is_regular_file(script, error)) {
             return script;
         }
     }
@@ -37,6 +37,7 @@ int become_report(const std::vector<std::string>& arguments) {
     std::vector<std::string> words{find_report_script().string()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> pointers;
+    pointers.reserve(words.size() + 1);
     for (std::string& word : words) {
         pointers.push_back(word.data());
     }
