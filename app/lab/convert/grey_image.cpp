@@ -49,7 +49,8 @@ std::uint8_t bayer_pixel(const RosImage& image, const Bayer& bayer, unsigned u, 
     for (unsigned y = v == 0 ? 0 : v - 1; y <= std::min(v + 1, image.height - 1); ++y) {
         for (unsigned x = u == 0 ? 0 : u - 1; x <= std::min(u + 1, image.width - 1); ++x) {
             const unsigned colour = (x + bayer.red_u) % 2 + (y + bayer.red_v) % 2;  // red 0, green 1, blue 2
-            sum[colour] += image.data[std::size_t{y} * image.step + x];
+            const std::size_t at = static_cast<std::size_t>(y) * image.step + x;
+            sum[colour] += image.data[at];
             ++count[colour];
         }
     }
