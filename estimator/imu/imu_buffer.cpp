@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/geometry/so3.h"
 #include "platform/base/assert.h"
 
 namespace facet {
@@ -63,6 +64,14 @@ Eigen::Vector3d edge_variances(const VibrationLevel& seen, int first_axis, doubl
     return out;
 }
 
+/// The noise of the sensors of these axes.
+StepNoise on_axes(const StepNoise& noise, ImuAxisMask axes) {
+    StepNoise out;
+    out.gyro = (axes & kGyroAxes) != 0 ? noise.gyro : out.gyro;
+    out.accel = (axes & kAccelAxes) != 0 ? noise.accel : out.accel;
+    return out;
+}
+
 /// Adds a step to the properties of its interval.
 void note_step(const ImuStepQuality& quality, const StepNoise& sensor, const StepNoise& noise, ImuSpan& span) {
     const auto ratio = [](const Eigen::Vector3d& now, const Eigen::Vector3d& configured) {
@@ -70,6 +79,7 @@ void note_step(const ImuStepQuality& quality, const StepNoise& sensor, const Ste
     };
     const auto& tone = quality.vibration.tone;
     span.has_gap = span.has_gap || quality.gap > Duration{};
+    span.is_doubted = span.is_doubted || quality.doubted != 0;
     span.clipped |= quality.clipped;
     span.gyro_noise_ratio = std::max(span.gyro_noise_ratio, ratio(noise.gyro, sensor.gyro));
     span.accel_noise_ratio = std::max(span.accel_noise_ratio, ratio(noise.accel, sensor.accel));
@@ -101,6 +111,7 @@ void ImuBuffer::clear(double rate_hz, const ImuLimits& limits) {
     limits_ = limits;
     rate_hz_ = rate_hz;
     share_ = {};
+    doubt_noise_ = {};
     vibration_.clear(rate_hz);
     runs_.fill({});
     begin_ = 0;
@@ -144,6 +155,53 @@ Status ImuBuffer::push(const ImuSample& sample) {
         follow_run(axis);
     }
     return Status::kOk;
+}
+
+void ImuBuffer::doubt(Timestamp t0, Timestamp t1, ImuAxisMask axes, const SteadyMotion& motion) {
+    for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i) {
+        Entry& e = entry(i);
+        if (e.doubted == 0) {
+            e.w_read = e.sample.w_B;
+            e.a_read = e.sample.a_B;
+        }
+        const double dt_s = (e.sample.stamp - t0).seconds();
+        const bool has_gyro = (axes & kGyroAxes) != 0;
+        const bool has_accel = (axes & kAccelAxes) != 0;
+        const Eigen::Vector3d a_B = so3_exp(-dt_s * motion.w_B) * motion.a_B;
+        e.sample.w_B = has_gyro ? Eigen::Vector3d(motion.w_B + motion.bias.gyro) : e.w_read;
+        e.sample.a_B = has_accel ? Eigen::Vector3d(a_B + motion.bias.accel) : e.a_read;
+        e.doubted = axes;
+    }
+}
+
+void ImuBuffer::show_read(Timestamp t0, Timestamp t1) {
+    for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i) {
+        Entry& e = entry(i);
+        if (e.doubted != 0) {
+            e.sample.w_B = e.w_read;
+            e.sample.a_B = e.a_read;
+        }
+    }
+}
+
+void ImuBuffer::trust(Timestamp t0, Timestamp t1) {
+    show_read(t0, t1);
+    for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i) {
+        entry(i).doubted = 0;
+    }
+}
+
+ImuBias ImuBuffer::replaced(Timestamp t0, Timestamp t1) const {
+    ImuBias sum;
+    int count = 0;
+    for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i, ++count) {
+        const Entry& e = entry(i);
+        if (e.doubted != 0) {
+            sum.gyro += e.w_read - e.sample.w_B;
+            sum.accel += e.a_read - e.sample.a_B;
+        }
+    }
+    return count == 0 ? sum : ImuBias{sum.gyro / count, sum.accel / count};
 }
 
 const ImuBuffer::Entry& ImuBuffer::entry(int index) const {
@@ -211,6 +269,7 @@ ImuStepQuality ImuBuffer::quality(int index) const {
     ImuStepQuality out;
     out.gap = is_gap(a.sample, b.sample) ? b.sample.stamp - a.sample.stamp : Duration{};
     out.clipped = a.clipped | b.clipped;
+    out.doubted = a.doubted | b.doubted;
     out.vibration = b.vibration;
     for (int k = 0; out.clipped != 0 && k < kAxes; ++k) {
         const auto axis = static_cast<std::size_t>(k);
@@ -232,6 +291,11 @@ int ImuBuffer::first_after(Timestamp t) const {
         }
     }
     return low;
+}
+
+bool ImuBuffer::has(const ImuSample& s) const {
+    ImuSample same;
+    return ok(interpolate(s.stamp, same)) && same.w_B == s.w_B && same.a_B == s.a_B;
 }
 
 Status ImuBuffer::interpolate(Timestamp t, ImuSample& out) const {
@@ -259,7 +323,7 @@ Status ImuBuffer::integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& 
             sum.add_edge_error(edge_variances(quality.vibration, 0, share_.gyro, rate_hz_));
         }
         const StepNoise usual = raised(sensor, quality.vibration, share_, rate_hz_);
-        const StepNoise total = usual + quality.clip_noise;
+        const StepNoise total = usual + quality.clip_noise + on_axes(doubt_noise_, quality.doubted);
         const Status s = quality.gap > Duration{}
                              ? integrate_bridged(a, b, period_, total + noise_in_gap(quality.gap.seconds()), sum)
                              : sum.integrate(a, b, total);

@@ -42,17 +42,26 @@ using ImuAxisMask = std::uint8_t;
 inline constexpr ImuAxisMask kGyroAxes = 0x07;
 inline constexpr ImuAxisMask kAccelAxes = 0x38;
 
+/// What readings would be if the body went on turning and moving at constant rates.
+struct SteadyMotion {
+    Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate (rad/s)
+    Eigen::Vector3d a_B = Eigen::Vector3d::Zero();  ///< specific force at its beginning, that of gravity (m/s^2)
+    ImuBias bias;                                   ///< that readings have
+};
+
 /// How far one step between samples can be trusted.
 struct ImuStepQuality {
     Duration gap;             ///< between the two samples around the step if that is a gap, else zero
     ImuAxisMask clipped = 0;  ///< axes that are bridged because a sample at either end is clipped
     StepNoise clip_noise;     ///< of the bridge over them
+    ImuAxisMask doubted = 0;  ///< axes with a reading at either end that is not believed
     VibrationLevel vibration;
 };
 
 /// Properties of the samples of an interval.
 struct ImuSpan {
     bool has_gap = false;
+    bool is_doubted = false;  ///< readings in it contradict the images
     ImuAxisMask clipped = 0;  ///< axes clipped somewhere in it
     /// Largest white noise seen by the vibration meter over the configured one, as densities; 1 if never raised.
     double gyro_noise_ratio = 1.0;
@@ -84,7 +93,10 @@ struct ImuSpan {
 /// in no interval. It is the same at the end of one and the beginning of the next, and images see none of it: the
 /// velocity that consecutive intervals have in common is the motion's with this ripple.
 ///
-/// About 550 KiB: a member or static, not a local. Thread-bound. No heap.
+/// Doubt. Readings that something better contradicts can be replaced by those of a steady motion, which are integrated
+/// with the noise of what is not known of the true one: see doubt().
+///
+/// About 750 KiB: a member or static, not a local. Thread-bound. No heap.
 class ImuBuffer {
 public:
     /// A step longer than this many nominal periods is a gap: jitter and one or two lost samples are not.
@@ -116,6 +128,18 @@ public:
     ///         after the newest: dropped and counted.
     Status push(const ImuSample& sample);
 
+    /// Replaces the readings of these axes after t0 up to t1; the other axes are as read. What is integrated over them
+    /// from now on has the noise of set_doubt_noise() in place of nothing. @param motion  from t0 on
+    void doubt(Timestamp t0, Timestamp t1, ImuAxisMask axes, const SteadyMotion& motion);
+    /// Doubted readings after t0 up to t1 have the values read again, with the noise of the doubt.
+    void show_read(Timestamp t0, Timestamp t1);
+    /// Readings after t0 up to t1 are as read again.
+    void trust(Timestamp t0, Timestamp t1);
+    /// Noise, beyond the sensor's own, of all readings that are doubted, and of those that will be.
+    void set_doubt_noise(const StepNoise& noise) { doubt_noise_ = noise; }
+    /// Mean, over the samples after t0 up to t1, of what was read less what is believed in its place.
+    ImuBias replaced(Timestamp t0, Timestamp t1) const;
+
     bool empty() const { return size_ == 0; }
     int size() const { return size_; }
     /// Stamp of the oldest and newest sample; the buffer must not be empty.
@@ -124,6 +148,9 @@ public:
     /// Sample by age, 0 is the oldest; 0 <= index < size().
     const ImuSample& sample(int index) const { return entry(index).sample; }
     const ImuBufferCounters& counters() const { return counters_; }
+
+    /// Whether this very sample, stamp and readings, is there.
+    bool has(const ImuSample& sample) const;
 
     /// Sample at a stamp, linearly interpolated between its neighbours (across a gap too).
     /// @return kNotReady if t is after the newest sample or the buffer is empty, kNotFound if before the oldest.
@@ -174,6 +201,9 @@ private:
         std::array<float, kAxes> clip_excess;  ///< squared density of what the bridge may hide
         ImuAxisMask clipped;
         ImuAxisMask negative;  ///< axes clipped at the lower end
+        ImuAxisMask doubted;
+        Eigen::Vector3d w_read = Eigen::Vector3d::Zero();  ///< of a sample with doubted axes
+        Eigen::Vector3d a_read = Eigen::Vector3d::Zero();
     };
 
     /// Clipped readings of one axis up to the newest sample.
@@ -205,12 +235,13 @@ private:
     Duration period_;  ///< nominal
     Duration gap_;     ///< longer steps are gaps
     ImuLimits limits_;
+    StepNoise doubt_noise_;
     std::array<ClippedRun, kAxes> runs_{};
     VibrationMeter vibration_;
     VibrationShare share_;
     ImuBufferCounters counters_;
 };
 
-static_assert(sizeof(ImuBuffer) <= 576 * 1024, "the inertial history is budgeted at 576 KiB");
+static_assert(sizeof(ImuBuffer) <= 768 * 1024, "the inertial history is budgeted at 768 KiB");
 
 }  // namespace facet

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Inertial samples that are not believed: replaced by a steady motion, noisier, and as read again when trust returns.
+#include <catch2/catch.hpp>
+#include <memory>
+
+#include "estimator/imu/imu_buffer.h"
+
+namespace facet {
+namespace {
+
+constexpr std::int64_t kStep_ns = 5'000'000;
+
+ImuSample ramp(std::int64_t stamp_ns) {
+    const double t = static_cast<double>(stamp_ns) * 1e-9;
+    return {Timestamp{stamp_ns}, {0.5 * t, 0.2 - t, 0.3}, {1.0 + t, -2.0 * t, 9.81}};
+}
+
+std::unique_ptr<ImuBuffer> filled(int samples) {
+    auto buffer = std::make_unique<ImuBuffer>(200.0);
+    for (int k = 0; k < samples; ++k) {
+        REQUIRE(ok(buffer->push(ramp(k * kStep_ns))));
+    }
+    return buffer;
+}
+
+Timestamp ms(double t) { return Timestamp{static_cast<std::int64_t>(t * 1e6)}; }
+
+const SteadyMotion kMotion{{0.0, 0.0, 1.0}, {0.0, 2.0, 9.0}, {{0.01, 0.0, 0.0}, {0.0, 0.1, 0.0}}};
+
+}  // namespace
+
+TEST_CASE("doubted readings are those of a steady motion, of the axes in doubt only", "[imu_doubt]") {
+    const auto buffer = filled(41);
+    buffer->doubt(ms(50), ms(100), kGyroAxes, kMotion);
+    CHECK(buffer->sample(10).w_B == ramp(10 * kStep_ns).w_B);  // at 50 ms: before the doubt
+    CHECK(buffer->sample(21).w_B == ramp(21 * kStep_ns).w_B);
+    for (int k = 11; k <= 20; ++k) {
+        CHECK(buffer->sample(k).w_B == Eigen::Vector3d(0.01, 0.0, 1.0));
+        CHECK(buffer->sample(k).a_B == ramp(k * kStep_ns).a_B);
+    }
+    buffer->doubt(ms(50), ms(100), kAccelAxes, kMotion);
+    CHECK(buffer->sample(15).w_B == ramp(15 * kStep_ns).w_B);
+    // After 25 ms at 1 rad/s gravity has turned by as much, the other way.
+    const Eigen::Vector3d turned(2.0 * std::sin(0.025), 2.0 * std::cos(0.025) + 0.1, 9.0);
+    CHECK((buffer->sample(15).a_B - turned).norm() < 1e-12);
+}
+
+TEST_CASE("doubt raises the noise of the axes in doubt, and the span tells", "[imu_doubt]") {
+    const auto buffer = filled(41);
+    Preintegration sure;
+    Preintegration doubted;
+    ImuSpan span;
+    REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, sure, &span)));
+    CHECK_FALSE(span.is_doubted);
+    buffer->set_doubt_noise({Eigen::Vector3d::Constant(0.25), Eigen::Vector3d::Constant(4.0)});
+    buffer->doubt(ms(50), ms(100), kAccelAxes, kMotion);
+    REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, doubted, &span)));
+    CHECK(span.is_doubted);
+    const Eigen::Matrix<double, 9, 9> more = doubted.covariance() - sure.covariance();
+    CHECK(more.topLeftCorner<3, 3>().norm() < 1e-6);
+    for (int i = 6; i < 9; ++i) {
+        CHECK(more(i, i) == Approx(4.0 * 0.05).epsilon(0.01));  // white noise over 50 ms
+    }
+    REQUIRE(ok(buffer->integrate_between(ms(105), ms(150), ImuNoise{}, sure, &span)));
+    CHECK_FALSE(span.is_doubted);
+}
+
+TEST_CASE("trust restores the readings to the bit", "[imu_doubt]") {
+    const auto buffer = filled(41);
+    buffer->set_doubt_noise({Eigen::Vector3d::Constant(0.25), Eigen::Vector3d::Constant(4.0)});
+    buffer->doubt(ms(0), ms(200), kGyroAxes | kAccelAxes, kMotion);
+    buffer->doubt(ms(50), ms(100), kGyroAxes, {});
+    buffer->show_read(ms(100), ms(200));
+    Preintegration shown;
+    ImuSpan span;
+    REQUIRE(ok(buffer->integrate_between(ms(105), ms(150), ImuNoise{}, shown, &span)));
+    CHECK(span.is_doubted);
+    CHECK(buffer->sample(30).w_B == ramp(30 * kStep_ns).w_B);
+    buffer->trust(ms(0), ms(200));
+    for (int k = 0; k < buffer->size(); ++k) {
+        CHECK(buffer->sample(k).w_B == ramp(k * kStep_ns).w_B);
+        CHECK(buffer->sample(k).a_B == ramp(k * kStep_ns).a_B);
+    }
+    REQUIRE(ok(buffer->integrate_between(ms(0), ms(200), ImuNoise{}, shown, &span)));
+    CHECK_FALSE(span.is_doubted);
+}
+
+TEST_CASE("what was read less what is believed is known as a mean", "[imu_doubt]") {
+    const auto buffer = filled(41);
+    buffer->doubt(ms(50), ms(100), kGyroAxes, {});
+    const ImuBias mean = buffer->replaced(ms(50), ms(100));
+    CHECK((mean.gyro - ramp(77'500'000).w_B).norm() < 1e-12);  // the middle of 55 to 100 ms
+    CHECK(mean.accel == Eigen::Vector3d::Zero());
+    CHECK(buffer->replaced(ms(150), ms(200)).gyro == Eigen::Vector3d::Zero());
+}
+
+TEST_CASE("a sample that comes again is told from one of another time", "[imu_doubt]") {
+    const auto buffer = filled(41);
+    CHECK(buffer->has(ramp(10 * kStep_ns)));
+    ImuSample other = ramp(10 * kStep_ns);
+    other.w_B.x() += 0.1;
+    CHECK_FALSE(buffer->has(other));
+    CHECK_FALSE(buffer->has(ramp(50 * kStep_ns)));
+}
+
+}  // namespace facet
