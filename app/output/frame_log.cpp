@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-constexpr std::array<std::pair<std::uint32_t, const char*>, 21> kReasons{{
+constexpr std::array<std::pair<std::uint32_t, const char*>, 22> kReasons{{
     {kReasonFewFeatures, "few_features"},
     {kReasonFewStereo, "few_stereo"},
     {kReasonNoRightImage, "no_right_image"},
@@ -28,6 +28,7 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 21> kReasons{{
     {kReasonOneCamera, "one_camera"},
     {kReasonTriggerSilent, "trigger_silent"},
     {kReasonStalled, "stalled"},
+    {kReasonImuContradicted, "imu_contradicted"},
 }};
 
 /// One column of health.csv.

@@ -50,6 +50,18 @@ inline void turn_to_yaw_of(const Eigen::Quaterniond& q_W_B, Belief& b) {
     }
 }
 
+/// Largest standard deviation of an axis of the velocity relative to the body's heading: the velocity's error less what
+/// an error of the yaw alone makes of it, which turns the way flown with the body. With up = R_B^W z and e the yaw's:
+///   dv - (z x v) e,    e = up . theta
+inline double velocity_sigma(const Belief& b) {
+    const Eigen::Vector3d up_B = b.state.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    Eigen::Matrix<double, 3, 9> d = Eigen::Matrix<double, 3, 9>::Zero();
+    d.leftCols<3>() = -Eigen::Vector3d::UnitZ().cross(b.state.v_W_B) * up_B.transpose();
+    d.rightCols<3>().setIdentity();
+    const Eigen::Matrix3d relative = d * b.covariance.topLeftCorner<9, 9>() * d.transpose();
+    return std::sqrt(std::max(0.0, relative.diagonal().maxCoeff()));
+}
+
 /// Standard deviation of the larger horizontal component of the attitude's error.
 inline double tilt_sigma(const Belief& b) {
     const Eigen::Matrix3d R_W_B = b.state.q_W_B.toRotationMatrix();

@@ -45,6 +45,11 @@ void Estimator::Impl::reset() {
     frame_latency = {};
     calibration_sigma.setZero();
     forget_corrections();
+    doubt = {};
+    refused_samples = refused_frames = {};
+    is_bent = false;
+    straight_keyframes = 0;
+    lost_time_s = 0.0;
     reset_counter = 0;
     summary = {};
     view.number = 0;
@@ -156,15 +161,9 @@ void Estimator::Impl::hold_still() {
     now.covariance.diagonal().segment<3>(kVel).setConstant(sigmas.v_m_per_s * sigmas.v_m_per_s);
 }
 
-void Estimator::Impl::update_by_image(const Preintegration& preintegration) {
-    if (!config.window.update_frames || phase == Phase::kCoasting || map.empty()) {
-        return;
-    }
-    const StageScope scope(observer, Stage::kFrameUpdate);
-    const FramePrediction prediction{newest.state, preintegration, now.state, now.covariance, config.imu_noise};
+void Estimator::Impl::update_by_image(Preintegration& preintegration) {
     FrameEstimate updated;
-    if (ok(frame_update.solve(map, window.cameras(), static_cast<int>(window.state().keyframes.size()), prediction,
-                              {tracks.observations.data(), tracks.observations.size()}, updated))) {
+    if (ok(examine_image(preintegration, updated))) {
         now.state = updated.state;
         now.covariance = updated.covariance;
         map_landmarks = updated.landmarks;
@@ -179,6 +178,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
         frontend.restart_ids();
         reset_wanted = true;
     }
+    replace_doubted(stamp);
     FACET_TRY(predict(stamp, preintegration));
     PredictionEvidence predicted;
     predicted.phase = phase;
@@ -197,9 +197,14 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
         judge_rest_claim();
         FrameEvidence seen{phase, must_restart(predicted), tracks.is_keyframe, tracks.stereo, rests, tracks.is_still};
         seen.lone_features = is_alone(frame) ? static_cast<int>(tracks.observations.size()) : 0;
+        drop_doubt_if_blind(preintegration);
         act(decide(seen), preintegration);
     }
+    doubt.see(stamp, now.state);
     report(frame, ok(tracked), estimate);
+    if ((estimate.health.reasons & kReasonHighResidual) != 0) {
+        widen_gauge((stamp - before).seconds());
+    }
     if (monitor.state() == TrackingState::kTracking || monitor.state() == TrackingState::kDegraded) {
         trusted = now;
         has_trusted = true;
@@ -207,7 +212,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     return tracked;
 }
 
-void Estimator::Impl::act(FrameAction action, const Preintegration& preintegration) {
+void Estimator::Impl::act(FrameAction action, Preintegration& preintegration) {
     map_landmarks = 0;
     frame_chi2 = 0.0;
     switch (action) {
@@ -218,6 +223,8 @@ void Estimator::Impl::act(FrameAction action, const Preintegration& preintegrati
             if (awaits_answer) {
                 collect_alone();
             } else {
+                FrameEstimate unused;
+                static_cast<void>(examine_image(preintegration, unused));
                 take_keyframe(preintegration);
             }
             break;
@@ -294,7 +301,14 @@ CalibrationEstimate Estimator::calibration() const {
 const VisionResiduals& Estimator::residuals() const { return impl_->window.residuals(); }
 
 Status Estimator::add_imu(const ImuSample& sample) {
-    FACET_TRY(impl_->imu.push(sample));
+    const Status status = impl_->imu.push(sample);
+    if (status == Status::kOutOfOrder && !impl_->imu.has(sample)) {
+        impl_->refused_samples.add(sample.stamp);
+    }
+    FACET_TRY(status);
+    if (has_window(impl_->phase)) {
+        impl_->allow_for_lost_time(impl_->refused_samples.take_s());
+    }
     impl_->carry_without_frames();
     return Status::kOk;
 }
@@ -316,10 +330,17 @@ Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     const Timestamp stamp = s.imu_stamp(frame.stamp);
     if (s.phase != Phase::kEmpty && (frame.stamp <= s.last_image || stamp <= s.now.stamp)) {
         s.expect_late_frames(frame.stamp, stamp);
+        if (frame.stamp <= s.last_image) {
+            s.refused_frames.add(frame.stamp);
+        }
         return Status::kOutOfOrder;
     }
     if (s.imu.empty() || s.imu.newest() < stamp) {
         return Status::kNotReady;
+    }
+    const double repeated_s = s.refused_frames.take_s();
+    if (has_window(s.phase) && repeated_s > RefusedRun::kLeast_s) {
+        s.widen_gauge(repeated_s);
     }
     const StereoFrame seen = s.choose_camera(frame);
     if (seen.left.empty() && !seen.right.empty()) {

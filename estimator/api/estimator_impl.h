@@ -5,6 +5,7 @@
 #include "estimator/api/belief.h"
 #include "estimator/api/estimator.h"
 #include "estimator/api/health_monitor.h"
+#include "estimator/api/inertial_doubt.h"
 #include "estimator/api/monocular_start.h"
 #include "estimator/api/motion_start.h"
 #include "estimator/api/phase.h"
@@ -24,6 +25,19 @@ enum class RestClaim : std::uint8_t {
     kOpen,     ///< images have said nothing yet: INIT
     kSeen,     ///< images agree so far
     kRefuted,  ///< images move: the window begins anew at the next frame that allows it
+};
+
+/// Data in a row whose stamps have been before: a clock has gone back, and time that passes meanwhile is on no clock.
+struct RefusedRun {
+    static constexpr double kLeast_s = 0.1;  ///< two samples or frames out of order are no run
+
+    Timestamp first;
+    Timestamp last;
+    bool is_empty = true;
+
+    void add(Timestamp stamp);
+    /// Ends the run. @return the time it covers (s)
+    double take_s();
 };
 
 struct Estimator::Impl {
@@ -54,6 +68,7 @@ struct Estimator::Impl {
     ImuSpan span;   ///< samples between them
     Phase phase = Phase::kEmpty;
     RestClaim rest_claim = RestClaim::kNone;
+    InertialDoubt doubt;
     bool rests = false;         ///< by inertial samples and images: at rest at every frame since the newest keyframe
     bool reset_wanted = false;  ///< requested by the user
     bool is_late = false;       ///< a frame took too long: less work up to the next keyframe
@@ -72,6 +87,12 @@ struct Estimator::Impl {
     /// Of the body since the last frame that the front-end has taken, where `now` was carried on without frames.
     Eigen::Quaterniond q_Bf_B = Eigen::Quaterniond::Identity();
     Duration frame_latency;         ///< inertial samples this young may belong before a frame that is still to come
+    RefusedRun refused_samples;     ///< since the last one that was taken
+    RefusedRun refused_frames;      ///< likewise
+    bool is_bent = false;           ///< the window holds inertial factors that contradict it
+    int straight_keyframes = 0;     ///< without such a factor, since
+    ImuBias bias_before;            ///< what the biases were before it
+    double lost_time_s = 0.0;       ///< that is on no clock, since the window began
     bool is_blind = false;          ///< `now` is being carried on without a frame
     Estimate carried;               ///< the newest without a frame
     bool has_carried = false;       ///< and nobody has asked for it yet
@@ -116,13 +137,36 @@ struct Estimator::Impl {
     void hold_still();
     /// Corrects the predicted state by the frame's image, if that sees enough of the map.
     /// @param preintegration  from the newest keyframe to now
-    void update_by_image(const Preintegration& preintegration);
+    void update_by_image(Preintegration& preintegration);
+    Status compare_with_map(const Preintegration& preintegration, FrameEstimate& out);
+    /// Compares the frame with the map; if it contradicts the inertial readings, settles which of them is right, and
+    /// predicts `now` and integrates anew. @return kNotFound if there is nothing to compare with
+    Status examine_image(Preintegration& preintegration, FrameEstimate& out);
+    void doubt_readings(Preintegration& preintegration, FrameEstimate& out);
+    /// While readings are doubted: replaces those up to the frame that comes. @param stamp  of it
+    void replace_doubted(Timestamp stamp);
+    /// Without images the readings are all there is: they are shown again, as uncertain as they were found.
+    void drop_doubt_if_blind(Preintegration& preintegration);
+    /// After a keyframe.
+    void follow_doubt();
+    /// After a keyframe, `newest` still being the one before: a window that contradictory readings have bent, biases
+    /// and tilt alike, begins anew once they are over.
+    void judge_bend();
+    /// What happened in the last dt_s seconds may not have happened: residuals are beyond what errors explain. Adds the
+    /// way flown and the angle turned about the vertical to the standard deviations of place and yaw.
+    void widen_gauge(double dt_s);
+    /// Time has passed that is on no clock, and the motion in it is unknown: the window begins anew.
+    void allow_for_lost_time(double lost_s);
+    /// Adds what is not known of `now` beyond what its window tells, when that ends.
+    void own_up();
     void take_keyframe(const Preintegration& preintegration);
     /// During a start in motion: if the window contradicts the closed-form solution, it begins anew from that solution.
     void second_opinion();
     /// Gives a belief found without regard to the past its place and yaw: those of `before` with their uncertainty, or,
     /// if no estimate has been used yet, the origin.
     void keep_place(const Belief& before);
+    /// The gauge's yaw turns about the present place from now on; its uncertainty there is as before.
+    void move_gauge_origin();
     /// Moves the uncertainty of place and yaw from `now` to the gauge: before a window begins at `now`.
     void fix_gauge();
     /// Of `now`, order [theta p v], place and yaw with the gauge's uncertainty.
@@ -170,7 +214,7 @@ struct Estimator::Impl {
     void stand_blind(const Belief& before);
     /// A place and a yaw to begin anew from when the state itself is worthless.
     Belief salvage() const;
-    void act(FrameAction action, const Preintegration& preintegration);
+    void act(FrameAction action, Preintegration& preintegration);
     HealthEvidence evidence(const StereoFrame& frame, bool frame_taken) const;
     void report(const StereoFrame& frame, bool frame_taken, Estimate& estimate);
 };

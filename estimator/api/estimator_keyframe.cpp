@@ -51,6 +51,8 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     summary = window.optimize(is_starting ? kInitEffort : (is_late ? kLateEffort : 1.0));
     frontend.drop_tracks(window.rejected());
     now.state = window.newest().state;
+    follow_doubt();
+    judge_bend();
     reintegrate();
     update_covariance();
     learn_vibration();
@@ -84,7 +86,8 @@ void Estimator::Impl::update_covariance() {
 
 void Estimator::Impl::learn_vibration() {
     const bool is_raised = span.gyro_noise_ratio > 1.0 || span.accel_noise_ratio > 1.0;
-    const bool is_sound = !span.has_gap && span.clipped == 0 && !window.newest().rests_since_previous;
+    const bool is_sound =
+        !span.has_gap && !span.is_doubted && span.clipped == 0 && !window.newest().rests_since_previous;
     InertialInnovation innovation;
     if (!is_raised || !is_sound || !ok(window.newest_innovation(innovation))) {
         return;

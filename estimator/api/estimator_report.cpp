@@ -28,11 +28,12 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     e.newest_landmarks = window.state().keyframes.size() > 1 ? summary.newest_landmarks : e.tracked;
     e.imu = span;
     e.speed_m_per_s = now.state.v_W_B.norm();
-    e.velocity_sigma_m_per_s = std::sqrt(now.covariance.diagonal().segment<3>(kVel).maxCoeff());
+    e.velocity_sigma_m_per_s = velocity_sigma(now);
     e.tilt_sigma_rad = tilt_sigma(now);
     e.gyro_bias_rad_per_s = now.state.bias.gyro.norm();
     e.accel_bias_m_per_s2 = now.state.bias.accel.norm();
     e.vision_chi2 = std::max(summary.fit.vision_chi2(config.window.pixel_sigma_px), frame_chi2);
+    e.imu_chi2 = summary.imu_squared_error / kStateDim;
     e.residual_bias_px = window.residual_bias_px();
     e.calibration_stretch = window.calibration_stretch();
     e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed || summary.prior_repaired;

@@ -30,6 +30,9 @@ StateCovariance inverse(const StateCovariance& covariance) {
 
 void Estimator::Impl::begin_window(const StateCovariance& information, CalibrationStart calibration) {
     window.start(keyframe_input(), now.state, information, calibration);
+    doubt.end();
+    is_bent = false;
+    straight_keyframes = 0;
     if (calibration == CalibrationStart::kAsGiven) {
         forget_corrections();
     }
@@ -102,21 +105,25 @@ void Estimator::Impl::keep_place(const Belief& before) {
     }
 }
 
+void Estimator::Impl::move_gauge_origin() {
+    Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();
+    moved.block<3, 1>(1, 0) = Eigen::Vector3d::UnitZ().cross(now.state.p_W_B - gauge_origin);
+    gauge = (moved * gauge * moved.transpose()).eval();
+    gauge_origin = now.state.p_W_B;
+}
+
 void Estimator::Impl::fix_gauge() {
     StateCovariance& c = now.covariance;
     const Eigen::Matrix3d R_W_B = now.state.q_W_B.toRotationMatrix();
     Eigen::Matrix3d theta_W = R_W_B * c.block<3, 3>(kTheta, kTheta) * R_W_B.transpose();
+    move_gauge_origin();
     if (has_trusted) {
-        Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();  // what is there, about the new origin
-        moved.block<3, 1>(1, 0) = Eigen::Vector3d::UnitZ().cross(now.state.p_W_B - gauge_origin);
-        gauge = (moved * gauge * moved.transpose()).eval();
         const Eigen::RowVector3d yaw_place = R_W_B.row(2) * c.block<3, 3>(kTheta, kPos);
         gauge(0, 0) += theta_W(2, 2);
         gauge.block<1, 3>(0, 1) += yaw_place;
         gauge.block<3, 1>(1, 0) += yaw_place.transpose();
         gauge.block<3, 3>(1, 1) += c.block<3, 3>(kPos, kPos);
     }
-    gauge_origin = now.state.p_W_B;
     // Yaw turns with the body: its share of the other parameters' covariance goes with it.
     const StateCovariance before = c;
     Eigen::Matrix3d level = R_W_B.transpose() * Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal() * R_W_B;
@@ -164,6 +171,10 @@ Belief Estimator::Impl::salvage() const {
     belief.covariance.diagonal().segment<3>(kPos).array() += flown_m * flown_m;
     if (now.state.q_W_B.coeffs().allFinite()) {
         belief.state.q_W_B = now.state.q_W_B;
+        const Eigen::Matrix3d carried = now.covariance.block<3, 3>(kTheta, kTheta);
+        belief.covariance.block<3, 3>(kTheta, kTheta) =
+            carried.allFinite() ? carried
+                                : Eigen::Matrix3d(std::pow(kUnknownYawSigma, 2) * Eigen::Matrix3d::Identity());
     }
     return belief;
 }
@@ -211,6 +222,7 @@ void Estimator::Impl::restart_in_motion() {
 }
 
 void Estimator::Impl::restart_in_flight() {
+    own_up();
     const bool is_worthless = monitor.has_diverged() || !is_finite(now) || tilt_sigma(now) > kDivergedTiltSigma;
     if (is_worthless && !ok(fall_back_to_gravity())) {
         return;

@@ -43,7 +43,8 @@ inline constexpr auto kHealthFields = std::to_array<ParameterField<HealthConfig>
     {FACET_FIELD(HealthConfig, max_accel_bias_m_per_s2), "m/s^2", 0.1, 10,
      "An estimated accelerometer bias above this is divergence: lost."},
     {FACET_FIELD(HealthConfig, high_vision_chi2), "-", 1, 100,
-     "With squared vision residuals per degree of freedom above this the estimate is degraded."},
+     "With squared residuals of vision, or of the newest inertial factor, per degree of freedom above this the "
+     "estimate is degraded."},
     {FACET_FIELD(HealthConfig, wrong_vision_chi2), "-", 2, 1000,
      "Squared vision residuals per degree of freedom above this at three keyframes in a row are divergence: lost."},
     {FACET_FIELD(HealthConfig, ready_velocity_sigma_m_per_s), "m/s", 0.01, 1,

@@ -17,10 +17,11 @@ constexpr double kManyFeatures = 60.0;
 constexpr double kGraceQuality = 0.3;
 constexpr double kDoubtQuality = 0.5;
 
-constexpr std::uint32_t kDegrading =
-    kReasonFewFeatures | kReasonImageRejected | kReasonImageDark | kReasonImageOverexposed | kReasonImageFrozen |
-    kReasonBiasLimit | kReasonHighResidual | kReasonSolverFailed | kReasonVelocityUncertain | kReasonImuClipped |
-    kReasonImuGap | kReasonSpeedLimit | kReasonNoImages | kReasonOneCamera | kReasonTriggerSilent;
+constexpr std::uint32_t kDegrading = kReasonFewFeatures | kReasonImageRejected | kReasonImageDark |
+                                     kReasonImageOverexposed | kReasonImageFrozen | kReasonBiasLimit |
+                                     kReasonHighResidual | kReasonSolverFailed | kReasonVelocityUncertain |
+                                     kReasonImuClipped | kReasonImuGap | kReasonSpeedLimit | kReasonNoImages |
+                                     kReasonOneCamera | kReasonTriggerSilent | kReasonImuContradicted;
 
 }  // namespace
 
@@ -55,13 +56,14 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
     raise(e.misses_camera, kReasonOneCamera);
     raise(e.imu.has_gap, kReasonImuGap);
     raise(e.imu.clipped != 0, kReasonImuClipped);
+    raise(e.imu.is_doubted, kReasonImuContradicted);
     raise(e.imu.accel_vibration_m_per_s2 > config_.vibration_m_per_s2, kReasonVibration);
     raise(e.gyro_bias_rad_per_s > config_.max_gyro_bias_rad_per_s ||
               e.accel_bias_m_per_s2 > config_.max_accel_bias_m_per_s2,
           kReasonBiasLimit);
     raise(e.speed_m_per_s > config_.max_speed_m_per_s, kReasonSpeedLimit);
     raise(e.velocity_sigma_m_per_s > config_.max_velocity_sigma_m_per_s, kReasonVelocityUncertain);
-    raise(e.vision_chi2 > config_.high_vision_chi2, kReasonHighResidual);
+    raise(std::max(e.vision_chi2, e.imu_chi2) > config_.high_vision_chi2, kReasonHighResidual);
     raise(e.solver_failed || !e.is_finite, kReasonSolverFailed);
     raise(e.is_late, kReasonOverrun);
     raise(e.residual_bias_px > config_.max_residual_bias_px || e.calibration_stretch > config_.max_calibration_stretch,
@@ -77,17 +79,19 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
         e.tracked / kManyFeatures,
         e.velocity_sigma_m_per_s > 0.0 ? 0.2 * config_.max_velocity_sigma_m_per_s / e.velocity_sigma_m_per_s : 1.0,
         e.vision_chi2 > 0.0 ? config_.high_vision_chi2 / e.vision_chi2 : 1.0,
+        e.imu_chi2 > config_.high_vision_chi2 ? config_.high_vision_chi2 / e.imu_chi2 : 1.0,
         e.residual_bias_px > config_.max_residual_bias_px ? config_.max_residual_bias_px / e.residual_bias_px : 1.0,
         e.calibration_stretch > config_.max_calibration_stretch
             ? config_.max_calibration_stretch / e.calibration_stretch
             : 1.0,
     };
     // With a calibration in doubt the claimed covariance is too, so that half is the best.
-    const double best = share[3] < 1.0 || share[4] < 1.0 ? kDoubtQuality : 1.0;
+    const double best = share[4] < 1.0 || share[5] < 1.0 ? kDoubtQuality : 1.0;
     double worst = (e.stamp - started_).seconds() < config_.grace_s ? kGraceQuality : 1.0;
     // Inertial data alone are good for a while: features count in proportion to how long they have been missing.
     const double age = std::clamp(vision_age_s(e.stamp) / config_.lost_after_s, 0.0, 1.0);
-    worst = std::min({worst, std::max(share[0], 0.5 * (1.0 - age)), share[1], share[2], share[3], share[4], best});
+    worst = std::min(
+        {worst, std::max(share[0], 0.5 * (1.0 - age)), share[1], share[2], share[3], share[4], share[5], best});
     return std::clamp(static_cast<int>(std::lround(100.0 * worst)), 1, 100);
 }
 

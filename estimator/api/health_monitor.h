@@ -28,11 +28,12 @@ struct HealthEvidence {
     int newest_landmarks = 0;  ///< landmarks that constrain the keyframe after optimization
     ImuSpan imu;               ///< samples between the newest keyframe and the frame
     double speed_m_per_s = 0.0;
-    double velocity_sigma_m_per_s = 0.0;  ///< largest of three axes
+    double velocity_sigma_m_per_s = 0.0;  ///< largest of three axes, relative to the heading
     double tilt_sigma_rad = 0.0;          ///< larger of the two horizontal axes
     double gyro_bias_rad_per_s = 0.0;     ///< norm
     double accel_bias_m_per_s2 = 0.0;     ///< norm
     double vision_chi2 = 0.0;             ///< per degree of freedom
+    double imu_chi2 = 0.0;                ///< per row, of the newest inertial factor
     double residual_bias_px = 0.0;        ///< largest mean of the residuals of an image coordinate
     double calibration_stretch = 0.0;     ///< largest correction of the calibration, in sigmas of what was given
     bool solver_failed = false;

@@ -30,7 +30,7 @@ enum HealthReason : std::uint32_t {
     kReasonNoRightImage = 1U << 2,        ///< right frame missing
     kReasonImuGap = 1U << 3,              ///< inertial samples missing before this frame
     kReasonBiasLimit = 1U << 4,           ///< a bias beyond its plausible range
-    kReasonHighResidual = 1U << 5,        ///< the window's vision residuals exceed their expectation
+    kReasonHighResidual = 1U << 5,        ///< residuals of vision or the newest inertial factor are too large
     kReasonSolverFailed = 1U << 6,        ///< the linear system could not be solved
     kReasonImageRejected = 1U << 7,       ///< the image could not be used: wrong size
     kReasonImageDark = 1U << 8,           ///< hardly anything but black in it, or no contrast
@@ -46,6 +46,7 @@ enum HealthReason : std::uint32_t {
     kReasonOneCamera = 1U << 18,          ///< one of two cameras has been silent for a while
     kReasonTriggerSilent = 1U << 19,      ///< no trigger edges: frames are stamped by the cameras' own clocks
     kReasonStalled = 1U << 20,            ///< live: the estimator does not answer; poses are carried on without it
+    kReasonImuContradicted = 1U << 21,    ///< images contradict inertial readings, and are believed
 };
 
 /// One row of health.csv.

@@ -14,6 +14,7 @@ constexpr int kSteps = 4;
 constexpr double kNegligibleStep = 1e-6;   // rad, m, m/s
 constexpr double kFirstThreshold = 1.5;    // of Huber's loss in the first step, before the state is roughly right
 constexpr double kSettledThreshold = 1.2;  // of Cauchy's afterwards, in standard deviations: as in the window
+constexpr double kAgreeing = 9.0;          // squared
 constexpr RobustLoss kPlainLoss{1e100, false};
 
 }  // namespace
@@ -70,6 +71,7 @@ void FrameUpdate::add_sight(const SightResidual& sight, const RobustLoss& loss) 
     if (!std::isfinite(square)) {
         return;
     }
+    agreeing_ += square * spread_ < kAgreeing ? 1 : 0;
     const double weight = loss.weight(square);
     sums_ += {1, square, weight, loss.slope(square), weight * weight * square};
     const Eigen::Matrix<double, 2 * kPoseDim, 2> jw = weight * j.transpose();
@@ -87,6 +89,7 @@ void FrameUpdate::add_images(const WindowCameras& cameras, int keyframes, const 
     pose_h_.setZero();
     pose_g_.setZero();
     sums_ = {};
+    agreeing_ = 0;
     const Eigen::Matrix3d R_B_W = state.q_W_B.toRotationMatrix().transpose();
     for (const Sight& sight : sights_) {
         SightResidual residual;
@@ -178,6 +181,7 @@ Status FrameUpdate::finish(const LocalMap& map, const FramePrediction& predictio
     out.state = state;
     out.covariance = covariance;
     out.landmarks = sums_.points;
+    out.agreeing = agreeing_;
     out.chi2 = spread_ * measured_spread();
     return Status::kOk;
 }

@@ -29,6 +29,7 @@ struct FrameEstimate {
     NavState state;
     StateCovariance covariance;
     int landmarks = 0;  ///< of the map, in the image
+    int agreeing = 0;   ///< of those, with residuals below three standard deviations as modelled
     double chi2 = 0.0;  ///< c as measured: variance of the residuals over the expected one, without outliers
 };
 
@@ -110,6 +111,7 @@ private:
     TrackMemory memory_;
     double spread_ = 1.0;  ///< c
     LossSums sums_;
+    int agreeing_ = 0;  ///< points below three standard deviations at the last linearization
     Eigen::Matrix<double, kStateDim, 1> newest_step_;  ///< dx_k
     /// Images' share of the normal equations: pose of k, pose of n.
     Eigen::Matrix<double, 2 * kPoseDim, 2 * kPoseDim> pose_h_;

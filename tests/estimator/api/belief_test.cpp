@@ -47,3 +47,18 @@ TEST_CASE("a belief turned to another one's yaw keeps tilt, place, speed and wha
     };
     CHECK((in_body(belief) - in_body(before)).norm() < 1e-9);
 }
+
+TEST_CASE("what is not known of the heading alone makes the velocity no less certain") {
+    Belief belief;
+    belief.state.q_W_B = so3_exp({0.3, -0.4, 0.9});
+    belief.state.v_W_B = {3.0, -4.0, 0.5};
+    // An error of the yaw of 0.5 rad, which turns the velocity with it; and 0.02 m/s of another origin.
+    Eigen::Matrix<double, kStateDim, 1> yaw = Eigen::Matrix<double, kStateDim, 1>::Zero();
+    yaw.segment<3>(kTheta) = belief.state.q_W_B.conjugate() * Eigen::Vector3d(0.0, 0.0, 0.5);
+    yaw.segment<3>(kVel) = 0.5 * Eigen::Vector3d::UnitZ().cross(belief.state.v_W_B);
+    belief.covariance = yaw * yaw.transpose();
+    belief.covariance(kVel, kVel) += 0.02 * 0.02;
+    CHECK_THAT(velocity_sigma(belief), WithinAbs(0.02, 1e-9));
+    belief.covariance(kTheta, kTheta) += 0.01;  // of the attitude, without the velocity's
+    CHECK(velocity_sigma(belief) > 0.1);
+}

@@ -108,6 +108,40 @@ TEST_CASE("a frame later than what was carried on without it is refused, the nex
     CHECK(flight.estimate.health.state == TrackingState::kTracking);
 }
 
+TEST_CASE("an inertial clock that goes back has lost time: the window begins anew, and says so", "[outage]") {
+    Flight flight;
+    flight.feed(0.5);
+    flight.fly(1.5);
+    const Estimate before = flight.estimate;
+    // Other readings at stamps that there have been: half a second of time is on no clock.
+    for (int k = 0; k < 100; ++k) {
+        const Timestamp stamp = facet::test::at(flight.now_s - 0.5 + 0.005 * k);
+        CHECK(flight.estimator.add_imu({stamp, {0.1, 0.0, 0.0}, {0.0, 0.0, 9.9}}) == Status::kOutOfOrder);
+    }
+    flight.fly(1.5);
+    CHECK(flight.estimate.health.state == TrackingState::kTracking);
+    CHECK(flight.estimate.health.reset_counter == before.health.reset_counter + 1);
+    CHECK(flight.estimate.state.p_W_B.norm() < 0.05);
+}
+
+TEST_CASE("samples and frames that come twice have lost no time", "[outage]") {
+    Flight flight;
+    flight.feed(0.5);
+    flight.fly(1.5);
+    for (int k = 0; k < 100; ++k) {
+        const Timestamp stamp = facet::test::at(flight.now_s - 0.5 + 0.005 * k);
+        CHECK(flight.estimator.add_imu({stamp, {0.001, -0.002, 0.003}, {0.0, 0.0, 9.81}}) == Status::kOutOfOrder);
+    }
+    for (int k = 0; k < 3; ++k) {
+        Estimate none;
+        CHECK(flight.estimator.add_frame(flight.vehicle.frame(flight.now_s - 0.01), none) == Status::kOutOfOrder);
+    }
+    const double place_variance = flight.estimate.covariance(3, 3);
+    flight.fly(1.0);
+    CHECK(flight.estimate.health.reset_counter == 0);
+    CHECK(flight.estimate.covariance(3, 3) < 1.5 * place_variance);
+}
+
 TEST_CASE("the right camera takes over when the left one dies, and both work again when it returns", "[outage]") {
     Flight flight;
     flight.feed(0.5);

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// How a frame is compared with the map, and what follows if it contradicts the inertial readings.
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/api/estimator_impl.h"
+#include "estimator/window/stage_scope.h"
+
+namespace facet {
+namespace {
+
+// What a vehicle may have done in a second of which nothing is known, beyond going on.
+constexpr double kManoeuvre_m_per_s2 = 3.0;
+constexpr double kTilt_rad_per_s = 0.15;
+
+}  // namespace
+
+Status Estimator::Impl::compare_with_map(const Preintegration& preintegration, FrameEstimate& out) {
+    const StageScope scope(observer, Stage::kFrameUpdate);
+    const FramePrediction prediction{newest.state, preintegration, now.state, now.covariance, config.imu_noise};
+    return frame_update.solve(map, window.cameras(), static_cast<int>(window.state().keyframes.size()), prediction,
+                              {tracks.observations.data(), tracks.observations.size()}, out);
+}
+
+Status Estimator::Impl::examine_image(Preintegration& preintegration, FrameEstimate& out) {
+    if (!config.window.update_frames || phase == Phase::kCoasting || map.empty()) {
+        return Status::kNotFound;
+    }
+    FACET_TRY(compare_with_map(preintegration, out));
+    const bool is_settled = monitor.state() == TrackingState::kTracking || monitor.state() == TrackingState::kDegraded;
+    if (is_settled && InertialDoubt::is_called_for(out, config.health.wrong_vision_chi2)) {
+        doubt_readings(preintegration, out);
+    }
+    return Status::kOk;
+}
+
+void Estimator::Impl::doubt_readings(Preintegration& preintegration, FrameEstimate& out) {
+    const Timestamp stamp = now.stamp;
+    const Preintegration as_read = preintegration;
+    FrameEstimate free;
+    imu.doubt(newest.stamp, stamp, kGyroAxes | kAccelAxes, doubt.steady(newest.state, gravity_m_per_s2));
+    imu.set_doubt_noise(InertialDoubt::unlimited(config.imu_limits));
+    const bool is_justified = ok(predict(stamp, preintegration)) && ok(compare_with_map(preintegration, free)) &&
+                              InertialDoubt::is_justified(out, free, config.health.high_vision_chi2);
+    if (is_justified) {
+        doubt.begin(newest.state, free.state, as_read);
+        out = free;
+    }
+    if (doubt.is_active()) {
+        imu.doubt(newest.stamp, stamp, doubt.axes(), doubt.steady(newest.state, gravity_m_per_s2));
+    } else {
+        imu.trust(newest.stamp, stamp);
+    }
+    if (is_justified && ok(predict(stamp, preintegration))) {
+        doubt.measure(newest.state, free.state, preintegration);
+    }
+    imu.set_doubt_noise(doubt.noise());
+    FrameEstimate again;
+    if (ok(predict(stamp, preintegration)) && is_justified && ok(compare_with_map(preintegration, again))) {
+        out = again;
+    }
+}
+
+void Estimator::Impl::replace_doubted(Timestamp stamp) {
+    if (doubt.is_active()) {
+        imu.doubt(now.stamp, stamp, doubt.axes(), doubt.steady(now.state, gravity_m_per_s2));
+        imu.set_doubt_noise(doubt.noise());
+    }
+}
+
+void Estimator::Impl::drop_doubt_if_blind(Preintegration& preintegration) {
+    const bool sees = static_cast<int>(tracks.observations.size()) >= config.health.few_features;
+    if (doubt.is_active() && !sees && phase != Phase::kCoasting) {
+        imu.show_read(newest.stamp, now.stamp);
+        doubt.end();
+        static_cast<void>(predict(now.stamp, preintegration));
+    }
+}
+
+void Estimator::Impl::widen_gauge(double dt_s) {
+    move_gauge_origin();
+    const Eigen::Vector3d& v = now.state.v_W_B;
+    const auto widen = [this](int i, double by) { gauge(i, i) = std::pow(std::sqrt(gauge(i, i)) + by, 2); };
+    widen(0, std::abs((now.state.q_W_B * doubt.rate_B()).z()) * dt_s);
+    for (int i = 0; i < 3; ++i) {
+        widen(1 + i, v.norm() * dt_s);
+    }
+}
+
+void RefusedRun::add(Timestamp stamp) {
+    first = is_empty || stamp < first ? stamp : first;
+    last = is_empty || stamp > last ? stamp : last;
+    is_empty = false;
+}
+
+double RefusedRun::take_s() {
+    const double covered_s = is_empty ? 0.0 : (last - first).seconds();
+    is_empty = true;
+    return covered_s;
+}
+
+void Estimator::Impl::allow_for_lost_time(double lost_s) {
+    if (lost_s > RefusedRun::kLeast_s) {
+        widen_gauge(lost_s);
+        lost_time_s += lost_s;
+        reset_wanted = true;
+    }
+}
+
+void Estimator::Impl::own_up() {
+    const double lost_s = std::min(lost_time_s, 1.0);
+    // A tilt hides as a bias of the accelerometer.
+    const double bend_rad = is_bent ? (now.state.bias.accel - bias_before.accel).norm() / gravity_m_per_s2 : 0.0;
+    const double tilt_rad = std::hypot(doubt.tilt_rad(), kTilt_rad_per_s * lost_s, bend_rad);
+    const Eigen::Matrix3d R_B_W = now.state.q_W_B.conjugate().toRotationMatrix();
+    const Eigen::Vector3d variance = tilt_rad * tilt_rad * Eigen::Vector3d(1.0, 1.0, 0.0);
+    now.covariance.block<3, 3>(kTheta, kTheta) += R_B_W * variance.asDiagonal() * R_B_W.transpose();
+    now.covariance.diagonal().segment<3>(kVel).array() += std::pow(kManoeuvre_m_per_s2 * lost_s, 2);
+    lost_time_s = 0.0;
+    if (is_bent) {
+        now.state.bias = bias_before;
+        now.covariance.diagonal().segment<3>(kBiasGyro).array() +=
+            std::pow(config.initializer.gyro_bias_sigma_rad_per_s, 2);
+        now.covariance.diagonal().segment<3>(kBiasAccel).array() +=
+            std::pow(config.initializer.accel_bias_sigma_m_per_s2, 2);
+    }
+}
+
+void Estimator::Impl::judge_bend() {
+    constexpr int kStraight = 2;
+    const bool is_settled = monitor.state() == TrackingState::kTracking || monitor.state() == TrackingState::kDegraded;
+    if (is_settled && summary.imu_squared_error > config.health.high_vision_chi2 * kStateDim) {
+        bias_before = is_bent ? bias_before : newest.state.bias;
+        is_bent = true;
+        straight_keyframes = 0;
+    } else if (is_bent && !doubt.is_active() && ++straight_keyframes == kStraight) {
+        reset_wanted = true;
+    }
+}
+
+void Estimator::Impl::follow_doubt() {
+    const auto& keyframes = window.state().keyframes;
+    const std::size_t n = keyframes.size();
+    if (!doubt.is_active() || n < 3 || !keyframes[n - 1].has_imu_factor || !keyframes[n - 2].has_imu_factor) {
+        return;
+    }
+    const Keyframe& i = keyframes[n - 3];
+    const Keyframe& j = keyframes[n - 2];
+    const Keyframe& k = keyframes[n - 1];
+    doubt.follow(i.state, j.state, k.state, j.imu_from_previous.preintegration(), k.imu_from_previous.preintegration(),
+                 imu.replaced(i.stamp, j.stamp), imu.replaced(j.stamp, k.stamp));
+    reset_wanted = reset_wanted || doubt.tilt_rad() > 0.0;
+}
+
+}  // namespace facet

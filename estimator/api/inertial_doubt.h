@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Whether inertial readings or images are believed where they contradict each other.
+#pragma once
+
+#include "estimator/imu/imu_buffer.h"
+#include "estimator/imu/imu_limits.h"
+#include "estimator/values/nav_state.h"
+#include "estimator/window/frame_update.h"
+
+namespace facet {
+
+/// A sensor that reads nonsense, or what belongs to another time, contradicts the images by tens of standard
+/// deviations. Inertial factors are the stronger ones, so that without a judgement it is the images that go. The judge:
+///   * With the readings as they are, the images of a frame do not fit (`wrong_chi2`), and next to none of the tracks.
+///   * With nothing known of the motion since the newest keyframe they fit well (`good_chi2`), and most of them: they
+///     show one rigid motion, another one.
+/// Then the readings are wrong. A scene of which a part moves fails the first condition, a camera that shows nonsense
+/// the second: then the readings are believed, as ever.
+///
+/// The readings of the sensor that is wrong, or of both, are replaced by those of a steady motion, at the rate that the
+/// last two frames tell, with the noise of what the motion has differed from that by (inertial_error at keyframes). The
+/// doubt ends when at two keyframes in a row the readings have agreed with what the images told. Readings that turn
+/// alike, but whose force is off by the same horizontal vector of the world at four keyframes in a row, tell of an
+/// attitude that has tilted meanwhile: see tilt_rad(). Thread-bound. No heap.
+class InertialDoubt {
+public:
+    /// White noise of readings that tell nothing: anywhere within their ranges.
+    static StepNoise unlimited(const ImuLimits& limits);
+
+    /// @param usual  of the frame with the readings as they are
+    static bool is_called_for(const FrameEstimate& usual, double wrong_chi2) { return usual.chi2 > wrong_chi2; }
+    /// @param free  of the frame with nothing known of the motion
+    static bool is_justified(const FrameEstimate& usual, const FrameEstimate& free, double good_chi2);
+
+    bool is_active() const { return axes_ != 0; }
+    ImuAxisMask axes() const { return axes_; }
+    /// The readings are believed again.
+    void end();
+    /// What the attitude has tilted by meanwhile, if the doubt has ended because of that; else zero (rad).
+    double tilt_rad() const { return tilt_rad_; }
+    /// Rate of the body between the last two frames (rad/s).
+    const Eigen::Vector3d& rate_B() const { return w_B_; }
+
+    /// After each frame: notes the rate of the body.
+    void see(Timestamp stamp, const NavState& state);
+    /// What goes on from a state at the rate of the last two frames. @param gravity_m_per_s2  its strength
+    SteadyMotion steady(const NavState& from, double gravity_m_per_s2) const;
+
+    /// The readings from the newest keyframe i were found wrong at a frame j. @param ij  as read
+    void begin(const NavState& i, const NavState& j, const Preintegration& ij);
+    /// What readings that have been replaced leave. @param ij  as replaced
+    void measure(const NavState& i, const NavState& j, const Preintegration& ij);
+    StepNoise noise() const;
+
+    /// After a keyframe k, with the two before it: measures again, and may end the doubt.
+    /// @param replaced_ij, replaced_jk  ImuBuffer::replaced() of the two intervals
+    void follow(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
+                const Preintegration& jk, const ImuBias& replaced_ij, const ImuBias& replaced_jk);
+
+private:
+    bool is_same_tilt(const Eigen::Vector3d& force_W, double tolerance);
+
+    ImuAxisMask axes_ = 0;    ///< of the sensors that are not believed
+    double gyro_left_ = 0.0;  ///< deviation of the true readings from the replaced ones (rad/s)
+    double accel_left_ = 0.0;
+    int agreements_ = 0;                                 ///< keyframes in a row
+    int tilts_ = 0;                                      ///< keyframes in a row with the same horizontal force
+    Eigen::Vector3d force_W_ = Eigen::Vector3d::Zero();  ///< what readings were off by at the last one
+    double tilt_rad_ = 0.0;
+    bool has_seen_ = false;
+    Timestamp seen_;  ///< the last frame
+    Eigen::Quaterniond q_W_B_ = Eigen::Quaterniond::Identity();
+    Eigen::Vector3d w_B_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace facet

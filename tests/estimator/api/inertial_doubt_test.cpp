@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Whether readings or images are believed where they contradict each other, which sensor is at fault, and until when.
+#include "estimator/api/inertial_doubt.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/support/synthetic_flight.h"
+
+using namespace facet;
+using facet::test::at;
+using facet::test::SyntheticFlight;
+
+namespace {
+
+constexpr double kGravity = 9.81;
+
+FrameEstimate frame(double chi2, int landmarks, int agreeing) {
+    FrameEstimate out;
+    out.chi2 = chi2;
+    out.landmarks = landmarks;
+    out.agreeing = agreeing;
+    return out;
+}
+
+/// A flight whose readings have an error that the states do not know.
+struct Faulty {
+    explicit Faulty(const ImuBias& error)
+        : flight([&error] {
+              SyntheticFlight::Options options;
+              options.bias = error;
+              return options;
+          }()) {}
+    NavState state(double t) const {
+        NavState s = flight.state(t);
+        s.bias = {};
+        return s;
+    }
+    Preintegration readings(double t0, double t1) { return flight.preintegrate(t0, t1, {}, ImuNoise{}); }
+    void begin(InertialDoubt& doubt) { doubt.begin(state(1.0), state(1.1), readings(1.0, 1.1)); }
+    /// A keyframe at t, two tenths of a second after the one before it, at which the readings are replaced by
+    /// themselves: what was read less what is believed is nothing.
+    void follow(InertialDoubt& doubt, double t) {
+        doubt.follow(state(t - 0.4), state(t - 0.2), state(t), readings(t - 0.4, t - 0.2), readings(t - 0.2, t), {},
+                     {});
+    }
+
+    SyntheticFlight flight;
+};
+
+const ImuBias kGyroFault{{0.5, 0.0, -0.3}, Eigen::Vector3d::Zero()};
+const ImuBias kAccelFault{Eigen::Vector3d::Zero(), {0.0, 3.0, -4.0}};
+
+}  // namespace
+
+TEST_CASE("readings are doubted where images show one other motion, not where some of the scene moves", "[doubt]") {
+    CHECK_FALSE(InertialDoubt::is_called_for(frame(3.0, 200, 190), 25.0));
+    CHECK(InertialDoubt::is_called_for(frame(900.0, 200, 3), 25.0));
+    CHECK(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 180), 4.0));
+    // Four tenths of the tracks go with the readings: six tenths of the scene move.
+    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 80), frame(1.0, 200, 120), 4.0));
+    // No motion explains the images.
+    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(300.0, 200, 180), 4.0));
+    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 60), 4.0));
+}
+
+TEST_CASE("the sensor at fault is found; both are doubted where that is unclear", "[doubt]") {
+    InertialDoubt doubt;
+    CHECK_FALSE(doubt.is_active());
+    Faulty(kGyroFault).begin(doubt);
+    CHECK(doubt.axes() == kGyroAxes);
+    doubt.end();
+    CHECK_FALSE(doubt.is_active());
+    Faulty(kAccelFault).begin(doubt);
+    CHECK(doubt.axes() == kAccelAxes);
+    Faulty(kAccelFault).begin(doubt);  // contradicted again, with one of them replaced
+    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
+    doubt.end();
+    Faulty({kGyroFault.gyro, kAccelFault.accel}).begin(doubt);
+    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
+}
+
+TEST_CASE("the noise is what the replaced readings leave", "[doubt]") {
+    InertialDoubt doubt;
+    Faulty faulty(kAccelFault);
+    faulty.begin(doubt);
+    doubt.measure(faulty.state(1.0), faulty.state(1.1), faulty.readings(1.0, 1.1));
+    CHECK(doubt.noise().accel.x() == Approx(0.25 * 25.0).epsilon(0.02));  // 5 m/s^2 for 0.25 s
+    CHECK(doubt.noise().gyro.x() < 0.25 * 0.03 * 0.03);
+}
+
+TEST_CASE("the doubt ends when the readings have agreed at two keyframes in a row", "[doubt]") {
+    InertialDoubt doubt;
+    Faulty faulty(kGyroFault);
+    Faulty right({});
+    faulty.begin(doubt);
+    faulty.follow(doubt, 1.6);
+    CHECK(doubt.is_active());
+    right.follow(doubt, 1.8);
+    CHECK(doubt.is_active());
+    faulty.follow(doubt, 2.0);
+    right.follow(doubt, 2.2);
+    CHECK(doubt.is_active());
+    right.follow(doubt, 2.4);
+    CHECK_FALSE(doubt.is_active());
+    CHECK(doubt.tilt_rad() == 0.0);
+}
+
+TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "[doubt]") {
+    InertialDoubt doubt;
+    Faulty right({});
+    Faulty(kAccelFault).begin(doubt);
+    // The states lean by 0.1 rad about the x axis of the world.
+    const Eigen::Quaterniond lean(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()));
+    const auto leaning = [&](double t) {
+        NavState s = right.state(t);
+        s.q_W_B = lean * s.q_W_B;
+        s.p_W_B = lean * s.p_W_B;
+        return s;
+    };
+    for (int k = 0; k < 5; ++k) {
+        CHECK(doubt.is_active());
+        const double t = 1.6 + 0.2 * k;
+        doubt.follow(leaning(t - 0.4), leaning(t - 0.2), leaning(t), right.readings(t - 0.4, t - 0.2),
+                     right.readings(t - 0.2, t), {}, {});
+    }
+    CHECK_FALSE(doubt.is_active());
+    CHECK(doubt.tilt_rad() == Approx(0.1).epsilon(0.05));
+}
+
+TEST_CASE("a steady motion goes on at the rate of the last two frames", "[doubt]") {
+    const Faulty right({});
+    InertialDoubt doubt;
+    doubt.see(at(1.0), right.state(1.0));
+    doubt.see(at(1.02), right.state(1.02));
+    const SteadyMotion steady = doubt.steady(right.state(1.02), kGravity);
+    CHECK((steady.w_B - right.flight.rate(1.01)).norm() < 1e-3);
+    CHECK((right.state(1.02).q_W_B * steady.a_B - Eigen::Vector3d(0.0, 0.0, kGravity)).norm() < 1e-9);
+}
