@@ -13,6 +13,13 @@
 
 namespace facet {
 
+/// Readings that are not believed, and what takes their place.
+struct DoubtedReadings {
+    ImuAxisMask axes = 0;  ///< of the sensors; none: all are believed
+    SteadyMotion motion;
+    StepNoise noise;  ///< beyond the sensor's own
+};
+
 /// A state with its covariance at a stamp of the IMU's clock.
 struct Belief {
     Timestamp stamp;
@@ -20,6 +27,7 @@ struct Belief {
     StateCovariance covariance = StateCovariance::Zero();
     ImuScale imu_scale;        ///< to carry the state on with
     VibrationShare vibration;  ///< likewise
+    DoubtedReadings doubted;   ///< after the stamp
 };
 
 inline bool is_finite(const Belief& b) {

@@ -201,6 +201,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
         act(decide(seen), preintegration);
     }
     doubt.see(stamp, now.state);
+    now.doubted = doubt.readings(now.state, gravity_m_per_s2);
     report(frame, ok(tracked), estimate);
     if ((estimate.health.reasons & kReasonHighResidual) != 0) {
         widen_gauge((stamp - before).seconds());

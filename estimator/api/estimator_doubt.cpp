@@ -63,8 +63,9 @@ void Estimator::Impl::doubt_readings(Preintegration& preintegration, FrameEstima
 
 void Estimator::Impl::replace_doubted(Timestamp stamp) {
     if (doubt.is_active()) {
-        imu.doubt(now.stamp, stamp, doubt.axes(), doubt.steady(now.state, gravity_m_per_s2));
-        imu.set_doubt_noise(doubt.noise());
+        const DoubtedReadings doubted = doubt.readings(now.state, gravity_m_per_s2);
+        imu.doubt(now.stamp, stamp, doubted.axes, doubted.motion);
+        imu.set_doubt_noise(doubted.noise);
     }
 }
 

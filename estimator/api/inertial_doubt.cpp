@@ -63,6 +63,10 @@ SteadyMotion InertialDoubt::steady(const NavState& from, double gravity_m_per_s2
     return {w_B_, from.q_W_B.conjugate() * -gravity_W(gravity_m_per_s2), from.bias};
 }
 
+DoubtedReadings InertialDoubt::readings(const NavState& from, double gravity_m_per_s2) const {
+    return is_active() ? DoubtedReadings{axes_, steady(from, gravity_m_per_s2), noise()} : DoubtedReadings{};
+}
+
 void InertialDoubt::begin(const NavState& i, const NavState& j, const Preintegration& ij) {
     const double h = ij.dt_s();
     const ImuBias found = inertial_error(i, j, ij);

@@ -2,6 +2,7 @@
 // Whether inertial readings or images are believed where they contradict each other.
 #pragma once
 
+#include "estimator/api/belief.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/imu_limits.h"
 #include "estimator/values/nav_state.h"
@@ -45,6 +46,9 @@ public:
     void see(Timestamp stamp, const NavState& state);
     /// What goes on from a state at the rate of the last two frames. @param gravity_m_per_s2  its strength
     SteadyMotion steady(const NavState& from, double gravity_m_per_s2) const;
+
+    /// What readings after this state shall be taken for.
+    DoubtedReadings readings(const NavState& from, double gravity_m_per_s2) const;
 
     /// The readings from the newest keyframe i were found wrong at a frame j. @param ij  as read
     void begin(const NavState& i, const NavState& j, const Preintegration& ij);

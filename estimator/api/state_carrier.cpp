@@ -22,6 +22,7 @@ Status StateCarrier::add_imu(const ImuSample& sample) {
     if (!has_state_) {
         return Status::kOk;
     }
+    replace_doubted(belief_);
     if (!ok(imu_.integrate_between(carried_, sample.stamp, noise_, since_))) {
         has_state_ = false;  // the ring has lost what lies between: cannot happen from sample to sample
         return Status::kOk;
@@ -41,6 +42,8 @@ Status StateCarrier::correct(const Belief& belief) {
         return Status::kNotReady;
     }
     imu_.believe(belief.vibration);
+    imu_.trust(belief.stamp, imu_.newest());
+    replace_doubted(belief);
     Preintegration since(belief.state.bias, since_.gravity_m_per_s2());
     since.set_scale(belief.imu_scale, false);
     FACET_TRY(imu_.integrate_between(belief.stamp, imu_.newest(), noise_, since));
@@ -52,6 +55,13 @@ Status StateCarrier::correct(const Belief& belief) {
     has_state_ = true;
     taken_back_ = is_step ? unsmoothed().box_minus_to(before).head<kBiasGyro>().eval() : Step::Zero().eval();
     return Status::kOk;
+}
+
+void StateCarrier::replace_doubted(const Belief& belief) {
+    if (belief.doubted.axes != 0) {
+        imu_.set_doubt_noise(belief.doubted.noise);
+        imu_.doubt(belief.stamp, imu_.newest(), belief.doubted.axes, belief.doubted.motion);
+    }
 }
 
 NavState StateCarrier::state() const {

@@ -21,7 +21,7 @@ namespace facet {
 /// Smoothing, if wanted: the step that a correction makes is taken back and fades as exp(-t / smoothing_s), in
 /// attitude, position and velocity. The covariance stays that of the unsmoothed state.
 /// A sample costs one step of integration, a covariance one propagation; a correction a step for each sample since the
-/// belief. About 560 kB: a member or static. Thread-bound. No heap.
+/// belief. About 760 kB: a member or static. Thread-bound. No heap.
 class StateCarrier {
 public:
     /// Begins anew. @param smoothing_s  0: corrections are steps
@@ -53,6 +53,8 @@ public:
 private:
     using Step = Eigen::Matrix<double, kBiasGyro, 1>;
 
+    /// Replaces what a belief doubts of the samples after it.
+    void replace_doubted(const Belief& belief);
     NavState unsmoothed() const { return since_.predict(belief_.state); }
 
     ImuBuffer imu_;

@@ -37,7 +37,7 @@ struct Carried {
         return carrier->add_imu(sample);
     }
     Belief belief(double t) const {
-        Belief b{at(t), flight.state(t), StateCovariance::Identity() * 1e-4, {}, {}};
+        Belief b{at(t), flight.state(t), StateCovariance::Identity() * 1e-4, {}, {}, {}};
         b.state.bias.gyro.x() += 1e-3;
         return b;
     }
@@ -142,4 +142,33 @@ TEST_CASE("carrying a state uses no heap", "[state_carrier]") {
     const std::uint64_t allocations = guard.allocations();
     CHECK(allocations == 0);
     CHECK(std::isfinite(height));
+}
+
+TEST_CASE("readings that the belief doubts are not carried on with, until a belief trusts them", "[state_carrier]") {
+    Carried c;
+    for (int i = 0; i <= 10; ++i) {
+        REQUIRE(ok(c.add(kPeriod_s * i)));
+    }
+    Belief doubting = c.belief(0.05);
+    doubting.state.bias = {};
+    doubting.doubted.axes = kGyroAxes;
+    doubting.doubted.motion.w_B = c.flight.rate(0.05);
+    doubting.doubted.noise.gyro.setConstant(0.01);
+    REQUIRE(ok(c.carrier->correct(doubting)));
+    const auto add_garbage = [&c](int i) {
+        ImuSample sample = c.flight.imu(kPeriod_s * i);
+        sample.w_B = {3.0, -2.0, 1.0};
+        REQUIRE(ok(c.carrier->add_imu(sample)));
+    };
+    for (int i = 11; i <= 20; ++i) {
+        add_garbage(i);
+    }
+    // As far as a steady rate for 50 ms differs from the flight, and no farther.
+    CHECK(distance(c.carrier->state(), c.flight.state(0.1)) < 0.02);
+    CHECK(c.carrier->covariance()(0, 0) > 1e-4 + 0.9 * 0.01 * 0.05);
+
+    Belief trusting = doubting;
+    trusting.doubted = {};
+    REQUIRE(ok(c.carrier->correct(trusting)));
+    CHECK(distance(c.carrier->state(), c.flight.state(0.1)) > 0.1);
 }
