@@ -5,17 +5,14 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/config/vehicle.h"
 #include "app/output/live_account.h"
-#include "app/run/live_run.h"
-#include "app/run/run_queues.h"
+#include "app/run/intake.h"
 #include "app/run/sample_recorder.h"
-#include "app/run/source_thread.h"
-#include "drivers/sync/synchroniser.h"
+#include "app/run/sensor_threads.h"
 #include "platform/linux/linux_worker.h"
 
 namespace facet {
@@ -49,7 +46,7 @@ public:
     RecordStatus status() const;
     /// What sources have reported since the last call: a line each.
     std::vector<std::string> take_events();
-    const std::vector<std::string>& refusals() const { return refusals_; }
+    const std::vector<std::string>& refusals() const { return starter_.refusals(); }
 
     /// Stops everything in the order of the data, so that all that has arrived is written.
     RecordStatus stop();
@@ -57,41 +54,26 @@ public:
     const std::string& failure() const { return log_->failure(); }
 
 private:
-    template <class Body>
-    void start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Body body);
-    void start_source(Source& source, const char* name);
-    void start_sources();
     void make_log();
     void collect(const std::atomic<bool>& stopping);
     bool step();
-    bool take_images();
-    void add_both(CameraFrame both);
-    bool sources_ended() const;
     void join_all();
 
     Clock& clock_;
     const Vehicle& vehicle_;
-    RunSources sources_;
     std::string folder_;
-    std::vector<std::string> refusals_;
+    ThreadStarter starter_;
     std::unique_ptr<RunQueues> queues_;
-    Synchroniser sync_;  ///< of the collecting thread
-    std::array<std::atomic<std::uint64_t>, static_cast<std::size_t>(SyncFault::kCount)> findings_{};
+    LinuxWakeup wakeup_;
+    SensorThreads sensors_;
+    Intake intake_;  ///< of the collecting thread
+    SharedFindings findings_{};
     std::atomic<std::uint64_t> samples_{0};
     std::unique_ptr<SampleRecorder> log_;
-    SourceThread left_{"left"};
-    SourceThread right_{"right"};
-    SourceThread trigger_{"trigger"};
-    SourceThread imu_{"imu"};
-    LinuxWakeup wakeup_;
     std::atomic<bool> collected_{false};
     Timestamp begin_;
     LinuxWorker writer_;
     LinuxWorker collector_;
-    LinuxWorker left_worker_;
-    LinuxWorker right_worker_;
-    LinuxWorker trigger_worker_;
-    LinuxWorker imu_worker_;
 };
 
 }  // namespace facet
