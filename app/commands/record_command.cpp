@@ -2,11 +2,11 @@
 #include "app/commands/record_command.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <csignal>
 #include <memory>
 #include <string>
 
+#include "app/commands/live_command.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
 #include "app/config/vehicle_file.h"
@@ -20,8 +20,7 @@
 namespace facet {
 namespace {
 
-constexpr Duration kTick = Duration::from_seconds(0.05);
-constexpr Duration kLinePeriod = Duration::from_seconds(5.0);
+constexpr Duration kRecordLinePeriod = Duration::from_seconds(5.0);
 
 /// What the user typed.
 struct RecordArguments {
@@ -56,20 +55,12 @@ int report(const RecordStatus& status, const RecordRun& run, const std::string& 
         }
     }
     print_out("log          {}/mav0\n", folder);
-    if (!run.failure().empty()) {
-        print_error(run.failure().c_str());
-    } else if (status.pairs == 0) {
-        print_error("no image was recorded");
-    } else {
-        return kExitDone;
-    }
-    return kExitFailed;
+    const char* const lack = status.pairs == 0 ? "no image was recorded" : "";
+    return exit_code_for(run.failure().empty() ? lack : run.failure());
 }
 
 int record(const RecordArguments& args) {
-    if (args.duration_s < 0.0) {
-        throw InputError("--duration must not be negative");
-    }
+    require_duration(args.duration_s);
     const Vehicle vehicle = load_vehicle(args.vehicle);
     const std::string folder = args.out.empty() ? vehicle.log.folder : args.out;
     if (folder.empty()) {
@@ -81,30 +72,17 @@ int record(const RecordArguments& args) {
     const std::atomic<bool>& stop = stop_on_signals({SIGINT, SIGTERM, SIGHUP});
     RecordRun run(clock, vehicle, hardware.sources(), folder);
     run.start();
-    std::vector<std::string> refusals = run.refusals();
-    PulseOutput* const pulses = hardware.pulses();
-    if (pulses != nullptr) {
-        refusals.push_back(pulses->start(vehicle.realtime.trigger));  // the cameras are ready
-    }
-    for (const std::string& refusal : refusals) {
-        if (!refusal.empty()) {
-            print_err("warning: {}\n", refusal);
-        }
-    }
-    const Timestamp begin = clock.now();
-    Timestamp next_line = begin + kLinePeriod;
-    while (!stop.load() && !run.ended() &&
-           (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
-        clock.sleep(kTick);
+    begin_pulses(hardware, vehicle, run.refusals());
+    Timestamp next_line = clock.now() + kRecordLinePeriod;
+    wait_live(clock, stop, args.duration_s, [&] {
         print_warnings(run);
         if (!args.quiet && clock.now() >= next_line) {
-            next_line = next_line + kLinePeriod;
+            next_line = next_line + kRecordLinePeriod;
             print_line(run.status());
         }
-    }
-    if (pulses != nullptr) {
-        pulses->stop();
-    }
+        return !run.ended();
+    });
+    end_pulses(hardware);
     const RecordStatus status = run.stop();
     print_warnings(run);
     return report(status, run, folder);
@@ -116,8 +94,7 @@ void add_record_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("record", "Record live sensors as a log, without estimating");
     auto args = std::make_shared<RecordArguments>();
     command->add_option("--config", args->vehicle, "Vehicle file (YAML), as for facet run")->required();
-    command->add_option("--out", args->out,
-                        "Folder that gets the log mav0, instead of the vehicle file's sinks.log.folder");
+    command->add_option("--out", args->out, "Folder that gets the log mav0, instead of the vehicle file's sinks.log.folder");
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
     command->add_flag("--quiet", args->quiet, "No status on stdout until the end");
     command->footer(

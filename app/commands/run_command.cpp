@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "app/commands/live_command.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
 #include "app/commands/stream_argument.h"
@@ -30,7 +31,6 @@
 namespace facet {
 namespace {
 
-constexpr Duration kTick = Duration::from_seconds(0.05);
 constexpr Duration kRedraw = Duration::from_seconds(0.5);
 constexpr Duration kLinePeriod = Duration::from_seconds(10.0);
 
@@ -105,16 +105,10 @@ int report(const RunSummary& run, const LiveRun& live) {
     if (!live.folder().empty()) {
         print_out("files        {}\n", live.folder());
     }
-    if (!live.failure().empty()) {
-        print_error(live.failure().c_str());
-    } else if (run.not_finite) {
-        print_error("the estimate became not finite");
-    } else if (run.estimates == 0) {
-        print_error("no estimate at all");
-    } else {
-        return kExitDone;
-    }
-    return kExitFailed;
+    const char* const lack = run.not_finite       ? "the estimate became not finite"
+                             : run.estimates == 0 ? "no estimate at all"
+                                                  : "";
+    return exit_code_for(live.failure().empty() ? lack : live.failure());
 }
 
 /// After the sinks' thread has ended.
@@ -207,36 +201,20 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
         run.set_quiet();
     }
     run.start();
-    std::vector<std::string> refusals = run.refusals();
-    PulseOutput* const pulses = hardware.pulses();
-    if (pulses != nullptr) {
-        refusals.push_back(pulses->start(vehicle.realtime.trigger));  // the cameras are ready
-    }
-    for (const std::string& refusal : refusals) {
-        if (!refusal.empty()) {
-            print_err("warning: {}\n", refusal);
-        }
-    }
+    begin_pulses(hardware, vehicle, run.refusals());
     notifier.ready();
     StatusPrinter printer(clock, args.vehicle, is_terminal, args.quiet);
-    const Timestamp begin = clock.now();
-    while (!stop.load() && !run.ended() &&
-           (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
-        clock.sleep(kTick);
+    wait_live(clock, stop, args.duration_s, [&] {
         notifier.progress(run.frames());
         keep_resets(hardware, resets);
         if (mavlink != nullptr && mavlink->take_reset_request()) {
             run.request_reset();
         }
         printer.update(run, notifier);
-    }
+        return !run.ended();
+    });
     notifier.stopping();
-    if (pulses != nullptr) {
-        pulses->stop();
-        if (!pulses->problem().empty() || pulses->skipped() > 0) {
-            print_err("warning: {} trigger pulses skipped. {}\n", pulses->skipped(), pulses->problem());
-        }
-    }
+    end_pulses(hardware);
     const RunSummary summary = run.stop();
     print_sinks(hardware);
     if (view) {
@@ -246,9 +224,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
 }
 
 int run_vehicle(const RunArguments& args) {
-    if (args.duration_s < 0.0) {
-        throw InputError("--duration must not be negative");
-    }
+    require_duration(args.duration_s);
     Vehicle vehicle = load_vehicle(args.vehicle);
     if (!args.out.empty()) {
         vehicle.log.folder = args.out;
