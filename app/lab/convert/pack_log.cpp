@@ -12,10 +12,10 @@
 #include <set>
 #include <vector>
 
-#include "app/lab/convert/log_messages.h"
 #include "app/lab/convert/raw_table.h"
-#include "app/lab/mcap/json_fields.h"
-#include "app/lab/mcap/mcap_writer.h"
+#include "app/mcap/json_fields.h"
+#include "app/mcap/log_messages.h"
+#include "app/mcap/mcap_writer.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
 #include "drivers/replay_asl/csv_file.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/convert/log_messages.h"
+#include "app/mcap/log_messages.h"
 
 #include <fmt/format.h>
 
 #include <iterator>
 #include <optional>
 
-#include "app/lab/mcap/json_fields.h"
+#include "app/mcap/json_fields.h"
 
 namespace facet {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "app/lab/mcap/compression.h"
-#include "app/lab/mcap/mcap_format.h"
+#include "app/mcap/compression.h"
+#include "app/mcap/mcap_format.h"
 #include "app/support/text_file.h"
 
 namespace facet {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/mcap/mcap_writer.h"
+#include "app/mcap/mcap_writer.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 
-#include "app/lab/mcap/bytes.h"
+#include "app/mcap/bytes.h"
 #include "app/support/input_error.h"
 #include "platform/base/assert.h"
 #include "platform/base/regular_file.h"
