@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/commands/live_command.h"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
 #include "app/commands/run_guarded.h"
 #include "app/support/console.h"
 #include "app/support/input_error.h"
@@ -46,6 +50,14 @@ int exit_code_for(const std::string& problem) {
     }
     print_error(problem.c_str());
     return kExitFailed;
+}
+
+LogForm parse_log_form(const std::string& text) {
+    const auto* const name = std::ranges::find(kLogFormNames, text);
+    if (name == kLogFormNames.end()) {
+        throw InputError(fmt::format("--format {}: must be one of: {}", text, fmt::join(kLogFormNames, ", ")));
+    }
+    return static_cast<LogForm>(name - kLogFormNames.begin());
 }
 
 void require_duration(double duration_s) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/config/vehicle.h"
+#include "app/run/flight_log.h"
 #include "app/run/hardware.h"
 #include "platform/port/clock.h"
 
@@ -30,6 +31,11 @@ void wait_live(Clock& clock, const std::atomic<bool>& stop, double duration_s, c
 
 /// Prints the problem, if there is one. @return the exit code of a command that ran
 int exit_code_for(const std::string& problem);
+
+inline constexpr const char* kLogFormHelp =
+    "Form of the log: folder (mav0, EuRoC/ASL) or mcap (flight.mcap, for Foxglove too; facet run adds its estimates)";
+/// Throws InputError if it is none of kLogFormNames.
+LogForm parse_log_form(const std::string& text);
 
 /// Throws InputError if it is negative.
 void require_duration(double duration_s);

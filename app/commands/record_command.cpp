@@ -26,6 +26,7 @@ constexpr Duration kRecordLinePeriod = Duration::from_seconds(5.0);
 struct RecordArguments {
     std::string vehicle;
     std::string out;
+    std::string form = "folder";
     double duration_s = 0.0;
     bool quiet = false;
 };
@@ -42,7 +43,7 @@ void print_warnings(RecordRun& run) {
     }
 }
 
-int report(const RecordStatus& status, const RecordRun& run, const std::string& folder) {
+int report(const RecordStatus& status, const RecordRun& run) {
     print_line(status);
     for (const SourceAccount& source : status.sources) {
         print_out("{:<12} {} delivered, {} lost, {} corrupt, {} rejected, {} unmapped\n", source.name,
@@ -54,13 +55,14 @@ int report(const RecordStatus& status, const RecordRun& run, const std::string& 
             print_out("{:<12} {} {}\n", "images", finding.value, finding.name);
         }
     }
-    print_out("log          {}/mav0\n", folder);
+    print_out("log          {}\n", run.path());
     const char* const lack = status.pairs == 0 ? "no image was recorded" : "";
     return exit_code_for(run.failure().empty() ? lack : run.failure());
 }
 
 int record(const RecordArguments& args) {
     require_duration(args.duration_s);
+    const LogForm form = parse_log_form(args.form);
     const Vehicle vehicle = load_vehicle(args.vehicle);
     const std::string folder = args.out.empty() ? vehicle.log.folder : args.out;
     if (folder.empty()) {
@@ -70,7 +72,7 @@ int record(const RecordArguments& args) {
     LinuxKernelIo io;
     Hardware hardware(io, clock, vehicle);
     const std::atomic<bool>& stop = stop_on_signals({SIGINT, SIGTERM, SIGHUP});
-    RecordRun run(clock, vehicle, hardware.sources(), folder);
+    RecordRun run(clock, vehicle, hardware.sources(), folder, form);
     run.start();
     begin_pulses(hardware, vehicle, run.refusals());
     Timestamp next_line = clock.now() + kRecordLinePeriod;
@@ -85,7 +87,7 @@ int record(const RecordArguments& args) {
     end_pulses(hardware);
     const RecordStatus status = run.stop();
     print_warnings(run);
-    return report(status, run, folder);
+    return report(status, run);
 }
 
 }  // namespace
@@ -94,7 +96,8 @@ void add_record_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("record", "Record live sensors as a log, without estimating");
     auto args = std::make_shared<RecordArguments>();
     command->add_option("--config", args->vehicle, "Vehicle file (YAML), as for facet run")->required();
-    command->add_option("--out", args->out, "Folder that gets the log mav0, instead of the vehicle file's sinks.log.folder");
+    command->add_option("--out", args->out, "Folder that gets the log, instead of the vehicle file's sinks.log.folder");
+    command->add_option("--format", args->form, kLogFormHelp)->capture_default_str();
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
     command->add_flag("--quiet", args->quiet, "No status on stdout until the end");
     command->footer(

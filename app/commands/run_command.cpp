@@ -43,6 +43,7 @@ struct RunArguments {
     double duration_s = 0.0;
     bool dry_run = false;
     bool record = false;
+    std::string form = "folder";
     bool quiet = false;
 };
 
@@ -195,7 +196,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     run.stream_to(world.get());
     run.show_to(view.get());
     if (args.record) {
-        run.record();
+        run.record(parse_log_form(args.form));
     }
     if (is_terminal) {
         run.set_quiet();
@@ -225,6 +226,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
 
 int run_vehicle(const RunArguments& args) {
     require_duration(args.duration_s);
+    (void)parse_log_form(args.form);
     Vehicle vehicle = load_vehicle(args.vehicle);
     if (!args.out.empty()) {
         vehicle.log.folder = args.out;
@@ -261,7 +263,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
     command->add_flag("--dry-run", args->dry_run, "Only try the hardware: prints one line per device");
     command->add_flag("--record", args->record,
-                      "Also write what the estimator is given, as the log mav0 in that folder, for facet replay");
+                      "Also write what the estimator is given, as a log in that folder, for facet replay");
+    command->add_option("--format", args->form, kLogFormHelp)->capture_default_str();
     command->add_flag("--quiet", args->quiet, "No status on stdout");
     command->footer(
         "SIGTERM and SIGINT stop in order: what was estimated is sent, files are complete, summary.json is written.\n"

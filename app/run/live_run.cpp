@@ -3,10 +3,8 @@
 
 #include <fmt/core.h>
 
-#include "app/config/config_file.h"
 #include "app/output/flight_folders.h"
 #include "app/support/input_error.h"
-#include "app/support/text_file.h"
 #include "platform/linux/memory_lock.h"
 
 namespace facet {
@@ -70,20 +68,19 @@ void LiveRun::open_files() {
 }
 
 void LiveRun::start_recorder() {
-    if (!is_recorded_) {
+    if (!form_) {
         return;
     }
     if (folder_.empty()) {
         throw InputError("nothing can be recorded without a folder");
     }
-    const CameraIntrinsics k = vehicle_.calibration.rig.left.intrinsics();
-    log_ = std::make_unique<SampleRecorder>(clock_, folder_, vehicle_.calibration.rig.has_right,
-                                            static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
-    keep_calibration(vehicle_.calibration, folder_ + "/mav0");
-    TextFile parameters(folder_ + "/mav0/parameters.yaml");
-    parameters.write(print_config(vehicle_.config));
-    parameters.close();
-    loop_->show(log_.get());
+    log_ = std::make_unique<FlightLog>(clock_, vehicle_, folder_, *form_, [this](std::vector<NamedCounter>& counts) {
+        append(sensors_.accounts(), counts);
+        append(named_findings(loop_->counters().findings), counts);
+        append(drops(), counts);
+    });
+    loop_->show(&log_->samples());
+    pipeline_.show_to(log_->add_estimates());
     starter_.start(log_writer_, "facet-record", {},
                    [this](const std::atomic<bool>& stopping) { log_->write(stopping); });
 }
@@ -150,24 +147,30 @@ RunStatus LiveRun::status() {
     return status;
 }
 
+/// What was lost behind the sensors, by reason. On any thread.
+std::vector<NamedCounter> LiveRun::drops() const {
+    const LoopCounters& loop = loop_->counters();
+    const OutputCounters& output = output_->counters();
+    std::vector<NamedCounter> drops{{"late_frames", loop.late},
+                                    {"frames_refused_by_estimator", loop.refused},
+                                    {"poses", output.poses_dropped},
+                                    {"poses_refused_by_sinks", output.refused},
+                                    {"frames_not_written", output.frames_dropped},
+                                    {"faces_not_written", output.faces_dropped}};
+    if (log_) {
+        append(log_->drops(), drops);
+    }
+    return drops;
+}
+
 /// All but the latencies, which belong to the sending thread.
 LiveAccount LiveRun::account() const {
     LiveAccount account;
     account.duration_s = (clock_.now() - begin_).seconds();
     const LoopCounters& loop = loop_->counters();
     account.overruns = loop.overruns;
-    const OutputCounters& output = output_->counters();
-    account.poses = output.poses_sent;
-    account.drops = {{"late_frames", loop.late},
-                     {"frames_refused_by_estimator", loop.refused},
-                     {"poses", output.poses_dropped},
-                     {"poses_refused_by_sinks", output.refused},
-                     {"frames_not_written", output.frames_dropped},
-                     {"faces_not_written", output.faces_dropped}};
-    if (log_) {
-        account.drops.push_back({"pairs_not_recorded", log_->counters().pairs_dropped});
-        account.drops.push_back({"samples_not_recorded", log_->counters().samples_dropped});
-    }
+    account.poses = output_->counters().poses_sent;
+    account.drops = drops();
     account.findings = named_findings(loop.findings);
     account.sources = sensors_.accounts();
     account.refusals = starter_.refusals();
@@ -185,6 +188,9 @@ RunSummary LiveRun::stop() {
     summary.live->latency_ms = output_->latencies_ms();
     summary.wall_s = summary.live->duration_s;
     failure_ = output_->failure();
+    if (log_) {
+        log_->finish();
+    }
     try {
         if (failure_.empty()) {
             recorder_.finish(pipeline_);

@@ -4,14 +4,15 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/config/vehicle.h"
 #include "app/output/summary.h"
+#include "app/run/flight_log.h"
 #include "app/run/log_keeper.h"
 #include "app/run/output_threads.h"
-#include "app/run/sample_recorder.h"
 #include "app/run/sensor_threads.h"
 #include "platform/linux/linux_worker.h"
 
@@ -57,14 +58,14 @@ public:
     const std::string& folder() const { return folder_; }
     /// To be called before start(): warnings are shown in the status only, not on stderr.
     void set_quiet() { is_quiet_ = true; }
-    /// To be called before start(): records what the estimator is given as mav0 in folder(), see SampleRecorder.
-    /// start() throws InputError if there is a log already, or no folder.
-    void record() { is_recorded_ = true; }
+    /// To be called before start(): records what the estimator is given as a log in folder(), see FlightLog. start()
+    /// throws InputError if there is a log already, or no folder.
+    void record(LogForm form) { form_ = form; }
 
     /// To be called before start(): mesh, planes and grid go there. Borrowed.
     void stream_to(WorldServer* world) { pipeline_.stream_to(world); }
     /// To be called before start(): every usable frame goes there. Borrowed.
-    void show_to(LiveView* view) { pipeline_.show_to(view); }
+    void show_to(FlightViewer* viewer) { pipeline_.show_to(viewer); }
 
     /// Stops everything in the order of the data, so that all that was estimated is sent and written.
     RunSummary stop();
@@ -77,6 +78,7 @@ private:
     void estimate(const std::atomic<bool>& stopping);
     void join_all();
     LiveAccount account() const;
+    std::vector<NamedCounter> drops() const;
 
     Clock& clock_;
     const Vehicle& vehicle_;
@@ -90,9 +92,9 @@ private:
     SensorThreads sensors_;
     std::unique_ptr<OutputThreads> output_;
     std::string folder_;
-    bool is_recorded_ = false;
+    std::optional<LogForm> form_;  ///< none: not recorded
     std::unique_ptr<LogKeeper> keeper_;
-    std::unique_ptr<SampleRecorder> log_;
+    std::unique_ptr<FlightLog> log_;
     std::unique_ptr<EstimatorLoop> loop_;
     std::atomic<bool> estimated_{false};
     std::atomic<bool> reset_requested_{false};

@@ -3,10 +3,6 @@
 
 #include <utility>
 
-#include "app/calibration/calibration.h"
-#include "app/config/config_file.h"
-#include "app/support/text_file.h"
-
 namespace facet {
 namespace {
 
@@ -15,10 +11,11 @@ constexpr auto kOnlyCounted = std::memory_order_relaxed;
 
 }  // namespace
 
-RecordRun::RecordRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::string folder)
+RecordRun::RecordRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::string folder, LogForm form)
     : clock_(clock),
       vehicle_(vehicle),
       folder_(std::move(folder)),
+      form_(form),
       starter_(vehicle.realtime.prefault_stack_kb),
       queues_(std::make_unique<RunQueues>()),
       sensors_(clock, vehicle, sources, *queues_, wakeup_),
@@ -37,14 +34,12 @@ void RecordRun::join_all() {
 }
 
 void RecordRun::make_log() {
-    const CameraIntrinsics k = vehicle_.calibration.rig.left.intrinsics();
-    log_ = std::make_unique<SampleRecorder>(clock_, folder_, vehicle_.calibration.rig.has_right,
-                                            static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
-    keep_calibration(vehicle_.calibration, folder_ + "/mav0");
-    intake_.show(log_.get());
-    TextFile parameters(folder_ + "/mav0/parameters.yaml");
-    parameters.write(print_config(vehicle_.config));
-    parameters.close();
+    log_ = std::make_unique<FlightLog>(clock_, vehicle_, folder_, form_, [this](std::vector<NamedCounter>& counts) {
+        append(sensors_.accounts(), counts);
+        append(named_findings(findings_), counts);
+        append(log_->drops(), counts);
+    });
+    intake_.show(&log_->samples());
 }
 
 void RecordRun::start() {
@@ -118,6 +113,9 @@ std::vector<std::string> RecordRun::take_events() {
 RecordStatus RecordRun::stop() {
     join_all();
     sensors_.close();
+    if (log_) {
+        log_->finish();
+    }
     return status();
 }
 

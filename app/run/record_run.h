@@ -10,8 +10,8 @@
 
 #include "app/config/vehicle.h"
 #include "app/output/live_account.h"
+#include "app/run/flight_log.h"
 #include "app/run/intake.h"
-#include "app/run/sample_recorder.h"
 #include "app/run/sensor_threads.h"
 #include "platform/linux/linux_worker.h"
 
@@ -29,12 +29,12 @@ struct RecordStatus {
 };
 
 /// Runs the threads of LiveRun that come before the estimator, with the same queues, and in its place one that pairs
-/// images and hands everything to a SampleRecorder, whose log is that of `facet run --record`: readable to within a
-/// second at every moment, whatever happens. Thread-bound to its owner.
+/// images and hands everything to a FlightLog, which is that of `facet run --record`: readable to within a second at
+/// every moment, whatever happens. Thread-bound to its owner.
 class RecordRun {
 public:
-    /// Everything is borrowed. @param folder  gets mav0, which must not be there yet
-    RecordRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::string folder);
+    /// Everything is borrowed. @param folder  gets the log, which must not be there yet
+    RecordRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::string folder, LogForm form);
     ~RecordRun();
     RecordRun(const RecordRun&) = delete;
     RecordRun& operator=(const RecordRun&) = delete;
@@ -50,6 +50,8 @@ public:
 
     /// Stops everything in the order of the data, so that all that has arrived is written.
     RecordStatus stop();
+    /// After start(): where the log is.
+    const std::string& path() const { return log_->path(); }
     /// After stop(): why the log is incomplete; empty if it is complete.
     const std::string& failure() const { return log_->failure(); }
 
@@ -62,6 +64,7 @@ private:
     Clock& clock_;
     const Vehicle& vehicle_;
     std::string folder_;
+    LogForm form_;
     ThreadStarter starter_;
     std::unique_ptr<RunQueues> queues_;
     LinuxWakeup wakeup_;
@@ -69,7 +72,7 @@ private:
     Intake intake_;  ///< of the collecting thread
     SharedFindings findings_{};
     std::atomic<std::uint64_t> samples_{0};
-    std::unique_ptr<SampleRecorder> log_;
+    std::unique_ptr<FlightLog> log_;
     std::atomic<bool> collected_{false};
     Timestamp begin_;
     LinuxWorker writer_;

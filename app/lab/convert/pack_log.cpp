@@ -208,8 +208,7 @@ bool Packer::add_message(Source& source) {
             return false;
         }
         is_same = fields_.is_same();
-        const auto write = source.kind == LogTable::kImu ? write_imu : write_pose;
-        write(source.rows.stamp_ns(), fields_.views(), message_);
+        write_row(source.kind, source.rows.stamp_ns(), fields_.views(), message_);
     }
     writer_.add_message(source.channel, static_cast<std::uint64_t>(source.rows.stamp_ns()), message_);
     ++account_.messages[static_cast<std::size_t>(source.kind)];

@@ -32,6 +32,7 @@ struct CountingTap final : SampleTap {
 struct Bench {
     Bench() {
         options.sync.period = Duration{50'000'000};
+        options.sync.has_trigger = false;
         options.sync.votes = 1;
         options.side_by_side = true;
     }
