@@ -18,6 +18,7 @@
 #include "app/lab/check/check_calibration.h"
 #include "app/lab/convert/opened_log.h"
 #include "app/lab/faults/fault.h"
+#include "app/lab/replay/estimate_file.h"
 #include "app/lab/replay/replay.h"
 #include "app/output/coverage.h"
 #include "app/support/console.h"
@@ -50,6 +51,7 @@ struct ReplayArguments {
     bool write_calibration = false;
     ViewArguments view;
     std::string stream;
+    std::string mcap;
     bool in_real_time = false;
     bool quiet = false;
 };
@@ -182,7 +184,12 @@ int replay(const ReplayArguments& args, bool has_duration) {
     options.world = world.get();
     const std::unique_ptr<LiveView> view = open_view(args.view, options.calibration.rig);
     options.viewers.push_back(view.get());
+    const auto estimates = args.mcap.empty() ? nullptr : std::make_unique<EstimateFile>(args.mcap);
+    options.viewers.push_back(estimates.get());
     const RunSummary run = run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
+    if (estimates) {
+        estimates->close();
+    }
     const int code = report(run, options, args.min_coverage);
     if (link) {
         print_out("mavlink      {} sent, {} dropped\n", link->counters().sent, link->counters().dropped);
@@ -277,6 +284,9 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_flag("--log-calibration", args->write_calibration,
                       "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
     add_view_options(*command, args->view);
+    command->add_option("--mcap", args->mcap,
+                        "Also write the estimates into this MCAP file, for Foxglove and its like: pose, path, mesh, "
+                        "planes, health, times, calibration, and the left image made small");
     command->add_flag("--realtime", args->in_real_time, "No faster than the log was recorded");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(fault_help() +
