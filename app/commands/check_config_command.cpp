@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/commands/run_guarded.h"
+#include "app/config/config_reference.h"
 #include "app/config/service_drop_in.h"
 #include "app/config/vehicle_file.h"
 #include "app/config/vehicle_files.h"
@@ -71,10 +72,32 @@ struct VehicleArguments {
     std::string path;
     bool files = false;
     bool drop_in = false;
+    bool reference = false;
 };
 
+constexpr const char* kReferenceHead =
+    "# Every key of a vehicle file, with its default: facet check-config --reference\n"
+    "# What is required has none. app/config/examples has whole files.\n\n";
+constexpr const char* kParameterHead =
+    "\n---\n# Every parameter of the file that estimator.config names; facet replay --config takes one as well.\n\n";
+
+int print_reference() {
+    print_out("{}{}{}{}", kReferenceHead, vehicle_reference(), kParameterHead, parameter_reference());
+    const std::vector<std::string> gaps = reference_gaps();
+    for (const std::string& gap : gaps) {
+        print_error(gap.c_str());
+    }
+    return gaps.empty() ? kExitDone : kExitFailed;
+}
+
 int check_vehicle_file(const VehicleArguments& args) {
+    if (args.reference) {
+        return print_reference();
+    }
     const std::string& path = args.path;
+    if (path.empty()) {
+        throw InputError("a vehicle file is needed, or --reference");
+    }
     Vehicle vehicle;
     const std::vector<std::string> errors = check_vehicle(path, vehicle);
     for (const std::string& error : errors) {
@@ -113,7 +136,10 @@ void add_check_config_command(CLI::App& app, int& exit_code) {
     CLI::App* command =
         app.add_subcommand("check-config", "Read a vehicle file and name its mistakes, without hardware");
     auto args = std::make_shared<VehicleArguments>();
-    command->add_option("VEHICLE", args->path, "Vehicle file (YAML), as for facet run --config")->required();
+    command->add_option("VEHICLE", args->path, "Vehicle file (YAML), as for facet run --config");
+    command->add_flag(
+        "--reference", args->reference,
+        "Only print every key of vehicle files and parameter files, with default, unit, bounds and meaning");
     command->add_flag("--files", args->files, "Only print the files that it names, as it names them");
     command->add_flag("--drop-in", args->drop_in,
                       "Only print a systemd drop-in for facet.service that allows the devices and addresses it names");

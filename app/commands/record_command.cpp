@@ -2,11 +2,11 @@
 #include "app/commands/record_command.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <csignal>
 #include <memory>
 #include <string>
 
+#include "app/commands/live_command.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
 #include "app/config/vehicle_file.h"
@@ -20,13 +20,13 @@
 namespace facet {
 namespace {
 
-constexpr Duration kTick = Duration::from_seconds(0.05);
-constexpr Duration kLinePeriod = Duration::from_seconds(5.0);
+constexpr Duration kRecordLinePeriod = Duration::from_seconds(5.0);
 
 /// What the user typed.
 struct RecordArguments {
     std::string vehicle;
     std::string out;
+    std::string form = "folder";
     double duration_s = 0.0;
     bool quiet = false;
 };
@@ -43,7 +43,7 @@ void print_warnings(RecordRun& run) {
     }
 }
 
-int report(const RecordStatus& status, const RecordRun& run, const std::string& folder) {
+int report(const RecordStatus& status, const RecordRun& run) {
     print_line(status);
     for (const SourceAccount& source : status.sources) {
         print_out("{:<12} {} delivered, {} lost, {} corrupt, {} rejected, {} unmapped\n", source.name,
@@ -55,21 +55,14 @@ int report(const RecordStatus& status, const RecordRun& run, const std::string& 
             print_out("{:<12} {} {}\n", "images", finding.value, finding.name);
         }
     }
-    print_out("log          {}/mav0\n", folder);
-    if (!run.failure().empty()) {
-        print_error(run.failure().c_str());
-    } else if (status.pairs == 0) {
-        print_error("no image was recorded");
-    } else {
-        return kExitDone;
-    }
-    return kExitFailed;
+    print_out("log          {}\n", run.path());
+    const char* const lack = status.pairs == 0 ? "no image was recorded" : "";
+    return exit_code_for(run.failure().empty() ? lack : run.failure());
 }
 
 int record(const RecordArguments& args) {
-    if (args.duration_s < 0.0) {
-        throw InputError("--duration must not be negative");
-    }
+    require_duration(args.duration_s);
+    const LogForm form = parse_log_form(args.form);
     const Vehicle vehicle = load_vehicle(args.vehicle);
     const std::string folder = args.out.empty() ? vehicle.log.folder : args.out;
     if (folder.empty()) {
@@ -79,35 +72,22 @@ int record(const RecordArguments& args) {
     LinuxKernelIo io;
     Hardware hardware(io, clock, vehicle);
     const std::atomic<bool>& stop = stop_on_signals({SIGINT, SIGTERM, SIGHUP});
-    RecordRun run(clock, vehicle, hardware.sources(), folder);
+    RecordRun run(clock, vehicle, hardware.sources(), folder, form);
     run.start();
-    std::vector<std::string> refusals = run.refusals();
-    PulseOutput* const pulses = hardware.pulses();
-    if (pulses != nullptr) {
-        refusals.push_back(pulses->start(vehicle.realtime.trigger));  // the cameras are ready
-    }
-    for (const std::string& refusal : refusals) {
-        if (!refusal.empty()) {
-            print_err("warning: {}\n", refusal);
-        }
-    }
-    const Timestamp begin = clock.now();
-    Timestamp next_line = begin + kLinePeriod;
-    while (!stop.load() && !run.ended() &&
-           (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
-        clock.sleep(kTick);
+    begin_pulses(hardware, vehicle, run.refusals());
+    Timestamp next_line = clock.now() + kRecordLinePeriod;
+    wait_live(clock, stop, args.duration_s, [&] {
         print_warnings(run);
         if (!args.quiet && clock.now() >= next_line) {
-            next_line = next_line + kLinePeriod;
+            next_line = next_line + kRecordLinePeriod;
             print_line(run.status());
         }
-    }
-    if (pulses != nullptr) {
-        pulses->stop();
-    }
+        return !run.ended();
+    });
+    end_pulses(hardware);
     const RecordStatus status = run.stop();
     print_warnings(run);
-    return report(status, run, folder);
+    return report(status, run);
 }
 
 }  // namespace
@@ -116,8 +96,8 @@ void add_record_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("record", "Record live sensors as a log, without estimating");
     auto args = std::make_shared<RecordArguments>();
     command->add_option("--config", args->vehicle, "Vehicle file (YAML), as for facet run")->required();
-    command->add_option("--out", args->out,
-                        "Folder that gets the log mav0, instead of the vehicle file's sinks.log.folder");
+    command->add_option("--out", args->out, "Folder that gets the log, instead of the vehicle file's sinks.log.folder");
+    command->add_option("--format", args->form, kLogFormHelp)->capture_default_str();
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
     command->add_flag("--quiet", args->quiet, "No status on stdout until the end");
     command->footer(

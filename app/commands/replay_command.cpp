@@ -18,6 +18,7 @@
 #include "app/lab/check/check_calibration.h"
 #include "app/lab/convert/opened_log.h"
 #include "app/lab/faults/fault.h"
+#include "app/lab/replay/estimate_file.h"
 #include "app/lab/replay/replay.h"
 #include "app/output/coverage.h"
 #include "app/support/console.h"
@@ -50,6 +51,7 @@ struct ReplayArguments {
     bool write_calibration = false;
     ViewArguments view;
     std::string stream;
+    std::string mcap;
     bool in_real_time = false;
     bool quiet = false;
 };
@@ -113,7 +115,13 @@ int report(const RunSummary& run, const ReplayOptions& options, double min_cover
     return kExitFailed;
 }
 
-int replay(const ReplayArguments& args, bool has_duration) {
+/// A path that begins with the log's, as if an MCAP file were a folder.
+std::string path_in(const OpenedLog& log, const std::string& dataset, const std::string& path) {
+    const bool is_inside = log.files() != nullptr && path.starts_with(dataset + "/");
+    return is_inside ? log.folder() + path.substr(dataset.size()) : path;
+}
+
+ReplayOptions read_options(const ReplayArguments& args, const OpenedLog& log, bool has_duration) {
     const RegularityMode mode = parse_mode(args.mode);
     constexpr double kMax_s = 1e9;  // nanoseconds stay far from overflow
     if (!(args.start_s >= 0.0 && args.start_s <= kMax_s) ||
@@ -121,7 +129,6 @@ int replay(const ReplayArguments& args, bool has_duration) {
         throw InputError("--start must not be negative, --duration must be positive, and both at most 1e9 s");
     }
     ReplayOptions options;
-    const OpenedLog log(args.dataset, [](const std::string& line) { print_err("warning: {}\n", line); });
     options.dataset = args.dataset;
     options.files = log.files();
     options.truth_folder = log.folder();
@@ -129,7 +136,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
     options.calibration = load_calibration(log.root(), args.cameras, args.imu);
     take_calibration(options.calibration, options.config);
     if (!args.config.empty()) {
-        load_config(args.config, options.config);
+        load_config(path_in(log, args.dataset, args.config), options.config);
     }
     for (const std::string& setting : args.settings) {
         set_config(setting, options.config);
@@ -163,6 +170,12 @@ int replay(const ReplayArguments& args, bool has_duration) {
     options.write_calibration = args.write_calibration;
     options.show_progress = !args.quiet;
     options.in_real_time = args.in_real_time;
+    return options;
+}
+
+int replay(const ReplayArguments& args, bool has_duration) {
+    const OpenedLog log(args.dataset, [](const std::string& line) { print_err("warning: {}\n", line); });
+    ReplayOptions options = read_options(args, log, has_duration);
     LinuxClock clock;
     LinuxKernelIo io;
     const std::unique_ptr<MavlinkLink> link = open_mavlink(args.mavlink, io, clock);
@@ -170,8 +183,13 @@ int replay(const ReplayArguments& args, bool has_duration) {
     const std::unique_ptr<WorldServer> world = open_stream(args.stream);
     options.world = world.get();
     const std::unique_ptr<LiveView> view = open_view(args.view, options.calibration.rig);
-    options.view = view.get();
+    options.viewers.push_back(view.get());
+    const auto estimates = args.mcap.empty() ? nullptr : std::make_unique<EstimateFile>(args.mcap);
+    options.viewers.push_back(estimates.get());
     const RunSummary run = run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
+    if (estimates) {
+        estimates->close();
+    }
     const int code = report(run, options, args.min_coverage);
     if (link) {
         print_out("mavlink      {} sent, {} dropped\n", link->counters().sent, link->counters().dropped);
@@ -207,8 +225,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
             "s: landmarks only; spr: planes found in the mesh constrain their landmarks; sp: an alias of s in which "
             "planes are found and reported but not used by the estimator")
         ->capture_default_str();
-    command->add_option("--config", args->config,
-                        "YAML file with parameters; 'facet info --config' prints all with defaults");
+    command->add_option(
+        "--config", args->config,
+        "YAML file with parameters; 'facet info --config' prints all with defaults. May be in the log's MCAP "
+        "file: LOG.mcap/mav0/parameters.yaml");
     command->add_option("--set", args->settings, "KEY=VALUE: one parameter on top of --config; may be repeated")
         ->allow_extra_args(false);
     CLI::Option* start = command->add_option("--start", args->start_s, "Skip this long after the first frame (s)");
@@ -264,6 +284,9 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_flag("--log-calibration", args->write_calibration,
                       "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
     add_view_options(*command, args->view);
+    command->add_option("--mcap", args->mcap,
+                        "Also write the estimates into this MCAP file, for Foxglove and its like: pose, path, mesh, "
+                        "planes, health, times, calibration, and the left image made small");
     command->add_flag("--realtime", args->in_real_time, "No faster than the log was recorded");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(fault_help() +

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "app/commands/live_command.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
 #include "app/commands/stream_argument.h"
@@ -30,7 +31,6 @@
 namespace facet {
 namespace {
 
-constexpr Duration kTick = Duration::from_seconds(0.05);
 constexpr Duration kRedraw = Duration::from_seconds(0.5);
 constexpr Duration kLinePeriod = Duration::from_seconds(10.0);
 
@@ -43,6 +43,7 @@ struct RunArguments {
     double duration_s = 0.0;
     bool dry_run = false;
     bool record = false;
+    std::string form = "folder";
     bool quiet = false;
 };
 
@@ -105,16 +106,10 @@ int report(const RunSummary& run, const LiveRun& live) {
     if (!live.folder().empty()) {
         print_out("files        {}\n", live.folder());
     }
-    if (!live.failure().empty()) {
-        print_error(live.failure().c_str());
-    } else if (run.not_finite) {
-        print_error("the estimate became not finite");
-    } else if (run.estimates == 0) {
-        print_error("no estimate at all");
-    } else {
-        return kExitDone;
-    }
-    return kExitFailed;
+    const char* const lack = run.not_finite       ? "the estimate became not finite"
+                             : run.estimates == 0 ? "no estimate at all"
+                                                  : "";
+    return exit_code_for(live.failure().empty() ? lack : live.failure());
 }
 
 /// After the sinks' thread has ended.
@@ -201,42 +196,26 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     run.stream_to(world.get());
     run.show_to(view.get());
     if (args.record) {
-        run.record();
+        run.record(parse_log_form(args.form));
     }
     if (is_terminal) {
         run.set_quiet();
     }
     run.start();
-    std::vector<std::string> refusals = run.refusals();
-    PulseOutput* const pulses = hardware.pulses();
-    if (pulses != nullptr) {
-        refusals.push_back(pulses->start(vehicle.realtime.trigger));  // the cameras are ready
-    }
-    for (const std::string& refusal : refusals) {
-        if (!refusal.empty()) {
-            print_err("warning: {}\n", refusal);
-        }
-    }
+    begin_pulses(hardware, vehicle, run.refusals());
     notifier.ready();
     StatusPrinter printer(clock, args.vehicle, is_terminal, args.quiet);
-    const Timestamp begin = clock.now();
-    while (!stop.load() && !run.ended() &&
-           (args.duration_s <= 0.0 || (clock.now() - begin).seconds() < args.duration_s)) {
-        clock.sleep(kTick);
+    wait_live(clock, stop, args.duration_s, [&] {
         notifier.progress(run.frames());
         keep_resets(hardware, resets);
         if (mavlink != nullptr && mavlink->take_reset_request()) {
             run.request_reset();
         }
         printer.update(run, notifier);
-    }
+        return !run.ended();
+    });
     notifier.stopping();
-    if (pulses != nullptr) {
-        pulses->stop();
-        if (!pulses->problem().empty() || pulses->skipped() > 0) {
-            print_err("warning: {} trigger pulses skipped. {}\n", pulses->skipped(), pulses->problem());
-        }
-    }
+    end_pulses(hardware);
     const RunSummary summary = run.stop();
     print_sinks(hardware);
     if (view) {
@@ -246,9 +225,8 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
 }
 
 int run_vehicle(const RunArguments& args) {
-    if (args.duration_s < 0.0) {
-        throw InputError("--duration must not be negative");
-    }
+    require_duration(args.duration_s);
+    (void)parse_log_form(args.form);
     Vehicle vehicle = load_vehicle(args.vehicle);
     if (!args.out.empty()) {
         vehicle.log.folder = args.out;
@@ -285,7 +263,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
     command->add_flag("--dry-run", args->dry_run, "Only try the hardware: prints one line per device");
     command->add_flag("--record", args->record,
-                      "Also write what the estimator is given, as the log mav0 in that folder, for facet replay");
+                      "Also write what the estimator is given, as a log in that folder, for facet replay");
+    command->add_option("--format", args->form, kLogFormHelp)->capture_default_str();
     command->add_flag("--quiet", args->quiet, "No status on stdout");
     command->footer(
         "SIGTERM and SIGINT stop in order: what was estimated is sent, files are complete, summary.json is written.\n"

@@ -167,10 +167,14 @@ std::string beside(const YamlNode& path) {
 }
 
 std::vector<std::string> check_vehicle(const std::string& path, Vehicle& vehicle) {
+    return check_vehicle(load_yaml(path), nullptr, vehicle);
+}
+
+std::vector<std::string> check_vehicle(const YamlNode& file, const Calibration* known, Vehicle& vehicle) {
     Vehicle begun;  // not `vehicle = {}`, in which GCC 12 sees uninitialized strings
-    begun.source = path;
+    begun.source = file.file();
     vehicle = std::move(begun);
-    YamlSection root(load_yaml(path));
+    YamlSection root(file);
     std::vector<std::string> errors;
     const auto attempt = [&errors](auto read) {
         try {
@@ -187,7 +191,8 @@ std::vector<std::string> check_vehicle(const std::string& path, Vehicle& vehicle
         }
     };
     const bool is_calibrated = attempt([&] {
-        vehicle.calibration = read_calibration(root.at("calibration"));
+        const YamlNode calibration = root.at("calibration");
+        vehicle.calibration = known == nullptr ? read_calibration(calibration) : *known;
         take_calibration(vehicle.calibration, vehicle.config);
     });
     vehicle.config.regularity.mode = RegularityMode::kSpr;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/config/vehicle.h"
+#include "app/support/yaml_file.h"
 
 namespace facet {
 
@@ -18,5 +19,9 @@ Vehicle load_vehicle(const std::string& path);
 /// The same, but goes on to the next section after an error. @return the first error of every section, in the file's
 /// order as load_vehicle reads it; empty if the vehicle is whole. Throws InputError only if the file is not YAML.
 std::vector<std::string> check_vehicle(const std::string& path, Vehicle& vehicle);
+
+/// The same of a file's content.
+/// @param known  the calibration, instead of those files that `calibration` names; or nullptr
+std::vector<std::string> check_vehicle(const YamlNode& file, const Calibration* known, Vehicle& vehicle);
 
 }  // namespace facet

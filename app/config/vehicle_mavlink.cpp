@@ -48,10 +48,11 @@ MavlinkKey read_key(const YamlNode& path) {
 MavlinkSigningOptions read_signing(const YamlNode& node) {
     MavlinkSigningOptions signing;
     YamlSection section(node);
-    signing.key = read_key(section.at("key_file"));
+    const YamlNode key = section.at("key_file");
     read_byte(section, "link", signing.link, 0, 255);
     section.read("accept_unsigned", signing.accept_unsigned);
     section.finish();
+    signing.key = read_key(key);
     return signing;
 }
 

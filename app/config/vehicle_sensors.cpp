@@ -5,8 +5,10 @@
 
 #include <array>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
+#include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
 #include "drivers/imu_can/openimu300.h"
 
@@ -16,12 +18,10 @@ namespace {
 using Choices = std::span<const std::string_view>;
 
 void read_duration(YamlSection& section, const std::string& key, Duration& value, double low_s, double high_s) {
-    if (section.node().has(key)) {
-        double seconds = 0.0;
-        section.read(key, seconds, low_s, high_s);
+    double seconds = value.seconds();
+    section.read(key, seconds, low_s, high_s);
+    if (section.node().has(key)) {  // what is not given keeps its last nanosecond
         value = Duration::from_seconds(seconds);
-    } else {
-        (void)section.find(key);
     }
 }
 
@@ -97,19 +97,10 @@ TriggerGpioOptions read_line(YamlSection& section) {
     return options;
 }
 
-int read_rate(YamlSection& section, const char* key, int value, std::initializer_list<int> rates) {
-    if (const auto field = section.find(key)) {
-        value = field->integer();
-        std::string all;
-        for (const int rate : rates) {
-            if (rate == value) {
-                return value;
-            }
-            all += (all.empty() ? "" : ", ") + std::to_string(rate);
-        }
-        field->fail(fmt::format("is {}; one of: {}", value, all));
-    }
-    return value;
+void read_rate(YamlSection& section, std::uint16_t& rate_hz, std::initializer_list<int> rates) {
+    int value = rate_hz;
+    section.read_one_of("rate_hz", value, rates);
+    rate_hz = static_cast<std::uint16_t>(value);
 }
 
 void read_chip(YamlSection& section, VehicleImuSpi& imu) {
@@ -129,15 +120,13 @@ void read_chip(YamlSection& section, VehicleImuSpi& imu) {
         imu.adis16.decimation = static_cast<std::uint16_t>(decimation);
     } else if (kChips[chip] == "icm42688") {
         imu.chip = SpiChip::kIcm42688;
-        imu.icm42688.rate_hz =
-            static_cast<std::uint16_t>(read_rate(section, "rate_hz", imu.icm42688.rate_hz, {200, 500, 1000, 2000}));
+        read_rate(section, imu.icm42688.rate_hz, {200, 500, 1000, 2000});
         int watermark = imu.icm42688.watermark;
         section.read("watermark", watermark, 1, 50);
         imu.icm42688.watermark = static_cast<std::uint8_t>(watermark);
     } else {
         imu.chip = SpiChip::kBmi088;
-        imu.bmi088.gyro_rate_hz =
-            static_cast<std::uint16_t>(read_rate(section, "rate_hz", imu.bmi088.gyro_rate_hz, {200, 400, 1000, 2000}));
+        read_rate(section, imu.bmi088.gyro_rate_hz, {200, 400, 1000, 2000});
         constexpr std::array<std::string_view, 4> kRanges{"3", "6", "12", "24"};
         imu.bmi088.force_range_code =
             static_cast<std::uint8_t>(section.choice("force_range_g", kRanges, imu.bmi088.force_range_code));
@@ -203,6 +192,13 @@ CanSignalMap read_map(const YamlNode& node) {
 /// Loads the database and tries the map on it.
 void read_dbc(YamlSection& section, VehicleImuCan& imu) {
     const YamlNode path = section.at("dbc");
+    const YamlNode map = section.at("map");
+    std::optional<InputError> mistake;  // of the map: that of the file comes first
+    try {
+        imu.map = read_map(map);
+    } catch (const InputError& e) {
+        mistake = e;
+    }
     imu.dbc_path = beside(path);
     std::ifstream file(imu.dbc_path, std::ios::binary);
     std::ostringstream bytes;
@@ -210,8 +206,9 @@ void read_dbc(YamlSection& section, VehicleImuCan& imu) {
         path.fail(imu.dbc_path + ": cannot be read");
     }
     imu.dbc_text = bytes.str();
-    const YamlNode map = section.at("map");
-    imu.map = read_map(map);
+    if (mistake) {
+        throw InputError(*mistake);
+    }
     DbcFile database;
     DbcDecoder decoder;
     std::string error;

@@ -3,12 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "app/output/plane_regions.h"
-#include "app/support/input_error.h"
-#include "app/support/ply_writer.h"
+#include "app/output/ply_file.h"
 
 namespace facet {
 namespace {
@@ -81,11 +79,7 @@ public:
         mesh.colours = colours_;
         mesh.triangles = triangles_;
         mesh.planes = planes_;
-        const std::string growing = path + TextFile::kPartEnding;
-        if (!ok(write_ply(growing, "facet: planes, world frame of the estimate, metres", mesh)) ||
-            std::rename(growing.c_str(), path.c_str()) != 0) {
-            throw InputError(path + ": cannot be written");
-        }
+        replace_ply(path, "facet: planes, world frame of the estimate, metres", mesh);
     }
 
 private:

@@ -3,13 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdio>
 #include <span>
 #include <tuple>
 
-#include "app/support/input_error.h"
-#include "app/support/ply_writer.h"
-#include "app/support/text_file.h"
+#include "app/output/ply_file.h"
 
 namespace facet {
 namespace {
@@ -45,11 +42,7 @@ public:
         mesh.planes = planes_;
         mesh.observations = observations_;
         mesh.sigmas = sigmas_;
-        const std::string growing = path + TextFile::kPartEnding;
-        if (!ok(write_ply(growing, "facet: world frame of the estimate, metres", mesh)) ||
-            std::rename(growing.c_str(), path.c_str()) != 0) {
-            throw InputError(path + ": cannot be written");
-        }
+        replace_ply(path, "facet: world frame of the estimate, metres", mesh);
     }
 
 private:

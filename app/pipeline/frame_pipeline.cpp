@@ -101,8 +101,10 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
     update_ranges(result);
     stream_world(result);
     result.timing = timer_.take();
-    if (view_ != nullptr && result.status != Status::kNotReady) {  // else the frame will be offered again
-        show_frame(result, frame, estimator_.keyframe_view(), *this, *view_);
+    if (result.status != Status::kNotReady) {  // else the frame will be offered again
+        for (FlightViewer* const viewer : viewers_) {
+            show_frame(result, frame, estimator_.keyframe_view(), *this, *viewer);
+        }
     }
 }
 

@@ -20,7 +20,7 @@
 
 namespace facet {
 
-class LiveView;
+class FlightViewer;
 class WorldServer;
 
 /// What became of one frame, as values: it may be handed to another thread. About 10 KB.
@@ -67,8 +67,12 @@ public:
     /// Mesh, planes and grid from now on after each keyframe that brings a mesh. Borrowed; nullptr: to nobody.
     void stream_to(WorldServer* world) { world_ = world; }
 
-    /// Every usable frame from now on. Borrowed; nullptr: to nobody.
-    void show_to(LiveView* view) { view_ = view; }
+    /// Every frame from now on, to this viewer as well. Borrowed; nullptr: to nobody more. Heap.
+    void show_to(FlightViewer* viewer) {
+        if (viewer != nullptr) {
+            viewers_.push_back(viewer);
+        }
+    }
 
     /// See Estimator.
     void request_reset() { estimator_.request_reset(); }
@@ -118,7 +122,7 @@ private:
     PlaneSource plane_source_;
     std::optional<ObstacleSweep> obstacles_;
     WorldServer* world_ = nullptr;
-    LiveView* view_ = nullptr;
+    std::vector<FlightViewer*> viewers_;
     std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
     std::uint32_t grid_reset_counter_ = 0;    ///< and when the grid was last filled
     std::uint32_t last_view_ = 0;

@@ -36,7 +36,7 @@ void draw(const Scene& scene, ViewPicture& picture) {
         return;
     }
     for (const LandmarkSnapshot& landmark : scene.seen->landmarks) {
-        if (landmark.is_tracked && picture.points.size() < LiveView::kMaxPoints) {
+        if (landmark.is_tracked && picture.points.size() < FlightViewer::kMaxPoints) {
             // Pixel (0, 0) has its centre at the origin, and so has each square.
             const Eigen::Vector2f px =
                 (landmark.left_px.array() + 0.5F).matrix() / static_cast<float>(side) - Eigen::Vector2f::Constant(0.5F);
@@ -48,7 +48,7 @@ void draw(const Scene& scene, ViewPicture& picture) {
 }  // namespace
 
 int shrink(const ImageView& image, ViewPicture& picture) {
-    constexpr int kMost = LiveView::kMaxPictureSide;
+    constexpr int kMost = FlightViewer::kMaxPictureSide;
     const int side = std::max(1, (std::max(image.width, image.height) + kMost - 1) / kMost);
     picture.width = image.width / side;
     picture.height = image.height / side;
@@ -62,9 +62,9 @@ int shrink(const ImageView& image, ViewPicture& picture) {
 }
 
 void show_frame(const FrameResult& result, const StereoFrame& frame, const KeyframeView& seen,
-                const FramePipeline& pipeline, LiveView& view) {
+                const FramePipeline& pipeline, FlightViewer& view) {
     const Estimate& estimate = result.estimate;
-    LiveView::Fillers fillers;
+    FlightViewer::Fillers fillers;
     if (result.has_mesh) {
         fillers.mesh = [&](ViewMesh& mesh) {
             append_faces(pipeline.mesher(), mesh.faces);

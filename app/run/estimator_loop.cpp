@@ -14,69 +14,14 @@ constexpr Duration kMaxRetry = Duration::from_seconds(0.2);
 
 EstimatorLoop::EstimatorLoop(const EstimatorLoopOptions& options, const Clock& clock, FramePipeline& pipeline,
                              RunQueues& queues, LoopOutput& output)
-    : options_(options), clock_(clock), pipeline_(pipeline), queues_(queues), output_(output), sync_(options.sync) {}
+    : options_(options), clock_(clock), pipeline_(pipeline), intake_(options, queues), output_(output) {}
 
 /// Passes on what the synchroniser has found.
 void EstimatorLoop::pass_on_reports() {
-    for (SyncReport report; ok(sync_.pop_report(report));) {
+    for (SyncReport report; ok(intake_.sync().pop_report(report));) {
         output_.on_report(report);
     }
-    for (std::size_t i = 0; i < counters_.findings.size(); ++i) {
-        counters_.findings[i].store(sync_.count(static_cast<SyncFault>(i)), kRelaxed);
-    }
-}
-
-bool EstimatorLoop::take_edges() {
-    bool any = false;
-    for (TriggerEdge edge; ok(queues_.edges.pop(edge)); any = true) {
-        if (tap_ != nullptr) {
-            tap_->on_edge(edge);
-        }
-        (void)sync_.add_edge(edge);  // refused ones are counted there
-    }
-    return any;
-}
-
-void EstimatorLoop::add_halves(CameraFrame both) {
-    CameraFrame left = std::move(both);
-    left.image.width /= 2;
-    CameraFrame right{left.stamp, left.sequence, left.image, left.slot.share(), left.exposure};
-    right.image.data += right.image.width;
-    (void)sync_.add_left(std::move(left));  // refused ones are counted there
-    (void)sync_.add_right(std::move(right));
-}
-
-bool EstimatorLoop::take_left() {
-    CameraFrame frame;
-    if (!ok(queues_.left.pop(frame))) {
-        return false;
-    }
-    if (options_.side_by_side) {
-        add_halves(std::move(frame));
-    } else {
-        (void)sync_.add_left(std::move(frame));
-    }
-    pass_on_reports();
-    return true;
-}
-
-bool EstimatorLoop::take_right() {
-    CameraFrame frame;
-    if (!ok(queues_.right.pop(frame))) {
-        return false;
-    }
-    (void)sync_.add_right(std::move(frame));
-    pass_on_reports();
-    return true;
-}
-
-bool EstimatorLoop::take_images() {
-    bool any = false;
-    for (bool more = true; more; any = any || more) {
-        more = take_left();
-        more = take_right() || more;
-    }
-    return any;
+    intake_.publish(counters_.findings);
 }
 
 void EstimatorLoop::hold(const ImuSample& sample) {
@@ -84,19 +29,7 @@ void EstimatorLoop::hold(const ImuSample& sample) {
         feed_next();
     }
     held_.push(sample);
-    if (tap_ != nullptr) {
-        tap_->on_imu(sample);
-    }
     newest_ = sample;
-    sync_.add_imu(sample.stamp - options_.camera_time_shift);
-}
-
-bool EstimatorLoop::take_inertial() {
-    bool any = false;
-    for (ImuSample sample; ok(queues_.imu.pop(sample)); any = true) {
-        hold(sample);
-    }
-    return any;
 }
 
 /// Gives the oldest sample held to the estimator.
@@ -136,8 +69,8 @@ bool EstimatorLoop::try_frame() {
         pipeline_.report_overrun();
     }
     const Health& health = result_.estimate.health;
-    sync_.add_offset(pending_->stamp, Duration::from_seconds(health.time_offset_s),
-                     Duration::from_seconds(health.time_offset_sigma_s));
+    intake_.sync().add_offset(pending_->stamp, Duration::from_seconds(health.time_offset_s),
+                              Duration::from_seconds(health.time_offset_sigma_s));
     output_.on_frame(result_, pipeline_.departed(), pipeline_.belief(), fed_.w_B);
     pending_.reset();
     return true;
@@ -146,12 +79,9 @@ bool EstimatorLoop::try_frame() {
 bool EstimatorLoop::give_frames() {
     bool any = false;
     SyncedFrame frame;
-    while (ok(sync_.pop(frame))) {
+    while (intake_.pop(frame)) {
         any = true;
         counters_.paired.fetch_add(1, kRelaxed);
-        if (tap_ != nullptr) {
-            tap_->on_pair(frame);
-        }
         if (pending_) {
             counters_.late.fetch_add(1, kRelaxed);
         }
@@ -165,9 +95,9 @@ bool EstimatorLoop::give_frames() {
 }
 
 bool EstimatorLoop::step() {
-    bool any = take_edges();
-    any = take_images() || any;
-    any = take_inertial() || any;
+    bool any = intake_.take_edges() > 0;
+    any = intake_.take_images([this] { pass_on_reports(); }) || any;
+    any = intake_.take_inertial([this](const ImuSample& sample) { hold(sample); }) > 0 || any;
     any = give_frames() || any;
     while (!held_.empty() && newest_.stamp - held_.front().stamp > options_.max_hold) {
         feed_next();

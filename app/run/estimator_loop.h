@@ -2,16 +2,13 @@
 // The work of the estimator thread: moves samples from their queues through the synchroniser into the pipeline.
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
 #include <span>
 
 #include "app/pipeline/frame_pipeline.h"
-#include "app/run/run_queues.h"
-#include "app/run/sample_tap.h"
-#include "drivers/sync/synchroniser.h"
+#include "app/run/intake.h"
 #include "platform/base/ring_buffer.h"
 #include "platform/port/clock.h"
 
@@ -29,10 +26,7 @@ public:
     virtual void on_report(const SyncReport& report) = 0;
 };
 
-struct EstimatorLoopOptions {
-    SynchroniserOptions sync;
-    Duration camera_time_shift;                       ///< t_imu = t_cam + shift
-    bool side_by_side = false;                        ///< the left queue has images of both cameras
+struct EstimatorLoopOptions : IntakeOptions {
     Duration max_hold = Duration::from_seconds(0.5);  ///< inertial samples older than this do not wait for a frame
 };
 
@@ -43,7 +37,7 @@ struct LoopCounters {
     std::atomic<std::uint64_t> used{0};      ///< accepted by the estimator
     std::atomic<std::uint64_t> refused{0};   ///< refused by it
     std::atomic<std::uint64_t> overruns{0};  ///< frames that took longer than the cameras' period
-    std::array<std::atomic<std::uint64_t>, static_cast<std::size_t>(SyncFault::kCount)> findings{};
+    SharedFindings findings{};
 };
 
 /// Of several frames that are ready only the newest is used. Inertial samples are held back and given to the estimator
@@ -60,7 +54,7 @@ public:
                   LoopOutput& output);
 
     /// Shows the tap, which is borrowed, everything from now on. To be called before the first step.
-    void show(SampleTap* tap) { tap_ = tap; }
+    void show(SampleTap* tap) { intake_.show(tap); }
     /// Takes what is in the queues and processes it. @return whether there was anything to do
     bool step();
     /// For when no more samples will come: uses the frames that inertial samples reach.
@@ -69,12 +63,6 @@ public:
     const LoopCounters& counters() const { return counters_; }
 
 private:
-    bool take_edges();
-    bool take_images();
-    bool take_left();
-    bool take_right();
-    void add_halves(CameraFrame both);
-    bool take_inertial();
     void hold(const ImuSample& sample);
     bool give_frames();
     bool try_frame();
@@ -85,10 +73,8 @@ private:
     EstimatorLoopOptions options_;
     const Clock& clock_;
     FramePipeline& pipeline_;
-    RunQueues& queues_;
+    Intake intake_;
     LoopOutput& output_;
-    SampleTap* tap_ = nullptr;
-    Synchroniser sync_;
     LoopCounters counters_;
     RingBuffer<ImuSample, kHeld> held_;
     std::optional<SyncedFrame> pending_;  ///< ready, but the estimator may need more inertial samples

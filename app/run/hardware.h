@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/config/vehicle.h"
-#include "app/run/live_run.h"
 #include "app/run/pulse_output.h"
+#include "app/run/sensor_threads.h"
 #include "drivers/imu_spi/spidev.h"
 
 namespace facet {

@@ -3,10 +3,8 @@
 
 #include <fmt/core.h>
 
-#include "app/config/config_file.h"
 #include "app/output/flight_folders.h"
 #include "app/support/input_error.h"
-#include "app/support/text_file.h"
 #include "platform/linux/memory_lock.h"
 
 namespace facet {
@@ -16,47 +14,25 @@ constexpr Duration kEstimatorWait = Duration::from_seconds(0.02);
 
 }  // namespace
 
-SynchroniserOptions synchroniser_options(const Vehicle& vehicle) {
-    SynchroniserOptions options;
-    options.period = Duration::from_seconds(1.0 / vehicle.cameras.rate_hz);
-    options.has_trigger = vehicle.trigger.has_value();
-    options.use_sequence = vehicle.cameras.use_sequence;
-    options.has_right = vehicle.calibration.rig.has_right;
-    options.left_delay = options.right_delay = Duration{vehicle.cameras.lag_frames * options.period.ns};
-    options.first_is_first = vehicle.trigger && vehicle.pulses;
-    if (vehicle.trigger) {
-        options.trigger_delay = vehicle.trigger->delay;
-        options.trigger_silence = Duration{5 * options.period.ns};
-    } else if (vehicle.cameras.side_by_side) {
-        options.votes = 1;  // halves of one image need no evidence that they belong together
-    }
-    return options;
-}
-
 LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::vector<OdometrySink*> sinks)
     : clock_(clock),
       vehicle_(vehicle),
-      sources_(sources),
+      starter_(vehicle.realtime.prefault_stack_kb),
       queues_(std::make_unique<RunQueues>()),
       recorder_(vehicle.log.folder, {.timed_frames = static_cast<std::size_t>(vehicle.log.timed_frames),
-                                     .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}) {
+                                     .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}),
+      sensors_(clock, vehicle, sources, *queues_, wakeup_) {
     pipeline_.configure(vehicle.config, vehicle.calibration);
     if (vehicle.obstacles) {
         pipeline_.measure_ranges(*vehicle.obstacles, vehicle.odometry.T_body_imu);
     }
-    left_.name = vehicle.cameras.side_by_side ? "cameras" : "left";
     RunSummary& summary = recorder_.summary();
     summary.dataset = "live: " + vehicle.source;
     summary.mode = to_string(vehicle.config.regularity.mode);
     summary.calibration = vehicle.calibration.source;
-    output_ = std::make_unique<OutputThreads>(
-        clock, vehicle.config, vehicle.odometry, std::move(sinks), recorder_,
-        std::vector<EventQueue*>{&left_.events, &right_.events, &trigger_.events, &imu_.events},
-        static_cast<std::size_t>(vehicle.log.timed_frames));
-    EstimatorLoopOptions options;
-    options.sync = synchroniser_options(vehicle);
-    options.camera_time_shift = vehicle.calibration.camera_time_shift;
-    options.side_by_side = vehicle.cameras.side_by_side;
+    output_ = std::make_unique<OutputThreads>(clock, vehicle.config, vehicle.odometry, std::move(sinks), recorder_,
+                                              sensors_.events(), static_cast<std::size_t>(vehicle.log.timed_frames));
+    const EstimatorLoopOptions options{intake_options(vehicle)};
     loop_ = std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *output_);
 }
 
@@ -64,52 +40,12 @@ LiveRun::~LiveRun() { join_all(); }
 
 void LiveRun::join_all() {
     // In the order of the data: each thread stops after the ones that feed it.
-    for (LinuxWorker* worker : {&left_worker_, &right_worker_, &trigger_worker_, &imu_worker_, &estimator_, &sender_,
-                                &writer_, &log_writer_, &keeper_worker_}) {
+    sensors_.join();
+    for (LinuxWorker* worker : {&estimator_, &sender_, &writer_, &log_writer_, &keeper_worker_}) {
         worker->request_stop();
         wakeup_.notify();
         worker->join();
     }
-}
-
-void LiveRun::start_source(Source& source, const char* name) {
-    if (!ok(source.start())) {
-        throw InputError(fmt::format("{}: {}", name, source.problem()));
-    }
-    if (!source.warning().empty()) {
-        refusals_.push_back(fmt::format("{}: {}", name, source.warning()));
-    }
-}
-
-void LiveRun::start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body) {
-    const auto stack = static_cast<std::size_t>(vehicle_.realtime.prefault_stack_kb) * 1024;
-    WorkerReport report;
-    const Status status = worker.start(
-        {name, options.cpu, options.priority},
-        [stack, body = std::move(body)](const std::atomic<bool>& stopping) {
-            prefault_stack(stack);
-            body(stopping);
-        },
-        report);
-    if (!ok(status)) {
-        throw std::runtime_error(fmt::format("thread {}: {}", name, to_string(status)));
-    }
-    if (!report.refusals.empty()) {
-        refusals_.push_back(report.refusals);
-    }
-}
-
-void LiveRun::start_cameras() {
-    start_worker(left_worker_, "facet-left", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
-        pump(*sources_.left, left_, clock_, wakeup_, stopping, queues_->left);
-    });
-    if (sources_.right == nullptr) {
-        right_.ended = true;
-        return;
-    }
-    start_worker(right_worker_, "facet-right", vehicle_.realtime.cameras, [this](const std::atomic<bool>& stopping) {
-        pump(*sources_.right, right_, clock_, wakeup_, stopping, queues_->right);
-    });
 }
 
 /// Where they are is decided here: an earlier flight's files stay if this one cannot be.
@@ -127,40 +63,33 @@ void LiveRun::open_files() {
     keeping.folder = folder_;
     recorder_.open(folder_);
     keeper_ = std::make_unique<LogKeeper>(clock_, keeping);
-    start_worker(keeper_worker_, "facet-disc", {},
-                 [this](const std::atomic<bool>& stopping) { keeper_->keep(stopping); });
+    starter_.start(keeper_worker_, "facet-disc", {},
+                   [this](const std::atomic<bool>& stopping) { keeper_->keep(stopping); });
 }
 
 void LiveRun::start_recorder() {
-    if (!is_recorded_) {
+    if (!form_) {
         return;
     }
     if (folder_.empty()) {
         throw InputError("nothing can be recorded without a folder");
     }
-    const CameraIntrinsics k = vehicle_.calibration.rig.left.intrinsics();
-    log_ = std::make_unique<SampleRecorder>(clock_, folder_, vehicle_.calibration.rig.has_right,
-                                            static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
-    keep_calibration(vehicle_.calibration, folder_ + "/mav0");
-    TextFile parameters(folder_ + "/mav0/parameters.yaml");
-    parameters.write(print_config(vehicle_.config));
-    parameters.close();
-    loop_->show(log_.get());
-    start_worker(log_writer_, "facet-record", {}, [this](const std::atomic<bool>& stopping) { log_->write(stopping); });
+    log_ = std::make_unique<FlightLog>(clock_, vehicle_, folder_, *form_, [this](std::vector<NamedCounter>& counts) {
+        append(sensors_.accounts(), counts);
+        append(named_findings(loop_->counters().findings), counts);
+        append(drops(), counts);
+    });
+    loop_->show(&log_->samples());
+    pipeline_.show_to(log_->add_estimates());
+    starter_.start(log_writer_, "facet-record", {},
+                   [this](const std::atomic<bool>& stopping) { log_->write(stopping); });
 }
 
 void LiveRun::start() {
     if (std::string refusal; vehicle_.realtime.lock_memory && !ok(lock_memory(refusal))) {
-        refusals_.push_back(refusal);
+        starter_.add_refusal(refusal);
     }
-    start_source(*sources_.imu, "imu");
-    if (sources_.trigger != nullptr) {
-        start_source(*sources_.trigger, "trigger");
-    }
-    start_source(*sources_.left, vehicle_.cameras.side_by_side ? "cameras" : "left camera");
-    if (sources_.right != nullptr) {
-        start_source(*sources_.right, "right camera");
-    }
+    sensors_.open(starter_);
     open_files();
     if (WarningLog* log = recorder_.warnings(); log != nullptr && is_quiet_) {
         log->set_quiet();
@@ -168,36 +97,20 @@ void LiveRun::start() {
     begin_ = last_status_ = clock_.now();
     // Consumers before producers.
     start_recorder();
-    start_worker(writer_, "facet-files", {},
-                 [this](const std::atomic<bool>& stopping) { output_->write_files(stopping); });
-    start_worker(sender_, "facet-sinks", vehicle_.realtime.output,
-                 [this](const std::atomic<bool>& stopping) { output_->send_poses(stopping); });
-    start_worker(estimator_, "facet-estimator", vehicle_.realtime.estimator,
-                 [this](const std::atomic<bool>& stopping) { estimate(stopping); });
-    start_worker(imu_worker_, "facet-imu", vehicle_.realtime.imu, [this](const std::atomic<bool>& stopping) {
-        pump(*sources_.imu, imu_, clock_, wakeup_, stopping, queues_->imu,
-             [this](const ImuSample& sample) { output_->on_sample(sample); });
-    });
-    trigger_.ended = sources_.trigger == nullptr;
-    if (sources_.trigger != nullptr) {
-        start_worker(trigger_worker_, "facet-trigger", vehicle_.realtime.trigger,
-                     [this](const std::atomic<bool>& stopping) {
-                         pump(*sources_.trigger, trigger_, clock_, wakeup_, stopping, queues_->edges);
-                     });
-    }
-    start_cameras();
-}
-
-bool LiveRun::sources_ended() const {
-    return left_.ended.load(std::memory_order_acquire) && right_.ended.load(std::memory_order_acquire) &&
-           trigger_.ended.load(std::memory_order_acquire) && imu_.ended.load(std::memory_order_acquire);
+    starter_.start(writer_, "facet-files", {},
+                   [this](const std::atomic<bool>& stopping) { output_->write_files(stopping); });
+    starter_.start(sender_, "facet-sinks", vehicle_.realtime.output,
+                   [this](const std::atomic<bool>& stopping) { output_->send_poses(stopping); });
+    starter_.start(estimator_, "facet-estimator", vehicle_.realtime.estimator,
+                   [this](const std::atomic<bool>& stopping) { estimate(stopping); });
+    sensors_.start(starter_, [this](const ImuSample& sample) { output_->on_sample(sample); });
 }
 
 void LiveRun::estimate(const std::atomic<bool>& stopping) {
     for (;;) {
         // Read before the step, which takes everything that arrived until then.
         const bool stopped = stopping.load(std::memory_order_acquire);
-        const bool ended = sources_ended();
+        const bool ended = sensors_.ended();
         if (reset_requested_.exchange(false, std::memory_order_relaxed)) {
             pipeline_.request_reset();
         }
@@ -234,50 +147,40 @@ RunStatus LiveRun::status() {
     return status;
 }
 
+/// What was lost behind the sensors, by reason. On any thread.
+std::vector<NamedCounter> LiveRun::drops() const {
+    const LoopCounters& loop = loop_->counters();
+    const OutputCounters& output = output_->counters();
+    std::vector<NamedCounter> drops{{"late_frames", loop.late},
+                                    {"frames_refused_by_estimator", loop.refused},
+                                    {"poses", output.poses_dropped},
+                                    {"poses_refused_by_sinks", output.refused},
+                                    {"frames_not_written", output.frames_dropped},
+                                    {"faces_not_written", output.faces_dropped}};
+    if (log_) {
+        append(log_->drops(), drops);
+    }
+    return drops;
+}
+
 /// All but the latencies, which belong to the sending thread.
 LiveAccount LiveRun::account() const {
     LiveAccount account;
     account.duration_s = (clock_.now() - begin_).seconds();
     const LoopCounters& loop = loop_->counters();
     account.overruns = loop.overruns;
-    const OutputCounters& output = output_->counters();
-    account.poses = output.poses_sent;
-    account.drops = {{"late_frames", loop.late},
-                     {"frames_refused_by_estimator", loop.refused},
-                     {"poses", output.poses_dropped},
-                     {"poses_refused_by_sinks", output.refused},
-                     {"frames_not_written", output.frames_dropped},
-                     {"faces_not_written", output.faces_dropped}};
-    if (log_) {
-        account.drops.push_back({"pairs_not_recorded", log_->counters().pairs_dropped});
-        account.drops.push_back({"samples_not_recorded", log_->counters().samples_dropped});
-    }
-    for (std::size_t i = 0; i < loop.findings.size(); ++i) {
-        account.findings.push_back({to_string(static_cast<SyncFault>(i)), loop.findings[i]});
-    }
-    account.sources.push_back(left_.counters.account(left_.name));
-    if (sources_.right != nullptr) {
-        account.sources.push_back(right_.counters.account(right_.name));
-    }
-    if (sources_.trigger != nullptr) {
-        account.sources.push_back(trigger_.counters.account(trigger_.name));
-    }
-    account.sources.push_back(imu_.counters.account(imu_.name));
-    account.refusals = refusals_;
+    account.poses = output_->counters().poses_sent;
+    account.drops = drops();
+    account.findings = named_findings(loop.findings);
+    account.sources = sensors_.accounts();
+    account.refusals = starter_.refusals();
     return account;
 }
 
 RunSummary LiveRun::stop() {
     const bool had_ended = ended();
     join_all();
-    sources_.left->stop();
-    if (sources_.right != nullptr) {
-        sources_.right->stop();
-    }
-    if (sources_.trigger != nullptr) {
-        sources_.trigger->stop();
-    }
-    sources_.imu->stop();
+    sensors_.close();
     RunSummary& summary = recorder_.summary();
     summary.interrupted = !had_ended;
     summary.frames_listed = loop_->counters().paired;
@@ -285,6 +188,9 @@ RunSummary LiveRun::stop() {
     summary.live->latency_ms = output_->latencies_ms();
     summary.wall_s = summary.live->duration_s;
     failure_ = output_->failure();
+    if (log_) {
+        log_->finish();
+    }
     try {
         if (failure_.empty()) {
             recorder_.finish(pipeline_);

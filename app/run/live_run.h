@@ -4,27 +4,19 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/config/vehicle.h"
 #include "app/output/summary.h"
+#include "app/run/flight_log.h"
 #include "app/run/log_keeper.h"
 #include "app/run/output_threads.h"
-#include "app/run/sample_recorder.h"
-#include "app/run/source_thread.h"
+#include "app/run/sensor_threads.h"
 #include "platform/linux/linux_worker.h"
-#include "platform/port/imu_source.h"
 
 namespace facet {
-
-/// The sensors of a run, borrowed.
-struct RunSources {
-    CameraSource* left = nullptr;      ///< or the camera whose images hold both views side by side
-    CameraSource* right = nullptr;     ///< nullptr if side by side, or if there is one camera
-    TriggerSource* trigger = nullptr;  ///< nullptr if there is none
-    ImuSource* imu = nullptr;
-};
 
 /// The state of a run, for people and for systemd.
 struct RunStatus {
@@ -61,19 +53,19 @@ public:
     RunStatus status();
     /// Lets the estimator begin anew at its next frame. On any thread.
     void request_reset() { reset_requested_.store(true, std::memory_order_relaxed); }
-    const std::vector<std::string>& refusals() const { return refusals_; }
+    const std::vector<std::string>& refusals() const { return starter_.refusals(); }
     /// After start(): where the files of this flight are; empty if there are none.
     const std::string& folder() const { return folder_; }
     /// To be called before start(): warnings are shown in the status only, not on stderr.
     void set_quiet() { is_quiet_ = true; }
-    /// To be called before start(): records what the estimator is given as mav0 in folder(), see SampleRecorder.
-    /// start() throws InputError if there is a log already, or no folder.
-    void record() { is_recorded_ = true; }
+    /// To be called before start(): records what the estimator is given as a log in folder(), see FlightLog. start()
+    /// throws InputError if there is a log already, or no folder.
+    void record(LogForm form) { form_ = form; }
 
     /// To be called before start(): mesh, planes and grid go there. Borrowed.
     void stream_to(WorldServer* world) { pipeline_.stream_to(world); }
     /// To be called before start(): every usable frame goes there. Borrowed.
-    void show_to(LiveView* view) { pipeline_.show_to(view); }
+    void show_to(FlightViewer* viewer) { pipeline_.show_to(viewer); }
 
     /// Stops everything in the order of the data, so that all that was estimated is sent and written.
     RunSummary stop();
@@ -81,36 +73,29 @@ public:
     const std::string& failure() const { return failure_; }
 
 private:
-    void start_source(Source& source, const char* name);
-    void start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body);
-    void start_cameras();
     void open_files();
     void start_recorder();
     void estimate(const std::atomic<bool>& stopping);
-    bool sources_ended() const;
     void join_all();
     LiveAccount account() const;
+    std::vector<NamedCounter> drops() const;
 
     Clock& clock_;
     const Vehicle& vehicle_;
-    RunSources sources_;
-    std::vector<std::string> refusals_;
+    ThreadStarter starter_;
     std::string failure_;
     bool is_quiet_ = false;
     std::unique_ptr<RunQueues> queues_;
     FramePipeline pipeline_;
     FrameRecorder recorder_;
-    SourceThread left_{"left"};
-    SourceThread right_{"right"};
-    SourceThread trigger_{"trigger"};
-    SourceThread imu_{"imu"};
+    LinuxWakeup wakeup_;
+    SensorThreads sensors_;
     std::unique_ptr<OutputThreads> output_;
     std::string folder_;
-    bool is_recorded_ = false;
+    std::optional<LogForm> form_;  ///< none: not recorded
     std::unique_ptr<LogKeeper> keeper_;
-    std::unique_ptr<SampleRecorder> log_;
+    std::unique_ptr<FlightLog> log_;
     std::unique_ptr<EstimatorLoop> loop_;
-    LinuxWakeup wakeup_;
     std::atomic<bool> estimated_{false};
     std::atomic<bool> reset_requested_{false};
     Timestamp begin_;
@@ -121,13 +106,6 @@ private:
     LinuxWorker log_writer_;
     LinuxWorker keeper_worker_;
     LinuxWorker estimator_;
-    LinuxWorker left_worker_;
-    LinuxWorker right_worker_;
-    LinuxWorker trigger_worker_;
-    LinuxWorker imu_worker_;
 };
-
-/// What the synchroniser has to know of a vehicle's sensors.
-SynchroniserOptions synchroniser_options(const Vehicle& vehicle);
 
 }  // namespace facet

@@ -5,17 +5,14 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/config/vehicle.h"
 #include "app/output/live_account.h"
-#include "app/run/live_run.h"
-#include "app/run/run_queues.h"
-#include "app/run/sample_recorder.h"
-#include "app/run/source_thread.h"
-#include "drivers/sync/synchroniser.h"
+#include "app/run/flight_log.h"
+#include "app/run/intake.h"
+#include "app/run/sensor_threads.h"
 #include "platform/linux/linux_worker.h"
 
 namespace facet {
@@ -32,12 +29,12 @@ struct RecordStatus {
 };
 
 /// Runs the threads of LiveRun that come before the estimator, with the same queues, and in its place one that pairs
-/// images and hands everything to a SampleRecorder, whose log is that of `facet run --record`: readable to within a
-/// second at every moment, whatever happens. Thread-bound to its owner.
+/// images and hands everything to a FlightLog, which is that of `facet run --record`: readable to within a second at
+/// every moment, whatever happens. Thread-bound to its owner.
 class RecordRun {
 public:
-    /// Everything is borrowed. @param folder  gets mav0, which must not be there yet
-    RecordRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::string folder);
+    /// Everything is borrowed. @param folder  gets the log, which must not be there yet
+    RecordRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources, std::string folder, LogForm form);
     ~RecordRun();
     RecordRun(const RecordRun&) = delete;
     RecordRun& operator=(const RecordRun&) = delete;
@@ -49,49 +46,37 @@ public:
     RecordStatus status() const;
     /// What sources have reported since the last call: a line each.
     std::vector<std::string> take_events();
-    const std::vector<std::string>& refusals() const { return refusals_; }
+    const std::vector<std::string>& refusals() const { return starter_.refusals(); }
 
     /// Stops everything in the order of the data, so that all that has arrived is written.
     RecordStatus stop();
+    /// After start(): where the log is.
+    const std::string& path() const { return log_->path(); }
     /// After stop(): why the log is incomplete; empty if it is complete.
     const std::string& failure() const { return log_->failure(); }
 
 private:
-    template <class Body>
-    void start_worker(LinuxWorker& worker, const char* name, const ThreadOptions& options, Body body);
-    void start_source(Source& source, const char* name);
-    void start_sources();
     void make_log();
     void collect(const std::atomic<bool>& stopping);
     bool step();
-    bool take_images();
-    void add_both(CameraFrame both);
-    bool sources_ended() const;
     void join_all();
 
     Clock& clock_;
     const Vehicle& vehicle_;
-    RunSources sources_;
     std::string folder_;
-    std::vector<std::string> refusals_;
+    LogForm form_;
+    ThreadStarter starter_;
     std::unique_ptr<RunQueues> queues_;
-    Synchroniser sync_;  ///< of the collecting thread
-    std::array<std::atomic<std::uint64_t>, static_cast<std::size_t>(SyncFault::kCount)> findings_{};
-    std::atomic<std::uint64_t> samples_{0};
-    std::unique_ptr<SampleRecorder> log_;
-    SourceThread left_{"left"};
-    SourceThread right_{"right"};
-    SourceThread trigger_{"trigger"};
-    SourceThread imu_{"imu"};
     LinuxWakeup wakeup_;
+    SensorThreads sensors_;
+    Intake intake_;  ///< of the collecting thread
+    SharedFindings findings_{};
+    std::atomic<std::uint64_t> samples_{0};
+    std::unique_ptr<FlightLog> log_;
     std::atomic<bool> collected_{false};
     Timestamp begin_;
     LinuxWorker writer_;
     LinuxWorker collector_;
-    LinuxWorker left_worker_;
-    LinuxWorker right_worker_;
-    LinuxWorker trigger_worker_;
-    LinuxWorker imu_worker_;
 };
 
 }  // namespace facet

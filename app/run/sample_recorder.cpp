@@ -13,8 +13,8 @@ constexpr auto kUnordered = std::memory_order_relaxed;
 
 }  // namespace
 
-SampleRecorder::SampleRecorder(const Clock& clock, const std::string& folder, bool has_right, std::size_t pixels)
-    : clock_(clock), pixels_(pixels), log_(folder, has_right), pool_(2 * pixels * kPairs) {}
+SampleRecorder::SampleRecorder(const Clock& clock, std::unique_ptr<SampleLog> log, std::size_t pixels)
+    : clock_(clock), pixels_(pixels), log_(std::move(log)), pool_(2 * pixels * kPairs) {}
 
 void SampleRecorder::on_imu(const ImuSample& sample) {
     counters_.samples_dropped.fetch_add(ok(samples_.push(sample)) ? 0 : 1, kUnordered);
@@ -56,17 +56,20 @@ void SampleRecorder::on_pair(const SyncedFrame& pair) {
 /// What waits, but of the pairs only one, so that the queues of samples do not wait for images. @return whether there
 /// was a pair
 bool SampleRecorder::write_some() {
+    if (more_) {
+        more_();
+    }
     for (ImuSample sample; ok(samples_.pop(sample));) {
-        log_.add_imu(sample);
+        log_->add_imu(sample);
     }
     for (TriggerEdge edge; ok(edges_.pop(edge));) {
-        log_.add_edge(edge);
+        log_->add_edge(edge);
     }
     Pair pair;
     if (!ok(pairs_.pop(pair))) {
         return false;
     }
-    log_.add_pair(pair.origin, pair.left, pair.right);
+    log_->add_pair(pair.origin, pair.left, pair.right);
     counters_.pairs.fetch_add(1, kUnordered);
     return true;
 }
@@ -97,13 +100,13 @@ void SampleRecorder::write(const std::atomic<bool>& stopping) {
             }
             if (failure_.empty() && (clock_.now() >= next_commit || (last && !any))) {
                 next_commit = clock_.now() + kCommit;
-                log_.commit();
+                log_->commit();
             }
         } catch (const std::exception& e) {
             failure_ = e.what();
             counters_.failed.store(true, std::memory_order_release);
             try {
-                log_.commit();                 // rows of what was still written
+                log_->commit();                // rows of what was still written
             } catch (const std::exception&) {  // the disc is full: the first reason counts
             }
         }
@@ -116,6 +119,17 @@ void SampleRecorder::write(const std::atomic<bool>& stopping) {
         if (!any) {
             (void)wakeup_.wait(kRecordPoll);
         }
+    }
+}
+
+void SampleRecorder::finish() {
+    if (!failure_.empty()) {
+        return;
+    }
+    try {
+        log_->close();
+    } catch (const std::exception& e) {
+        failure_ = e.what();
     }
 }
 

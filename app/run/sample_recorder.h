@@ -4,11 +4,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "app/output/asl_log.h"
+#include "app/output/sample_log.h"
 #include "app/run/sample_tap.h"
 #include "platform/base/slot_lease.h"
 #include "platform/base/spsc_queue.h"
@@ -27,7 +28,7 @@ struct RecordCounters {
 
 /// The tap's functions copy a sample and return; they use neither heap nor lock. Copies, because a camera's slots must
 /// not wait for a disc. Buffers: 32 pairs (1.6 s at 20 Hz), 8192 inertial samples, 512 edges; when full, the newest are
-/// dropped and counted. The log is a readable one to within kCommit at every moment (AslLog). When it cannot be
+/// dropped and counted. The log is a readable one to within kCommit at every moment (SampleLog). When it cannot be
 /// written any more (a full disc), what there is stays readable, the rest is dropped and counted, and failure() says
 /// why.
 class SampleRecorder final : public SampleTap {
@@ -35,20 +36,24 @@ public:
     static constexpr std::size_t kPairs = 32;
     static constexpr Duration kCommit = Duration::from_seconds(0.5);
 
-    /// @param folder  see AslLog
     /// @param pixels  of one camera's image: larger images are dropped
-    /// Throws InputError.
-    SampleRecorder(const Clock& clock, const std::string& folder, bool has_right, std::size_t pixels);
+    SampleRecorder(const Clock& clock, std::unique_ptr<SampleLog> log, std::size_t pixels);
+
+    /// To be called before write(): what else goes into the log, called on the writing thread as often as samples are
+    /// looked for. Its exceptions end the writing, like the log's own.
+    void write_also(std::function<void()> more) { more_ = std::move(more); }
 
     void on_imu(const ImuSample& sample) override;
     void on_edge(const TriggerEdge& edge) override;
     void on_pair(const SyncedFrame& pair) override;
 
+    /// After the body has returned: completes the log, unless writing has failed.
+    void finish();
     /// Body of the writing thread: returns when it is `stopping` and all is written.
     void write(const std::atomic<bool>& stopping);
 
     const RecordCounters& counters() const { return counters_; }
-    /// After the body has returned: why the log is incomplete; empty if it is complete.
+    /// Likewise: why the log is incomplete; empty if it is complete.
     const std::string& failure() const { return failure_; }
 
 private:
@@ -64,7 +69,8 @@ private:
 
     const Clock& clock_;
     std::size_t pixels_;
-    AslLog log_;
+    std::unique_ptr<SampleLog> log_;
+    std::function<void()> more_;
     std::vector<std::uint8_t> pool_;  ///< two images a slot
     SlotLender<kPairs> slots_;
     SpscQueue<Pair, kPairs> pairs_;

@@ -66,7 +66,7 @@ bool FoxgloveClient::is_foxglove(beast::string_view origin) {
 }
 
 FoxgloveClient::FoxgloveClient(Stream stream, Request request, FoxgloveSource& source)
-    : source_(source), stream_(std::move(stream)), request_(std::move(request)) {}
+    : source_(source), stream_(std::move(stream)), request_(std::move(request)), sender_(stream_, [this] { end(); }) {}
 
 FoxgloveClient::~FoxgloveClient() { end(); }
 
@@ -149,7 +149,7 @@ void FoxgloveClient::unsubscribe(const json& id) {
             if (subscriptions_[topic] && *subscriptions_[topic] == id.get<std::uint64_t>()) {
                 subscriptions_[topic].reset();
                 source_.count_subscription(static_cast<FoxgloveTopic>(topic), -1);
-                std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.lane == topic; });
+                sender_.drop(topic);
                 return;
             }
         }
@@ -158,7 +158,9 @@ void FoxgloveClient::unsubscribe(const json& id) {
 }
 
 void FoxgloveClient::say(std::string text) {
-    enqueue({.lane = kText, .head_size = 0, .body = std::make_shared<const std::string>(std::move(text))});
+    if (sender_.waiting(kText) < kDeep) {
+        enqueue({.lane = kText, .is_binary = false, .body = std::make_shared<const std::string>(std::move(text))});
+    }
 }
 
 void FoxgloveClient::complain(const std::string& text) {
@@ -170,7 +172,8 @@ void FoxgloveClient::push(const SharedFoxgloveMessage& message) {
     if (!is_open_ || !subscriptions_[lane]) {
         return;
     }
-    Waiting waiting{.lane = lane, .head_size = kMaxHead, .body = {message, &message->body}};
+    BoundedSender::Message waiting{
+        .lane = lane, .head_size = BoundedSender::kMaxHead, .body = {message, &message->body}};
     const std::span<std::uint8_t> head(waiting.head);
     head[0] = kMessageData;
     put(head.subspan(1), *subscriptions_[lane]);
@@ -179,7 +182,7 @@ void FoxgloveClient::push(const SharedFoxgloveMessage& message) {
 }
 
 void FoxgloveClient::push_time(Timestamp now) {
-    Waiting waiting{.lane = kTime, .head_size = 9, .body = nullptr};
+    BoundedSender::Message waiting{.lane = kTime, .head_size = 9};
     const std::span<std::uint8_t> head(waiting.head);
     head[0] = kTimeData;
     put(head.subspan(1), time_of(now));
@@ -188,47 +191,16 @@ void FoxgloveClient::push_time(Timestamp now) {
 
 std::size_t FoxgloveClient::depth_of(std::size_t lane) { return lane == kTime || is_bulky(lane) ? 1 : kDeep; }
 
-void FoxgloveClient::enqueue(Waiting waiting) {
-    if (!is_open_) {
-        return;
+void FoxgloveClient::enqueue(BoundedSender::Message message) {
+    const std::size_t lane = message.lane;
+    if (is_open_ && sender_.put(std::move(message), depth_of(lane), shared_from_this()) && lane != kTime) {
+        source_.count_replaced();
     }
-    const auto is_alike = [&](const Waiting& other) { return other.lane == waiting.lane; };
-    if (static_cast<std::size_t>(std::ranges::count_if(waiting_, is_alike)) >= depth_of(waiting.lane)) {
-        if (waiting.lane == kText) {
-            return;
-        }
-        waiting_.erase(std::ranges::find_if(waiting_, is_alike));
-        if (waiting.lane != kTime) {
-            source_.count_replaced();
-        }
-    }
-    waiting_.push_back(std::move(waiting));
-    send();
-}
-
-void FoxgloveClient::send() {
-    if (under_way_ || waiting_.empty() || !is_open_) {
-        return;
-    }
-    under_way_ = std::move(waiting_.front());
-    waiting_.pop_front();
-    stream_.binary(under_way_->lane != kText);
-    const std::array<asio::const_buffer, 2> parts{
-        asio::buffer(under_way_->head, under_way_->head_size),
-        under_way_->body ? asio::buffer(*under_way_->body) : asio::const_buffer()};
-    stream_.async_write(parts, [self = shared_from_this()](beast::error_code error, std::size_t) {
-        self->under_way_.reset();
-        if (error) {
-            self->end();
-        } else {
-            self->send();
-        }
-    });
 }
 
 void FoxgloveClient::end() {
     is_open_ = false;
-    waiting_.clear();
+    sender_.drop_all();
     for (std::size_t topic = 0; topic < kFoxgloveTopics; ++topic) {
         if (subscriptions_[topic]) {
             subscriptions_[topic].reset();

@@ -8,13 +8,13 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
 #include "app/foxglove/schemas.h"
+#include "app/view/bounded_sender.h"
 #include "platform/base/timestamp.h"
 
 namespace facet {
@@ -48,7 +48,7 @@ protected:
 /// to the server's thread. Heap.
 class FoxgloveClient : public std::enable_shared_from_this<FoxgloveClient> {
 public:
-    using Stream = boost::beast::websocket::stream<boost::beast::tcp_stream>;
+    using Stream = BoundedSender::Stream;
     using Request = boost::beast::http::request<boost::beast::http::empty_body>;
     static constexpr std::size_t kDeep = 64;
     static constexpr std::size_t kMaxFromClient = 65'536;  ///< bytes of a message
@@ -73,14 +73,7 @@ private:
     /// What replaces what: messages of one topic, the time, and texts, of which the newest are left out instead.
     static constexpr std::size_t kTime = kFoxgloveTopics;
     static constexpr std::size_t kText = kFoxgloveTopics + 1;
-    static constexpr std::size_t kMaxHead = 13;
 
-    struct Waiting {
-        std::size_t lane = kText;
-        std::array<std::uint8_t, kMaxHead> head{};  ///< before the body
-        std::size_t head_size = 0;
-        std::shared_ptr<const std::string> body;
-    };
     static std::size_t depth_of(std::size_t lane);
 
     void listen();
@@ -89,8 +82,7 @@ private:
     void unsubscribe(const nlohmann::json& id);
     void say(std::string text);
     void complain(const std::string& text);
-    void enqueue(Waiting waiting);
-    void send();
+    void enqueue(BoundedSender::Message message);
     void end();
 
     FoxgloveSource& source_;
@@ -99,8 +91,7 @@ private:
     boost::beast::flat_buffer buffer_;
     bool is_open_ = false;
     std::array<std::optional<std::uint32_t>, kFoxgloveTopics> subscriptions_{};  ///< their ids, which the client chose
-    std::deque<Waiting> waiting_;
-    std::optional<Waiting> under_way_;
+    BoundedSender sender_;
 };
 
 }  // namespace facet

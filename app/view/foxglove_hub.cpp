@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "app/output/frame_log.h"
-#include "app/support/png_writer.h"
+#include "app/view/picture_message.h"
 
 namespace facet {
 namespace {
@@ -33,12 +33,6 @@ std::string channels_text() {
                             {"schemaEncoding", kFoxgloveSchemaEncoding}});
     }
     return json{{"op", "advertise"}, {"channels", std::move(channels)}}.dump();
-}
-
-std::string picture_text(Timestamp stamp, const ViewPicture& picture) {
-    std::vector<std::uint8_t> file;
-    const bool is_made = ok(encode_png({picture.pixels.data(), picture.width, picture.height, picture.width}, file));
-    return is_made ? image_message(stamp, kCameraFrame, file, "png") : "";
 }
 
 SharedFoxgloveMessage make_message(FoxgloveTopic topic, Timestamp stamp, std::string body) {
@@ -83,14 +77,7 @@ void FoxgloveHub::take(const ViewSnapshot& snapshot) {
 }
 
 void FoxgloveHub::extend_path(const ViewState& state) {
-    if (state.health.reset_counter != path_resets_) {
-        path_resets_ = state.health.reset_counter;
-        path_.clear();
-    }
-    if (path_.size() == kMaxPath) {
-        path_.erase(path_.begin());
-    }
-    path_.push_back(state.T_W_B);
+    path_.add(state);
     T_B_C_ = state.T_B_C;
     renew(FoxgloveTopic::kTransforms, state.stamp);
     renew(FoxgloveTopic::kPath, state.stamp);
@@ -146,11 +133,11 @@ SharedFoxgloveMessage FoxgloveHub::newest(FoxgloveTopic topic) {
 
 std::string FoxgloveHub::encode(FoxgloveTopic topic, Timestamp stamp) const {
     switch (topic) {
-        case FoxgloveTopic::kPath: return path_message(stamp, kWorldFrame, path_);
+        case FoxgloveTopic::kPath: return path_message(stamp, kWorldFrame, path_.poses());
         case FoxgloveTopic::kTransforms: return transform_message(stamp, kBodyFrame, kCameraFrame, T_B_C_);
         case FoxgloveTopic::kMesh: return mesh_scene(stamp, kWorldFrame, mesh_.faces);
         case FoxgloveTopic::kPlanes: return planes_scene(stamp, kWorldFrame, mesh_.planes);
-        case FoxgloveTopic::kImage: return picture_text(stamp, picture_);
+        case FoxgloveTopic::kImage: return picture_image_message(stamp, picture_);
         case FoxgloveTopic::kCalibration: return calibration_message(stamp, calibration_);
         case FoxgloveTopic::kPose:
         case FoxgloveTopic::kHealth:

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/foxglove/schemas.h"
+#include "app/view/flight_path.h"
 #include "app/view/foxglove_client.h"
 #include "app/view/view_snapshot.h"
 
@@ -21,8 +22,6 @@ namespace facet {
 /// the server's thread but for wants(), replaced() and seen(). Heap.
 class FoxgloveHub final : public FoxgloveSource {
 public:
-    static constexpr std::size_t kMaxPath = 500;  ///< keyframes since the last restart that the path shows, the newest
-
     FoxgloveHub();
 
     /// Takes over a connection that has asked for the protocol.
@@ -63,8 +62,7 @@ private:
     ViewPicture picture_;
     CalibrationEstimate calibration_;
     Se3 T_B_C_;
-    std::vector<Se3> path_;
-    std::uint32_t path_resets_ = 0;                                ///< the estimator's reset counter along the path
+    FlightPath path_;
     std::array<SharedFoxgloveMessage, kFoxgloveTopics> messages_;  ///< made of what is known, or null
     std::array<std::atomic<int>, kFoxgloveTopics> subscriptions_{};
     std::atomic<std::uint64_t> replaced_{0};

@@ -51,10 +51,8 @@ public:
         listen(options.place);
         for (ViewSnapshot* snapshot : {&inbox_, &taken_}) {
             snapshot->states.reserve(kMaxStates);
-            snapshot->mesh.faces.reserve(kMaxFaces);
-            snapshot->mesh.planes.reserve(kMaxPlanes);
-            snapshot->picture.pixels.reserve(std::size_t{kMaxPictureSide} * kMaxPictureSide);
-            snapshot->picture.points.reserve(kMaxPoints);
+            reserve_most(snapshot->mesh);
+            reserve_most(snapshot->picture);
         }
         accept();
         tick();
@@ -90,18 +88,11 @@ public:
             inbox_.states.back() = state;
         }
         if (fillers.mesh) {
-            inbox_.mesh.faces.clear();
-            inbox_.mesh.planes.clear();
-            fillers.mesh(inbox_.mesh);
-            inbox_.mesh.faces.resize(std::min(inbox_.mesh.faces.size(), kMaxFaces));
-            inbox_.mesh.planes.resize(std::min(inbox_.mesh.planes.size(), kMaxPlanes));
+            refill(fillers.mesh, inbox_.mesh);
             inbox_.mesh_stamp = state.stamp;
         }
         if (fillers.picture) {
-            inbox_.picture.pixels.clear();
-            inbox_.picture.points.clear();
-            fillers.picture(inbox_.picture);
-            inbox_.picture.points.resize(std::min(inbox_.picture.points.size(), kMaxPoints));
+            refill(fillers.picture, inbox_.picture);
             inbox_.picture_stamp = state.stamp;
             last_picture_ = state.stamp;
         }

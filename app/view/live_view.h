@@ -3,10 +3,10 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 
+#include "app/view/flight_viewer.h"
 #include "app/view/view_place.h"
 #include "app/view/view_snapshot.h"
 #include "estimator/geometry/stereo_rig.h"
@@ -36,39 +36,26 @@ struct ViewAccount {
 /// what is older is replaced. At most kMaxViewers of both at once. With a token, only who has it is shown the flight;
 /// without, only who reaches the server under a name of this computer (Host), and of pages its own and Foxglove's
 /// (Origin). Heap, but not in offer() as long as the fillers stay within the bounds below.
-class LiveView {
+class LiveView final : public FlightViewer {
 public:
     static constexpr std::size_t kMaxViewers = 8;
     static constexpr std::size_t kMaxStates = 32;            ///< of frames that wait for the thread
-    static constexpr std::size_t kMaxFaces = 8192;           ///< of a mesh; more are not shown
-    static constexpr std::size_t kMaxPlanes = 64;            ///< likewise
-    static constexpr std::size_t kMaxPoints = 1024;          ///< of a picture; more are not shown
-    static constexpr int kMaxPictureSide = 480;              ///< (px)
     static constexpr Duration kPicturePeriod{200'000'000};   ///< the least time between two
     static constexpr Duration kPointlessAfter{500'000'000};  ///< then one without points comes
 
     /// Throws InputError if the page cannot be read, the port cannot be had, or others could look without a token.
     explicit LiveView(const ViewOptions& options);
     /// Ends the connections.
-    ~LiveView();
+    ~LiveView() override;
     LiveView(const LiveView&) = delete;
     LiveView& operator=(const LiveView&) = delete;
 
-    /// Whether someone looks and the last picture is old enough for another one of a frame with this stamp.
-    /// @param has_points  it will have some: those of a keyframe
-    bool wants_picture(Timestamp stamp, bool has_points) const;
-    /// Whether someone looks at the calibration, whose standard deviations take time.
-    bool wants_calibration() const;
-
-    /// Each fills in a value whose vectors are empty; called by offer(), on its thread, or not at all. An empty one
-    /// says that there is nothing new.
-    struct Fillers {
-        std::function<void(ViewMesh&)> mesh;
-        std::function<void(ViewPicture&)> picture;
-        std::function<void(CalibrationEstimate&)> calibration;
-    };
-    /// Thread-bound, as are wants_picture() and wants_calibration().
-    void offer(const ViewState& state, const Fillers& fillers = {});
+    /// Whether someone looks and the last one is old enough.
+    bool wants_picture(Timestamp stamp, bool has_points) const override;
+    /// Whether someone looks at it.
+    bool wants_calibration() const override;
+    void offer(const ViewState& state, const Fillers& fillers) override;
+    void offer(const ViewState& state) { offer(state, {}); }
 
     /// Where it listens: with the port that was free if any would do.
     const ViewPlace& place() const;

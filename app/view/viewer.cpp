@@ -18,6 +18,7 @@ namespace websocket = boost::beast::websocket;
 constexpr std::chrono::seconds kRequestTime{10};
 constexpr std::uint32_t kMaxHeader = 8192;
 constexpr std::size_t kMaxFromBrowser = 1024;
+enum Lane : std::size_t { kHello, kMesh, kFrame, kPicture };
 
 /// Whether a page's origin is this server, or there is no page.
 bool is_own_page(beast::string_view origin, beast::string_view host) {
@@ -32,7 +33,8 @@ bool asks_for_foxglove(const FoxgloveClient::Request& request) {
 
 }  // namespace
 
-Viewer::Viewer(asio::ip::tcp::socket socket, ViewSource& source) : source_(source), stream_(std::move(socket)) {}
+Viewer::Viewer(asio::ip::tcp::socket socket, ViewSource& source)
+    : source_(source), stream_(std::move(socket)), sender_(stream_, [this] { end_live(); }) {}
 
 Viewer::~Viewer() { end_live(); }
 
@@ -105,9 +107,8 @@ void Viewer::begin_live() {
         ++self->source_.viewers;
         ++self->source_.watching;
         self->is_live_ = true;
-        self->waiting_hello_ = self->source_.hello;
-        self->waiting_mesh_ = self->source_.newest_mesh;
-        self->send();
+        self->send(kHello, self->source_.hello);
+        self->send(kMesh, self->source_.newest_mesh);
         self->listen();
     });
 }
@@ -134,36 +135,18 @@ void Viewer::push(const SharedMessage& frame, const SharedMessage& mesh, const S
     if (!is_live_) {
         return;
     }
-    const auto replace = [this](SharedMessage& waiting, const SharedMessage& newer) {
-        source_.replaced += newer && waiting ? 1U : 0U;
-        waiting = newer ? newer : waiting;
-    };
-    replace(waiting_frame_, frame);
-    replace(waiting_mesh_, mesh);
-    replace(waiting_picture_, picture);
-    if (!under_way_) {
-        send();
-    }
+    // The mesh before the frame that brought it, the picture last.
+    send(kMesh, mesh);
+    send(kFrame, frame);
+    send(kPicture, picture);
 }
 
-void Viewer::send() {
-    // The mesh before the frame that brought it, the picture last.
-    for (SharedMessage* waiting : {&waiting_hello_, &waiting_mesh_, &waiting_frame_, &waiting_picture_}) {
-        under_way_ = under_way_ ? under_way_ : std::exchange(*waiting, nullptr);
+/// A newer message of a kind takes the place of one that still waits.
+void Viewer::send(std::size_t lane, const SharedMessage& message) {
+    if (message && sender_.put({.lane = lane, .is_binary = message->is_binary, .body = {message, &message->body}}, 1,
+                               shared_from_this())) {
+        ++source_.replaced;
     }
-    if (!under_way_ || !is_live_) {
-        return;
-    }
-    stream_.binary(under_way_->is_binary);
-    stream_.async_write(asio::buffer(under_way_->body),
-                        [self = shared_from_this()](beast::error_code error, std::size_t) {
-                            self->under_way_ = nullptr;
-                            if (error) {
-                                self->end_live();
-                            } else {
-                                self->send();
-                            }
-                        });
 }
 
 }  // namespace facet

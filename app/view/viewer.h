@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "app/view/bounded_sender.h"
 #include "app/view/foxglove_hub.h"
 
 namespace facet {
@@ -52,20 +53,16 @@ private:
     void reply(boost::beast::http::status status, const char* type, std::string body);
     void begin_live();
     void listen();
-    void send();
+    void send(std::size_t lane, const SharedMessage& message);
     void end_live();
 
     ViewSource& source_;
-    boost::beast::websocket::stream<boost::beast::tcp_stream> stream_;
+    BoundedSender::Stream stream_;
     boost::beast::flat_buffer buffer_;
     std::optional<boost::beast::http::request_parser<boost::beast::http::empty_body>> parser_;
     boost::beast::http::response<boost::beast::http::string_body> response_;
     bool is_live_ = false;
-    SharedMessage under_way_;
-    SharedMessage waiting_hello_;
-    SharedMessage waiting_frame_;
-    SharedMessage waiting_mesh_;
-    SharedMessage waiting_picture_;
+    BoundedSender sender_;
 };
 
 }  // namespace facet

@@ -23,7 +23,7 @@ BASE = ("platform/base/",)
 VALUES = BASE + ("estimator/geometry/", "estimator/values/")
 APP_BASE = ("platform/", "estimator/", "mesh/", "app/support/")
 APP_CONFIG = APP_BASE + ("drivers/", "app/calibration/", "app/config/")
-APP_PIPELINE = APP_CONFIG + ("app/foxglove/", "app/output/", "app/pipeline/", "app/view/")
+APP_PIPELINE = APP_CONFIG + ("app/foxglove/", "app/mcap/", "app/output/", "app/pipeline/", "app/view/")
 ALLOWED = {
     "platform/base": (),
     "platform/port": BASE,
@@ -45,7 +45,8 @@ ALLOWED = {
     "app/calibration": APP_BASE,
     "app/config": APP_CONFIG,
     "app/foxglove": APP_BASE + ("app/calibration/",),
-    "app/output": APP_BASE + ("app/foxglove/",),
+    "app/mcap": APP_BASE,
+    "app/output": APP_BASE + ("app/foxglove/", "app/mcap/"),
     "app/pipeline": APP_PIPELINE,
     "app/run": APP_PIPELINE,
     "app/view": APP_BASE + ("app/foxglove/", "app/output/"),
@@ -78,7 +79,7 @@ THIRD_PARTY = (
     (re.compile(r"^ceres/"), ("app/lab/calibrate",)),
     (re.compile(r"^boost/(asio|beast)"), ("app/view",)),
     (re.compile(r"^(jpeglib|sqlite3)\.h$"), ("app/lab/convert",)),
-    (re.compile(r"^(zlib|bzlib|zstd|lz4frame)\.h$"), ("app/lab/mcap",)),
+    (re.compile(r"^(zlib|bzlib|zstd|lz4frame)\.h$"), ("app/mcap",)),
     (re.compile(r"^gpiod\.h$"), ("drivers/trigger_gpio",)),
 )
 

@@ -18,7 +18,7 @@
 #include "app/lab/convert/ros_messages.h"
 #include "app/lab/convert/sorted_rows.h"
 #include "app/lab/convert/unpack_log.h"
-#include "app/lab/mcap/bytes.h"
+#include "app/mcap/bytes.h"
 #include "app/support/input_error.h"
 #include "app/support/png_writer.h"
 #include "app/support/text_file.h"

@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "app/lab/convert/log_messages.h"
+#include "app/mcap/log_messages.h"
 
 namespace facet {
 

@@ -87,8 +87,7 @@ private:
             }
             return;
         }
-        const auto fields =
-            table_.kind == LogTable::kImu ? read_imu(text_of(message.data)) : read_pose(text_of(message.data));
+        const auto fields = read_row(table_.kind, text_of(message.data));
         if (!fields.empty()) {
             fmt::format_to(out, "{},{}{}", message.time_ns, fmt::join(fields, ","), table_.line_end);
         }
@@ -149,10 +148,10 @@ McapLog::McapLog(const std::string& path, McapFile::Warn warn) : warn_(std::move
 
 void McapLog::add_table(const McapChannel& channel) {
     const std::string name = text_in(channel.metadata, "table");
-    const auto* const kind = std::ranges::find_if(kLogTables, [&](LogTable table) {
+    const auto* const kind = std::ranges::find_if(kAllLogTables, [&](LogTable table) {
         return channel.schema == names_of(table).schema && channel.topic == names_of(table).topic;
     });
-    if (channel.encoding != "json" || kind == kLogTables.end() || !is_inner_path(name)) {
+    if (channel.encoding != "json" || kind == kAllLogTables.end() || !is_inner_path(name)) {
         return;
     }
     const std::size_t slash = name.rfind('/');

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "app/lab/convert/log_messages.h"
 #include "app/lab/mcap/mcap_file.h"
+#include "app/mcap/log_messages.h"
 
 namespace facet {
 

@@ -12,10 +12,10 @@
 #include <set>
 #include <vector>
 
-#include "app/lab/convert/log_messages.h"
 #include "app/lab/convert/raw_table.h"
-#include "app/lab/mcap/json_fields.h"
-#include "app/lab/mcap/mcap_writer.h"
+#include "app/mcap/json_fields.h"
+#include "app/mcap/log_messages.h"
+#include "app/mcap/mcap_writer.h"
 #include "app/support/input_error.h"
 #include "drivers/replay_asl/asl_dataset.h"
 #include "drivers/replay_asl/csv_file.h"
@@ -208,8 +208,7 @@ bool Packer::add_message(Source& source) {
             return false;
         }
         is_same = fields_.is_same();
-        const auto write = source.kind == LogTable::kImu ? write_imu : write_pose;
-        write(source.rows.stamp_ns(), fields_.views(), message_);
+        write_row(source.kind, source.rows.stamp_ns(), fields_.views(), message_);
     }
     writer_.add_message(source.channel, static_cast<std::uint64_t>(source.rows.stamp_ns()), message_);
     ++account_.messages[static_cast<std::size_t>(source.kind)];

@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "app/lab/mcap/compression.h"
+#include "app/mcap/compression.h"
 
 namespace facet {
 

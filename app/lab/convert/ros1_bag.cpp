@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "app/lab/mcap/bytes.h"
-#include "app/lab/mcap/compression.h"
+#include "app/mcap/bytes.h"
+#include "app/mcap/compression.h"
 #include "app/support/input_error.h"
 #include "platform/base/regular_file.h"
 

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "app/lab/mcap/bytes.h"
-#include "app/lab/mcap/compression.h"
-#include "app/lab/mcap/mcap_format.h"
+#include "app/mcap/bytes.h"
+#include "app/mcap/compression.h"
+#include "app/mcap/mcap_format.h"
 #include "platform/base/status.h"
 
 namespace facet {

@@ -311,7 +311,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     const Calibration given = disturbed(options_);
     pipeline_.configure(options_.config, given);
     pipeline_.stream_to(options_.world);
-    pipeline_.show_to(options_.view);
+    for (FlightViewer* const viewer : options_.viewers) {
+        pipeline_.show_to(viewer);
+    }
     recorder_.open();
     start_check_.emplace(given.rig);
     if (options_.write_rays) {

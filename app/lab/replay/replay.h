@@ -17,7 +17,7 @@
 
 namespace facet {
 
-class LiveView;
+class FlightViewer;
 class LogFiles;
 class WorldServer;
 
@@ -44,10 +44,10 @@ struct ReplayOptions {
     bool write_rays = false;           ///< also rays.csv and sweeps.csv (RayLog, SweepLog)
     bool write_calibration = false;    ///< also calibration.csv (CalibrationLog)
     bool show_progress = true;
-    OdometrySink* sink = nullptr;  ///< is given every line of the trajectory, and is serviced; or nobody is
-    WorldServer* world = nullptr;  ///< is given mesh, planes and grid at each keyframe; or nobody is
-    LiveView* view = nullptr;      ///< is shown every usable frame; or nobody is
-    bool in_real_time = false;     ///< samples come no faster than they were recorded
+    OdometrySink* sink = nullptr;        ///< is given every line of the trajectory, and is serviced; or nobody is
+    WorldServer* world = nullptr;        ///< is given mesh, planes and grid at each keyframe; or nobody is
+    std::vector<FlightViewer*> viewers;  ///< are shown every frame
+    bool in_real_time = false;           ///< samples come no faster than they were recorded
 };
 
 /// Runs the log on the calling thread, without other threads: each inertial sample up to the first at or after a frame,

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/config/config_file.h"
+#include "app/lab/convert/opened_log.h"
 #include "app/lab/replay/replay.h"
 #include "app/view/live_view.h"
 #include "platform/linux/linux_clock.h"
@@ -177,39 +178,104 @@ TEST_CASE("a run on a recorded flight gives the bytes of its replay") {
     CHECK(live["poses"] == sink.count);
 }
 
+/// A camera at an ordinary rate by the wall's clock, so that a recorder on a busy machine keeps up.
+class UnhurriedCamera final : public CameraSource {
+public:
+    explicit UnhurriedCamera(CameraSource& inner) : inner_(inner) {}
+    Status start() override { return inner_.start(); }
+    void stop() override { inner_.stop(); }
+    ClockDomain clock() const override { return inner_.clock(); }
+    SourceCounters counters() const override { return inner_.counters(); }
+    std::string_view problem() const override { return inner_.problem(); }
+    Status next(Duration timeout, CameraFrame& frame) override {
+        FACET_TRY(inner_.next(timeout, frame));
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        return Status::kOk;
+    }
+
+private:
+    CameraSource& inner_;
+};
+
+/// Everything but calibration and config of a replay of what was recorded in `folder`.
+ReplayOptions replay_of(const std::string& folder, const std::string& out) {
+    ReplayOptions replay;
+    replay.dataset = folder;
+    replay.out = out;
+    replay.show_progress = false;
+    return replay;
+}
+
+/// Replays it with the parameters and the calibration in it, and compares with what the run has left in `flown`.
+void check_replay(ReplayOptions replay, const std::string& root, const Vehicle& vehicle, const std::string& flown) {
+    load_config(root + "/parameters.yaml", replay.config);
+    replay.config.regularity.mode = vehicle.config.regularity.mode;
+    replay.calibration = load_calibration(root, "", "");
+    replay.config.imu_noise = replay.calibration.noise;
+    const RunSummary replayed = run_replay(replay, false);
+    CHECK(replayed.warnings.empty());
+    for (const char* name : {"trajectory.tum", "trajectory.csv", "covariance.csv", "health.csv", "mesh.csv",
+                             "planes.csv", "mesh.ply", "mesh_live.ply", "planes.json"}) {
+        INFO(name);
+        CHECK(test::read_file(replay.out + "/" + name) == test::read_file(flown + "/" + name));
+    }
+}
+
 TEST_CASE("the log of a run replays to the bytes of the run") {
     const test::TempDir dir;
+    const LogForm form = GENERATE(LogForm::kFolder, LogForm::kMcap);
     const Vehicle vehicle = flight().vehicle(dir.file("out"));
+    RunSummary summary;
     {
         Rig rig;
-        LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {});
-        run.record();
-        const RunSummary summary = run_to_end(run);
+        UnhurriedCamera camera(rig.camera);
+        LiveRun run(rig.clock, vehicle, {&camera, nullptr, nullptr, &rig.imu}, {});
+        run.record(form);
+        summary = run_to_end(run);
         CHECK(run.failure().empty());
         REQUIRE(summary.estimates > 50);
     }
     const nlohmann::json drops = summary_of(dir.file("out"))["live"]["drops"];
     CHECK(drops["pairs_not_recorded"] == 0);
     CHECK(drops["samples_not_recorded"] == 0);
-    ReplayOptions replay;
-    replay.dataset = dir.file("out");
-    replay.out = dir.file("replay");
-    load_config(dir.file("out/mav0/parameters.yaml"), replay.config);
-    replay.config.regularity.mode = vehicle.config.regularity.mode;
-    replay.calibration = load_calibration(dir.file("out/mav0"), "", "");
-    replay.config.imu_noise = replay.calibration.noise;
-    replay.show_progress = false;
-    const RunSummary replayed = run_replay(replay, false);
-    CHECK(replayed.warnings.empty());
-    for (const char* name : {"trajectory.tum", "trajectory.csv", "covariance.csv", "health.csv", "mesh.csv",
-                             "planes.csv", "mesh.ply", "mesh_live.ply", "planes.json"}) {
-        INFO(name);
-        CHECK(test::read_file(dir.file(std::string("replay/") + name)) ==
-              test::read_file(dir.file(std::string("out/") + name)));
+    if (form == LogForm::kFolder) {
+        check_replay(replay_of(dir.file("out"), dir.file("replay")), dir.file("out/mav0"), vehicle, dir.file("out"));
+    } else {
+        const std::string path = dir.file("out/flight.mcap");
+        const OpenedLog opened(path, [](const std::string& line) { FAIL(line); });
+        ReplayOptions replay = replay_of(path, dir.file("replay"));
+        replay.files = opened.files();
+        replay.truth_folder = opened.folder();
+        check_replay(replay, opened.root(), vehicle, dir.file("out"));
+        // The estimates are there as well.
+        std::map<std::string, std::uint64_t> counts;
+        std::map<std::string, std::string> last;
+        McapFile file(path, [](const std::string& line) { FAIL(line); });
+        CHECK(file.is_whole());
+        McapFile::Cursor cursor;
+        for (McapMessage message; file.next(cursor, message);) {
+            const std::string& topic = file.channels().at(message.channel).topic;
+            ++counts[topic];
+            last[topic] = std::string(message.data.begin(), message.data.end());
+        }
+        CHECK(drops["estimates_not_recorded"] == 0);
+        CHECK(counts["/pose"] == summary.estimates);
+        CHECK(counts["/health"] == summary.frames);
+        CHECK(counts["/timing"] == summary.frames);
+        for (const char* topic : {"/path", "/tf", "/mesh", "/planes", "/calibration", "/drops"}) {
+            INFO(topic);
+            CHECK(counts[topic] > 1);
+        }
+        const nlohmann::json pose = nlohmann::json::parse(last["/pose"])["pose"]["position"];
+        CHECK(pose["x"].get<double>() == summary.last.state.p_W_B.x());
+        CHECK(pose["z"].get<double>() == summary.last.state.p_W_B.z());
+        const nlohmann::json counted = nlohmann::json::parse(last["/drops"])["counts"];
+        CHECK(counted["imu_delivered"].get<std::uint64_t>() > 0);
+        CHECK(counted["pairs_not_recorded"] == 0);
     }
     Rig second;
     LiveRun again(second.clock, vehicle, {&second.camera, nullptr, nullptr, &second.imu}, {});
-    again.record();
+    again.record(form);
     CHECK_THROWS_WITH(again.start(), Catch::Contains("there is a log already"));
 }
 

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <map>
 
+#include "app/lab/mcap/mcap_file.h"
 #include "drivers/replay_asl/asl_dataset.h"
 #include "platform/linux/linux_clock.h"
 #include "tests/support/asl_folder.h"
@@ -59,7 +60,8 @@ Content content_of(const std::string& folder) {
 /// A log as the sensors of a vehicle: one camera with both views side by side, an IMU.
 class Bench {
 public:
-    Bench(const std::string& log, Clock& clock) : stereo_(clock, options(log)), imu_(clock, options(log)) {
+    Bench(const std::string& log, Clock& clock, int loops = 1)
+        : stereo_(clock, options(log, loops)), imu_(clock, options(log, loops)) {
         vehicle_.calibration = load_euroc_calibration(log + "/mav0");
         vehicle_.cameras.side_by_side = true;
         vehicle_.cameras.rate_hz = 20.0;
@@ -73,9 +75,10 @@ public:
     }
 
 private:
-    static AslSourceOptions options(const std::string& log) {
+    static AslSourceOptions options(const std::string& log, int loops) {
         AslSourceOptions options;
         options.folder = log;
+        options.log.loops = loops;
         options.pace.as_fast_as_asked = true;
         return options;
     }
@@ -95,7 +98,7 @@ TEST_CASE("what the sensors gave is in the log, and the calibration beside it") 
     test::write_asl_folder(made, 30);
     StillClock clock;
     Bench bench(made.path(), clock);
-    RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path());
+    RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path(), LogForm::kFolder);
     run.start();
     LinuxClock patience;
     for (int i = 0; i < 1200 && !run.ended(); ++i) {
@@ -125,9 +128,49 @@ TEST_CASE("what the sensors gave is in the log, and the calibration beside it") 
 
     // There is a log already.
     Bench again(made.path(), clock);
-    RecordRun second(clock, again.vehicle(), again.sources(), dir.path());
+    RecordRun second(clock, again.vehicle(), again.sources(), dir.path(), LogForm::kFolder);
     CHECK_THROWS(second.start());
     CHECK(content_of(dir.path()).pairs == before.pairs);
+}
+
+TEST_CASE("of a flight of minutes everything is in the file, or counted") {
+    constexpr int kLoops = 8;
+    constexpr int kPairs = 400;
+    const test::TempDir made;
+    const test::TempDir dir;
+    test::write_asl_folder(made, kPairs);
+    LinuxClock clock;  // on which the file is committed twice a second
+    Bench bench(made.path(), clock, kLoops);
+    RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path(), LogForm::kMcap);
+    run.start();
+    for (int i = 0; i < 6000 && !run.ended(); ++i) {
+        clock.sleep(Duration::from_seconds(0.02));
+    }
+    REQUIRE(run.ended());
+    const RecordStatus status = run.stop();
+    CHECK(run.failure().empty());
+    CHECK(status.pairs + status.pairs_dropped == kLoops * kPairs);  // the sources do not wait for the disc
+    CHECK(status.pairs > kPairs);
+    CHECK(run.path() == dir.file("flight.mcap"));
+    McapFile file(run.path(), [](const std::string& line) { FAIL(line); });
+    CHECK(file.is_whole());
+    CHECK(file.attachments().size() == 4);  // three of the calibration, and the parameters
+    std::map<std::string, std::uint64_t> counts;
+    std::string drops;
+    McapFile::Cursor cursor;
+    for (McapMessage message; file.next(cursor, message);) {
+        const std::string& topic = file.channels().at(message.channel).topic;
+        ++counts[topic];
+        drops = topic == "/drops" ? std::string(message.data.begin(), message.data.end()) : drops;
+    }
+    for (const char* topic : {"/cam0", "/cam1", "/pairs"}) {
+        CHECK(counts[topic] == status.pairs);
+    }
+    CHECK(counts["/imu0"] == status.samples - status.samples_dropped);
+    CHECK(counts["/drops"] > kLoops * kPairs / 20 / 2);  // one a second
+    CHECK(counts["/pose"] == 0);
+    CHECK(drops.find(R"("cameras_lost":0)") != std::string::npos);
+    CHECK(drops.find(R"("pairs_not_recorded":)") != std::string::npos);
 }
 
 TEST_CASE("a full disc ends the recording and leaves a readable log") {
@@ -143,7 +186,7 @@ TEST_CASE("a full disc ends the recording and leaves a readable log") {
         (void)setrlimit(RLIMIT_FSIZE, &limit);
         LinuxClock clock;
         Bench bench(made.path(), clock);
-        RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path());
+        RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path(), LogForm::kFolder);
         run.start();
         for (int i = 0; i < 600 && !run.ended(); ++i) {
             clock.sleep(Duration::from_seconds(0.05));
@@ -171,7 +214,7 @@ TEST_CASE("a kill in the middle leaves a readable log") {
     if (child == 0) {
         LinuxClock clock;
         Bench bench(made.path(), clock);
-        RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path());
+        RecordRun run(clock, bench.vehicle(), bench.sources(), dir.path(), LogForm::kFolder);
         run.start();
         clock.sleep(Duration::from_seconds(600.0));
         _exit(0);

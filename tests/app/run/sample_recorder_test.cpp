@@ -7,10 +7,19 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <csignal>
+#include <filesystem>
+#include <map>
 #include <thread>
 #include <vector>
 
+#include "app/lab/convert/mcap_log.h"
+#include "app/lab/convert/opened_log.h"
+#include "app/lab/convert/unpack_log.h"
+#include "app/output/asl_log.h"
+#include "app/output/mcap_sample_log.h"
+#include "app/run/flight_log.h"
 #include "drivers/replay_asl/asl_dataset.h"
 #include "platform/linux/linux_clock.h"
 #include "tests/support/allocation_guard.h"
@@ -41,10 +50,21 @@ struct BothViews {
 
 ImuSample rest_at(Timestamp stamp) { return {stamp, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}}; }
 
+std::unique_ptr<SampleLog> make_log(const std::string& folder, LogForm form) {
+    return form == LogForm::kMcap ? std::unique_ptr<SampleLog>(std::make_unique<McapSampleLog>(folder, true))
+                                  : std::make_unique<AslLog>(folder, true);
+}
+
 /// What is in a log; bad: rows that are not whole or lack their image. The last pair may lack its right row.
 struct LogContent {
     explicit LogContent(const std::string& folder) {
+        const bool is_file = std::filesystem::exists(folder + "/flight.mcap");
+        const std::string path = is_file ? folder + "/flight.mcap" : folder;
+        const OpenedLog opened(
+            path, [this](const std::string& line) { bad += line.find("was cut off") == std::string::npos ? 1 : 0; });
         AslDataset log;
+        AslOptions options;
+        options.files = opened.files();
         std::string error;
         const AslWarningSink sink = [&](const AslWarning& warning) {
             const AslWarningKind kind = warning.kind;
@@ -53,7 +73,7 @@ struct LogContent {
                        ? 1
                        : 0;
         };
-        REQUIRE(ok(log.open(folder, {}, sink, error)));
+        REQUIRE(ok(log.open(path, options, sink, error)));
         ImuSample sample;
         StereoFrame frame;
         for (auto event = log.next(sample, frame); event != AslDataset::Event::kEnd; event = log.next(sample, frame)) {
@@ -76,7 +96,7 @@ struct LogContent {
 TEST_CASE("a disc that makes everything wait costs samples, which are counted, and never the estimator") {
     const test::TempDir dir;
     const ManualClock clock;
-    const auto recorder = std::make_unique<SampleRecorder>(clock, dir.path(), true, kPixels);
+    const auto recorder = std::make_unique<SampleRecorder>(clock, make_log(dir.path(), LogForm::kFolder), kPixels);
     BothViews views;
     const test::AllocationGuard guard;
     for (int k = 0; k < 9000; ++k) {
@@ -105,9 +125,10 @@ TEST_CASE("a disc that makes everything wait costs samples, which are counted, a
 }
 
 TEST_CASE("an image of another size is left out, the other one is kept") {
+    constexpr LogForm form = LogForm::kFolder;
     const test::TempDir dir;
     const ManualClock clock;
-    SampleRecorder recorder(clock, dir.path(), true, kPixels);
+    SampleRecorder recorder(clock, make_log(dir.path(), form), kPixels);
     BothViews views;
     SyncedFrame pair = views.at({1'000'000'000});
     pair.right.image = {views.pixels.data(), 2 * kWidth, kHeight, 2 * kWidth};
@@ -118,9 +139,9 @@ TEST_CASE("an image of another size is left out, the other one is kept") {
 }
 
 /// Records 20 pairs and 200 samples a second, stamped with the time, until it is killed.
-[[noreturn]] void record_for_ever(const std::string& folder) {
+[[noreturn]] void record_for_ever(const std::string& folder, LogForm form) {
     LinuxClock clock;
-    SampleRecorder recorder(clock, folder, true, kPixels);
+    SampleRecorder recorder(clock, make_log(folder, form), kPixels);
     const std::atomic<bool> stopping{false};
     std::thread writer([&] { recorder.write(stopping); });
     BothViews views;
@@ -134,11 +155,12 @@ TEST_CASE("an image of another size is left out, the other one is kept") {
 }
 
 TEST_CASE("a program that is killed leaves a readable log that lacks at most the last second") {
+    const LogForm form = GENERATE(LogForm::kFolder, LogForm::kMcap);
     const test::TempDir dir;
     const pid_t child = fork();
     REQUIRE(child >= 0);
     if (child == 0) {
-        record_for_ever(dir.path());
+        record_for_ever(dir.path(), form);
     }
     LinuxClock clock;
     clock.sleep(Duration::from_seconds(2.8));
@@ -155,9 +177,10 @@ TEST_CASE("a program that is killed leaves a readable log that lacks at most the
 }
 
 TEST_CASE("when the disc is full, what there is stays readable, and the rest is counted") {
+    const LogForm form = GENERATE(LogForm::kFolder, LogForm::kMcap);
     const test::TempDir dir;
     ManualClock clock({1'000'000'000});
-    SampleRecorder recorder(clock, dir.path(), true, kPixels);
+    SampleRecorder recorder(clock, make_log(dir.path(), form), kPixels);
     BothViews views;
     const auto second = [&](std::int64_t begin_ns) {
         for (int k = 0; k < 200; ++k) {
@@ -174,7 +197,9 @@ TEST_CASE("when the disc is full, what there is stays readable, and the rest is 
     rlimit before{};
     REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
     const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{std::filesystem::file_size(dir.file("mav0/imu0/data.csv")) + 500, before.rlim_max};
+    const bool is_file = form == LogForm::kMcap;
+    const std::string grown = dir.file(is_file ? "flight.mcap" : "mav0/imu0/data.csv");
+    const rlimit limit{std::filesystem::file_size(grown) + 500, before.rlim_max};
     REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
     second(2'000'000'000);
     (void)setrlimit(RLIMIT_FSIZE, &before);
@@ -183,12 +208,68 @@ TEST_CASE("when the disc is full, what there is stays readable, and the rest is 
     const LogContent log(dir.path());
     CHECK(log.bad == 0);
     CHECK(log.pairs >= 20);
-    CHECK(log.samples > 200);
+    CHECK(log.samples > (is_file ? 190 : 200));  // a file keeps what came before the commit that failed
     CHECK(log.samples < 400);
     const std::uint64_t written = recorder.counters().pairs;
     second(3'000'000'000);
     CHECK(recorder.counters().pairs == written);
     CHECK(recorder.counters().samples_dropped >= 200);
+}
+
+/// Every file of a folder with its content.
+std::map<std::string, std::string> files_in(const std::string& folder) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+        if (entry.is_regular_file()) {
+            const std::string path = entry.path().string();
+            files[path.substr(folder.size())] = test::read_file(path);
+        }
+    }
+    return files;
+}
+
+TEST_CASE("an MCAP file becomes the folder that the same samples would have become") {
+    const test::TempDir dir;
+    for (const LogForm form : {LogForm::kFolder, LogForm::kMcap}) {
+        ManualClock clock({1'000'000'000});
+        SampleRecorder recorder(clock, make_log(dir.path(), form), kPixels);
+        BothViews views;
+        for (int k = 0; k < 20; ++k) {
+            const Timestamp stamp{1'000'000'000 + k * 50'000'000LL};
+            SyncedFrame pair = views.at(stamp);
+            pair.left.sequence = static_cast<std::uint32_t>(3 * k);
+            pair.left.exposure = Duration{4'000'123};
+            pair.right.image = k % 5 == 3 ? ImageView{} : pair.right.image;
+            recorder.on_edge({stamp - Duration{1'000}, static_cast<std::uint32_t>(k), k % 2 == 0});
+            recorder.on_imu({stamp, {1e-300 * k, -1.0 / (k + 1), 12345678.9}, {0.1 * k, -0.0, 9.81}});
+            recorder.on_pair(pair);
+        }
+        // What is no number is in both as such.
+        recorder.on_imu({{2'000'000'000}, {std::nan(""), 0.0, 0.0}, {0.0, 0.0, 9.81}});
+        recorder.write(true);
+        recorder.finish();
+        REQUIRE(recorder.failure().empty());
+    }
+    McapLog log(dir.file("flight.mcap"), [](const std::string& line) { FAIL(line); });
+    CHECK(log.file().is_whole());
+    (void)unpack_log(
+        log, dir.file("again"), [](std::uint64_t) {}, false);
+    const auto again = files_in(dir.file("again/mav0"));
+    const auto folder = files_in(dir.file("mav0"));
+    REQUIRE(folder.size() == 20 + 16 + 5);
+    CHECK(again.size() == folder.size());
+    for (const auto& [name, content] : folder) {
+        INFO(name);
+        CHECK(again.contains(name));
+        CHECK((again.contains(name) ? again.at(name) : "") == content);
+    }
+}
+
+TEST_CASE("no log is ever overwritten") {
+    const test::TempDir dir;
+    const LogForm form = GENERATE(LogForm::kFolder, LogForm::kMcap);
+    (void)make_log(dir.path(), form);
+    CHECK_THROWS_WITH(make_log(dir.path(), form), Catch::Contains("there is a log already"));
 }
 
 }  // namespace

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """Foxglove's own client (npm's @foxglove/ws-protocol) connects to the live view of a replay: it lists the channels,
 whose schemas are those that Foxglove publishes (@foxglove/schemas), and what it receives is what the replay has written
-into its files. Skipped (77) where node or a package is not installed: scripts/setup --npm installs them.
+into its files. So is what @mcap/core reads in the file that the replay has written for Foxglove. Skipped (77) where
+node or a package is not installed: scripts/setup --npm installs them.
 
 Usage: foxglove_node_test.py NODE_MODULES FACET...     the program, after the emulator that runs it if there is one
 """
@@ -22,7 +23,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 SKIPPED = 77
 TOPICS = {"/pose", "/path", "/tf", "/mesh", "/planes", "/image", "/health", "/calibration", "/timing"}
-PACKAGES = ("@foxglove/ws-protocol", "@foxglove/schemas", "ws")
+PACKAGES = ("@foxglove/ws-protocol", "@foxglove/schemas", "@mcap/core", "@mcap/support", "ws")
+MCAP_PEER = HERE.parent / "lab/convert/mcap_peer.cjs"
 
 
 def node(modules, *arguments, **options):
@@ -167,7 +169,7 @@ def listen_to_replay(modules, program, folder):
     simulate = ["sim", "--scene", "room", "--out", folder / "log", "--duration", "7", "--samples", "1", "--stand", "1"]
     subprocess.run([*program, *simulate], check=True, capture_output=True)
     replay = [*program, "replay", folder / "log", "--out", folder / "out", "--quiet", "--realtime", "--log-calibration",
-              "--view", "0"]
+              "--view", "0", "--mcap", folder / "estimates.mcap"]
     with subprocess.Popen(replay, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as flight:
         address = re.search(r"http(://127\.0\.0\.1:\d+/)", flight.stderr.readline()).group(1)
         with node(modules, f"ws{address}") as client:
@@ -177,6 +179,25 @@ def listen_to_replay(modules, program, folder):
     print(said)
     assert "1 of Foxglove" in said
     return [json.loads(line) for line in heard.splitlines()]
+
+
+def check_file(modules, folder):
+    """What @mcap/core reads, with all checksums, is what the client has heard."""
+    environment = {**os.environ, "NODE_PATH": str(modules)}
+    read = json.loads(subprocess.run(["node", MCAP_PEER, "read", folder / "estimates.mcap"], env=environment,
+                                     check=True, capture_output=True, text=True, timeout=120).stdout)
+    assert read["done"] and set(read["topics"]) == TOPICS, set(read["topics"]) ^ TOPICS
+    check_schemas(modules, [{"encoding": topic["encoding"], "schemaEncoding": topic["schemaEncoding"],
+                             "schemaName": topic["schema"], "schema": topic["schemaText"]}
+                            for topic in read["topics"].values()])
+    heard = {name: [(int(message["time"]), message["content"]) for message in topic["messages"]]
+             for name, topic in read["topics"].items()}
+    trajectory = read_trajectory(folder / "out/trajectory.tum")
+    check_poses(heard, trajectory)
+    check_scenes(heard)
+    check_tables(heard, folder / "out")
+    assert len(heard["/pose"]) == len(trajectory) and len(heard["/image"]) > 3 and len(heard["/path"]) > 3
+    assert all(len(image["data"]) == 64 for _, image in heard["/image"])  # a checksum of the picture
 
 
 def check_replay(modules, program):
@@ -201,6 +222,7 @@ def check_replay(modules, program):
         check_image(heard)
         check_tables(heard, folder / "out")
         assert len(heard["/path"][-1][1]["poses"]) >= len(heard["/path"]) > 3
+        check_file(modules, folder)
 
 
 def main():

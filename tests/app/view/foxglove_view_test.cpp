@@ -195,7 +195,7 @@ TEST_CASE("the path begins anew after a restart and keeps the newest keyframes")
     CHECK(path_after(2.0, 0).size() == 2);
     const json after = path_after(3.0, 1);
     REQUIRE(after.size() == 1);
-    for (int i = 0; i < static_cast<int>(FoxgloveHub::kMaxPath) + 20; ++i) {
+    for (int i = 0; i < static_cast<int>(FlightPath::kMostPoses) + 20; ++i) {
         if (i % 20 == 19) {  // heard before more is offered than waits for the server's thread
             path_after(10.0 + i, 1);
         } else {
@@ -204,7 +204,7 @@ TEST_CASE("the path begins anew after a restart and keeps the newest keyframes")
         }
     }
     const json full = path_after(5.0, 1);
-    CHECK(full.size() == FoxgloveHub::kMaxPath);
+    CHECK(full.size() == FlightPath::kMostPoses);
     CHECK(full[0]["position"]["x"].get<double>() > 20.0);
 }
 

@@ -8,7 +8,7 @@
 #include "app/lab/convert/ros1_bag.h"
 #include "app/lab/convert/ros_messages.h"
 #include "app/lab/convert/sorted_rows.h"
-#include "app/lab/mcap/bytes.h"
+#include "app/mcap/bytes.h"
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 

@@ -7,7 +7,7 @@
 #include "app/lab/convert/mcap_log.h"
 #include "app/lab/convert/pack_log.h"
 #include "app/lab/convert/unpack_log.h"
-#include "app/lab/mcap/mcap_writer.h"
+#include "app/mcap/mcap_writer.h"
 #include "tests/support/asl_folder.h"
 #include "tests/support/input_error_text.h"
 

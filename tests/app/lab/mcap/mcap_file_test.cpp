@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <random>
 
-#include "app/lab/mcap/mcap_writer.h"
+#include "app/mcap/mcap_writer.h"
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/mcap/json_fields.h"
+#include "app/mcap/json_fields.h"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/mcap/json_fields.h"
+#include "app/mcap/json_fields.h"
 
 #include <catch2/catch.hpp>
 
-#include "app/lab/mcap/bytes.h"
+#include "app/mcap/bytes.h"
 
 using namespace facet;
 

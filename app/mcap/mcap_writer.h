@@ -4,30 +4,41 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "app/lab/mcap/compression.h"
-#include "app/lab/mcap/mcap_format.h"
-#include "app/support/text_file.h"
+#include "app/mcap/compression.h"
+#include "app/mcap/mcap_format.h"
 
 namespace facet {
 
+/// Where an MCAP file's bytes go. Its functions throw InputError naming the path if it cannot be written.
+class McapSink {
+public:
+    virtual ~McapSink() = default;
+    virtual void write(const std::string& bytes) = 0;
+    virtual void close() = 0;
+};
+
 /// A whole MCAP file: header, chunks of kChunkBytes with an index behind each, attachments, a summary with everything
-/// repeated that readers look for there, and all checksums. Equal calls give equal bytes. It grows beside its name and
-/// takes it in close(), as TextFile does. Memory: one chunk, its compressed form, and some 100 bytes of index a chunk.
-/// All functions throw InputError naming the path if it cannot be written. Thread-bound. Heap.
+/// repeated that readers look for there, and all checksums. Equal calls give equal bytes. Memory: one chunk, its
+/// compressed form, and of index some 100 bytes a chunk and 10 a channel in it. All functions throw InputError naming
+/// the path if the file cannot be written. Thread-bound. Heap.
 class McapWriter {
 public:
     /// A chunk is closed once it has this many bytes: enough for the compression, little for a reader that wants one
     /// message.
     static constexpr std::size_t kChunkBytes = std::size_t{4} << 20U;
 
+    /// A file that grows beside its name and takes it in close(), as TextFile does.
     /// @param library  who writes, for people
     McapWriter(const std::string& path, Compression compression, const std::string& profile,
                const std::string& library);
+    /// @param sink  borrowed; closed by close()
+    McapWriter(McapSink& sink, Compression compression, const std::string& profile, const std::string& library);
 
     /// @return its number, from 1
     std::uint16_t add_schema(const std::string& name, const std::string& encoding, const std::string& data);
@@ -39,7 +50,11 @@ public:
     void add_message(std::uint16_t channel, std::uint64_t time_ns, std::string_view data);
     /// Copies a file piece by piece. Throws InputError also if it cannot be read, or changes its size meanwhile.
     void add_attachment(const std::string& name, const std::string& media_type, const std::string& path);
+    /// The content itself.
+    void add_attached_text(const std::string& name, const std::string& media_type, const std::string& content);
 
+    /// Closes the chunk, so that the sink has all messages.
+    void flush() { close_chunk(); }
     void close();
 
 private:
@@ -57,12 +72,17 @@ private:
     void write_record(McapOp kind, const std::string& content);
     void write_index(McapOp kind, std::string_view content) { add_record(indices_[kind], kind, content); }
     static void add_record(std::string& out, McapOp kind, std::string_view content);
+    void begin(const std::string& profile, const std::string& library);
+    /// @return checksum of what comes before the data
+    std::uint32_t begin_attachment(const std::string& name, const std::string& media_type, std::uint64_t size);
+    void end_attachment(std::uint32_t crc);
     void close_chunk();
     void write_message_indices(std::string& chunk_index);
     std::string statistics() const;
     void write_summary();
 
-    TextFile file_;
+    std::unique_ptr<McapSink> own_sink_;
+    McapSink& sink_;
     Compression compression_;
     std::uint64_t position_ = 0;  ///< in the file
     std::uint32_t crc_ = 0;       ///< of the file, then of the summary

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/mcap/compression.h"
+#include "app/mcap/compression.h"
 
 #include <bzlib.h>
 
 #include <catch2/catch.hpp>
 
-#include "app/lab/mcap/bytes.h"
+#include "app/mcap/bytes.h"
 
 using namespace facet;
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/mcap/mcap_writer.h"
+#include "app/mcap/mcap_writer.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 
-#include "app/lab/mcap/bytes.h"
+#include "app/mcap/bytes.h"
 #include "app/support/input_error.h"
+#include "app/support/text_file.h"
 #include "platform/base/assert.h"
 #include "platform/base/regular_file.h"
 
@@ -30,11 +31,30 @@ void put_texts(std::string& out, const McapTexts& texts) {
     put_text(out, entries);
 }
 
+class TextFileSink final : public McapSink {
+public:
+    explicit TextFileSink(const std::string& path) : file_(path) {}
+    void write(const std::string& bytes) override { file_.write(bytes); }
+    void close() override { file_.close(); }
+
+private:
+    TextFile file_;
+};
+
 }  // namespace
 
 McapWriter::McapWriter(const std::string& path, Compression compression, const std::string& profile,
                        const std::string& library)
-    : file_(path), compression_(compression) {
+    : own_sink_(std::make_unique<TextFileSink>(path)), sink_(*own_sink_), compression_(compression) {
+    begin(profile, library);
+}
+
+McapWriter::McapWriter(McapSink& sink, Compression compression, const std::string& profile, const std::string& library)
+    : sink_(sink), compression_(compression) {
+    begin(profile, library);
+}
+
+void McapWriter::begin(const std::string& profile, const std::string& library) {
     write(std::string(kMcapMagic));
     std::string header;
     put_text(header, profile);
@@ -45,7 +65,7 @@ McapWriter::McapWriter(const std::string& path, Compression compression, const s
 void McapWriter::write(const std::string& bytes) {
     crc_ = crc_of(bytes_of(bytes), crc_);
     position_ += bytes.size();
-    file_.write(bytes);
+    sink_.write(bytes);
 }
 
 void McapWriter::add_record(std::string& out, McapOp kind, std::string_view content) {
@@ -165,15 +185,8 @@ void McapWriter::write_message_indices(std::string& chunk_index) {
     put(chunk_index, position_ - begin);
 }
 
-void McapWriter::add_attachment(const std::string& name, const std::string& media_type, const std::string& path) {
+std::uint32_t McapWriter::begin_attachment(const std::string& name, const std::string& media_type, std::uint64_t size) {
     close_chunk();
-    const std::string refusal = refuse_file(path);
-    std::error_code error;
-    const std::uint64_t size = std::filesystem::file_size(path, error);
-    std::ifstream source(path, std::ios::binary);
-    if (!refusal.empty() || error || !source) {
-        throw InputError(path + ": " + (refusal.empty() ? "cannot be read" : refusal));
-    }
     std::string head;
     put(head, std::uint64_t{0});  // no times: the same folder gives the same bytes
     put(head, std::uint64_t{0});
@@ -192,7 +205,32 @@ void McapWriter::add_attachment(const std::string& name, const std::string& medi
     put_text(index, name);
     put_text(index, media_type);
     write(record + head);
-    std::uint32_t crc = crc_of(bytes_of(head));
+    write_index(McapOp::kAttachmentIndex, index);
+    ++attachments_;
+    return crc_of(bytes_of(head));
+}
+
+void McapWriter::end_attachment(std::uint32_t crc) {
+    std::string end;
+    put(end, crc);
+    write(end);
+}
+
+void McapWriter::add_attached_text(const std::string& name, const std::string& media_type, const std::string& content) {
+    const std::uint32_t crc = begin_attachment(name, media_type, content.size());
+    write(content);
+    end_attachment(crc_of(bytes_of(content), crc));
+}
+
+void McapWriter::add_attachment(const std::string& name, const std::string& media_type, const std::string& path) {
+    const std::string refusal = refuse_file(path);
+    std::error_code error;
+    const std::uint64_t size = std::filesystem::file_size(path, error);
+    std::ifstream source(path, std::ios::binary);
+    if (!refusal.empty() || error || !source) {
+        throw InputError(path + ": " + (refusal.empty() ? "cannot be read" : refusal));
+    }
+    std::uint32_t crc = begin_attachment(name, media_type, size);
     std::string piece;
     for (std::uint64_t left = size; left > 0; left -= piece.size()) {
         piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(std::uint64_t{1} << 16U, left)));
@@ -204,11 +242,7 @@ void McapWriter::add_attachment(const std::string& name, const std::string& medi
         crc = crc_of(bytes_of(piece), crc);
         write(piece);
     }
-    std::string end;
-    put(end, crc);
-    write(end);
-    write_index(McapOp::kAttachmentIndex, index);
-    ++attachments_;
+    end_attachment(crc);
 }
 
 std::string McapWriter::statistics() const {
@@ -267,7 +301,7 @@ void McapWriter::close() {
     put(crc, crc_);
     write_record(McapOp::kDataEnd, crc);
     write_summary();
-    file_.close();
+    sink_.close();
 }
 
 }  // namespace facet

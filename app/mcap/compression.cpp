@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/mcap/compression.h"
+#include "app/mcap/compression.h"
 
 #include <bzlib.h>
 #include <lz4frame.h>
