@@ -343,6 +343,29 @@ void OccupancyGrid::pack(std::span<std::uint8_t, kPackedBytes> states) const {
     }
 }
 
+void OccupancyGrid::pack_belief(std::span<std::uint8_t, kPackedBytes> levels,
+                                std::span<std::uint16_t, kRuns> confirmed) const {
+    const auto level = [](Cell cell) {
+        static_assert(kFree == -kOccupied);
+        return static_cast<unsigned>(std::clamp(std::abs(cell.evidence) - kOccupied, 0, 3));
+    };
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+        const Cell* const four = &cells_[4 * i];
+        levels[i] = static_cast<std::uint8_t>(level(four[0]) | (level(four[1]) << 2U) | (level(four[2]) << 4U) |
+                                              (level(four[3]) << 6U));
+    }
+    for (std::size_t i = 0; i < confirmed.size(); ++i) {
+        int oldest = -1;
+        for (std::size_t k = kRun * i; k < kRun * (i + 1); ++k) {
+            const bool is_known = std::abs(cells_[k].evidence) >= kOccupied;
+            const int since = tick_ - cells_[k].tick;
+            oldest = std::max(oldest, is_known ? since + (since < 0 ? kTicks : 0) : -1);
+        }
+        // The tick that is so long ago; they run from 1 to kTicks.
+        confirmed[i] = static_cast<std::uint16_t>(oldest < 0 ? 0 : (tick_ - 1 - oldest + kTicks) % kTicks + 1);
+    }
+}
+
 std::array<int, 3> OccupancyGrid::count() const {
     std::array<int, 3> count{};
     for (const Cell cell : cells_) {

@@ -114,10 +114,18 @@ public:
     Eigen::Vector3i lowest_cell() const { return low_; }
     static constexpr double kTick_s = 1.0 / 16.0;
     static constexpr int kTicks = 0xffff;
+    static constexpr std::size_t kRun = 8;
+    static constexpr std::size_t kRuns = static_cast<std::size_t>(kGridX) * kGridY * kGridZ / kRun;
     static constexpr std::size_t kPackedBytes = static_cast<std::size_t>(kGridX) * kGridY * kGridZ / 4;
     /// All states, two bits each from the low ones on: 0 unknown, 1 free, 2 occupied. Cell c has the place
     /// ((c.z mod kGridZ) kGridY + c.y mod kGridY) kGridX + c.x mod kGridX.
     void pack(std::span<std::uint8_t, kPackedBytes> states) const;
+    /// How certain the states are and since when, for those who keep them: in the same order, two bits a cell, e - 2
+    /// for evidence of 2 to 5 and beyond, either way; and for each run of kRun cells the tick() at which the oldest of
+    /// them that is not unknown was last confirmed, 0 if all are unknown.
+    void pack_belief(std::span<std::uint8_t, kPackedBytes> levels, std::span<std::uint16_t, kRuns> confirmed) const;
+    /// The newest keyframe in kTick_s, from 1 to kTicks and then again from 1.
+    std::uint16_t tick() const { return tick_; }
 
 private:
     static_assert((kGridX & (kGridX - 1)) == 0 && (kGridY & (kGridY - 1)) == 0 && (kGridZ & (kGridZ - 1)) == 0);
