@@ -10,10 +10,9 @@ namespace facet {
 
 /// From boundary to boundary [Amanatides87]: at each step into the neighbour whose boundary is nearest along the ray.
 template <class Visit>
-void OccupancyGrid::walk(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double max_m,
-                         Visit visit) const {
-    const double size = config_.cell_m;
-    Eigen::Vector3i cell = cell_of(from);
+void OccupancyGrid::walk(double size, const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double max_m,
+                         Visit visit) {
+    Eigen::Vector3i cell = (from / size).array().floor().cast<int>();
     Eigen::Vector3i step;
     Eigen::Vector3d next;   // distance at which the ray leaves the cell along each axis
     Eigen::Vector3d width;  // distance between boundaries

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "mesh/grid_walk.h"
 #include "platform/base/angle.h"
@@ -11,8 +12,6 @@
 namespace facet {
 namespace {
 
-constexpr double kTick_s = 1.0 / 16.0;
-constexpr int kTicks = 0xffff;  // 68 minutes, then they begin anew at 1
 constexpr int kHit = 2;
 constexpr int kMostOccupied = 5;
 constexpr int kMostFree = -6;
@@ -21,13 +20,15 @@ constexpr int kLandmarkWeight = 2;
 constexpr double kTargetSigmas = 2.0;  // a line of sight ends so many before its target
 constexpr float kMaxPointChi2 = 6.0F;
 constexpr double kMaxPathStep_m = 2.0;  // between keyframes: the path is not known well enough beyond
-constexpr double kHitSpacing = 0.5;     // cells between the samples of a face
+constexpr double kHitSpacing = 0.5;     // cells between the samples of a face,
+constexpr double kMarkSpacing = 1.0;    // and parts of cells between them
+constexpr double kPartMargin = 0.6;     // cells: parts are cleared up to here, less the target's uncertainty
 
 /// Calls visit(point) for samples of a triangle, at most `spacing` apart.
 template <class Visit>
 void sample_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, double spacing,
                      Visit visit) {
-    constexpr int kMost = 64;  // to a side: the mesh has no longer ones
+    constexpr int kMost = 160;  // to a side: of 3 m at the default spacing
     const double longest = std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
     const int n = std::clamp(static_cast<int>(std::ceil(longest / spacing)), 1, kMost);
     for (int i = 0; i < n; ++i) {
@@ -37,6 +38,16 @@ void sample_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const E
             visit((1.0 - u - v) * a + u * b + v * c);
         }
     }
+}
+
+/// Whether a point may be believed.
+bool is_good(const LandmarkSnapshot& s) {
+    return s.is_tracked && s.chi2 <= kMaxPointChi2 && s.depth_m > 0.0F && s.depth_sigma_m < 0.5F * s.depth_m;
+}
+
+/// Whether a landmark is known well enough to be an obstacle by itself.
+bool is_obstacle(const LandmarkSnapshot& s, double cell_m) {
+    return is_good(s) && s.keyframes >= 2 && static_cast<double>(s.depth_sigma_m) <= cell_m;
 }
 
 }  // namespace
@@ -50,6 +61,7 @@ Status OccupancyGrid::configure(const GridConfig& config) {
 
 void OccupancyGrid::clear() {
     cells_.fill({});
+    surface_.fill(0);
     any_ = false;
     tick_ = 1;
     layer_ = 0;
@@ -65,6 +77,7 @@ void OccupancyGrid::update(const KeyframeView& view, const HorizonMesh& mesh, st
     hit_faces(mesh, update);
     take_points(view);
     carve_faces(mesh, update);
+    mark_surfaces(view, mesh, update);
     fly_to(before);
 }
 
@@ -119,10 +132,16 @@ void OccupancyGrid::forget_layer() {
 
 void OccupancyGrid::hit(const Eigen::Vector3d& p_W) {
     const Eigen::Vector3i c = cell_of(p_W);
-    if (!holds(c)) {
-        return;
+    if (holds(c)) {
+        hit(index_of(c));
     }
-    Cell& cell = cells_[index_of(c)];
+}
+
+void OccupancyGrid::hit(std::size_t index) {
+    Cell& cell = cells_[index];
+    if (cell.evidence < kOccupied) {
+        surface_[index] = 0;
+    }
     if (cell.tick != tick_ || cell.evidence < kOccupied) {
         cell.evidence = static_cast<std::int8_t>(std::min(std::max<int>(cell.evidence, 0) + kHit, kMostOccupied));
         cell.tick = tick_;
@@ -168,7 +187,39 @@ void OccupancyGrid::hit_faces(const HorizonMesh& mesh, std::uint32_t update) {
         const double spacing = kHitSpacing * config_.cell_m;
         sample_triangle(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2), spacing, visit);
         if (is_thick) {
-            sample_triangle(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2), 2.0 * spacing, around);
+            sample_triangle(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2), config_.cell_m, around);
+        }
+    }
+}
+
+/// A surface is in the part of a cell where the point is, and so the cell is occupied.
+void OccupancyGrid::mark(const Eigen::Vector3d& p_W) {
+    const Eigen::Vector3i part = part_of(p_W);
+    const Eigen::Vector3i c = part.unaryExpr([](int i) { return i >> kPartBits; });
+    if (holds(c)) {
+        const std::size_t index = index_of(c);
+        hit(index);
+        surface_[index] |= part_bit(part);
+    }
+}
+
+/// Which parts of occupied cells this keyframe's surfaces lie in. A landmark by itself occupies its whole cell.
+void OccupancyGrid::mark_surfaces(const KeyframeView& view, const HorizonMesh& mesh, std::uint32_t update) {
+    const double spacing = kMarkSpacing * config_.cell_m / kParts;
+    for (int i = 0; i < mesh.face_end(); ++i) {
+        if (!mesh.is_face(i) || mesh.face(static_cast<FaceIndex>(i)).last_confirmed != update) {
+            continue;
+        }
+        const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
+        if (!may_bridge(mesh, face)) {
+            sample_triangle(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2), spacing,
+                            [this](const Eigen::Vector3d& p) { mark(p); });
+        }
+    }
+    for (const LandmarkSnapshot& s : view.landmarks) {
+        const Eigen::Vector3i c = cell_of(s.p_W);
+        if (is_obstacle(s, config_.cell_m) && holds(c) && surface_[index_of(c)] != 0) {
+            mark(s.p_W);
         }
     }
 }
@@ -177,22 +228,43 @@ void OccupancyGrid::hit_faces(const HorizonMesh& mesh, std::uint32_t update) {
 void OccupancyGrid::carve(const Eigen::Vector3d& p_W, double sigma_m, int weight) {
     const Eigen::Vector3d ray = p_W - p_W_C_;
     const double distance = ray.norm();
-    const double end = std::min(distance - config_.cell_m - kTargetSigmas * sigma_m, config_.max_ray_m);
+    const double seen = distance - kTargetSigmas * sigma_m;
+    const double end = std::min(seen - config_.cell_m, config_.max_ray_m);
+    const double end_of_parts = std::min(seen - kPartMargin * config_.cell_m, config_.max_ray_m);
     if (!(end > 0.0)) {
         return;
     }
+    const Eigen::Vector3d direction = ray / distance;
     // The last cell entered ends at most its diagonal farther.
-    walk(p_W_C_, ray / distance, end, [&](const Eigen::Vector3i& c, double) {
+    walk(config_.cell_m, p_W_C_, direction, end_of_parts, [&](const Eigen::Vector3i& c, double entered) {
         if (!holds(c)) {
             return false;
         }
         Cell& cell = cells_[index_of(c)];
-        if (cell.tick != tick_) {
+        if (cell.evidence >= kOccupied) {
+            clear_parts(c, direction, entered, end_of_parts);
+        }
+        if (cell.tick != tick_ && entered <= end) {
             cell.evidence = static_cast<std::int8_t>(std::max(cell.evidence - weight, kMostFree));
             cell.tick = tick_;
         }
         return true;
     });
+}
+
+/// A line of sight from the camera passes an occupied cell: its surface is where the line is not. Whether there is one
+/// at all is for the cell's evidence to say, so the last parts stay.
+void OccupancyGrid::clear_parts(const Eigen::Vector3i& c, const Eigen::Vector3d& direction, double entered,
+                                double end) {
+    const double length = std::min(end - entered, std::numbers::sqrt3 * config_.cell_m);
+    std::uint64_t passed = 0;
+    walk(config_.cell_m / kParts, p_W_C_ + entered * direction, direction, length,
+         [&](const Eigen::Vector3i& part, double) {
+             passed |= is_part_of(part, c) ? part_bit(part) : 0;
+             return true;
+         });
+    std::uint64_t& surface = surface_[index_of(c)];
+    surface = (surface & ~passed) != 0 ? surface & ~passed : surface;
 }
 
 void OccupancyGrid::carve_faces(const HorizonMesh& mesh, std::uint32_t update) {
@@ -210,11 +282,8 @@ void OccupancyGrid::carve_faces(const HorizonMesh& mesh, std::uint32_t update) {
 
 /// Landmarks and surface points: all that can be trusted are seen through free space, those well known are obstacles.
 void OccupancyGrid::take_points(const KeyframeView& view) {
-    const auto is_good = [](const LandmarkSnapshot& s) {
-        return s.is_tracked && s.chi2 <= kMaxPointChi2 && s.depth_m > 0.0F && s.depth_sigma_m < 0.5F * s.depth_m;
-    };
     for (const LandmarkSnapshot& s : view.landmarks) {
-        if (is_good(s) && s.keyframes >= 2 && static_cast<double>(s.depth_sigma_m) <= config_.cell_m) {
+        if (is_obstacle(s, config_.cell_m)) {
             hit(s.p_W);
         }
     }
@@ -258,7 +327,7 @@ GridState OccupancyGrid::describe(Cell cell) const {
     if (state.space != Space::kUnknown) {
         constexpr double kSlope = 0.6;
         state.certainty = static_cast<float>(1.0 / (1.0 + std::exp(-kSlope * std::abs(cell.evidence))));
-        state.age_s = static_cast<float>((tick_ - cell.tick + kTicks) % kTicks * kTick_s);
+        state.age_s = static_cast<float>(age_ticks(cell) * kTick_s);
     }
     return state;
 }
@@ -271,6 +340,29 @@ void OccupancyGrid::pack(std::span<std::uint8_t, kPackedBytes> states) const {
         const Cell* const four = &cells_[4 * i];
         states[i] = static_cast<std::uint8_t>(code(four[0]) | (code(four[1]) << 2U) | (code(four[2]) << 4U) |
                                               (code(four[3]) << 6U));
+    }
+}
+
+void OccupancyGrid::pack_belief(std::span<std::uint8_t, kPackedBytes> levels,
+                                std::span<std::uint16_t, kRuns> confirmed) const {
+    const auto level = [](Cell cell) {
+        static_assert(kFree == -kOccupied);
+        return static_cast<unsigned>(std::clamp(std::abs(cell.evidence) - kOccupied, 0, 3));
+    };
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+        const Cell* const four = &cells_[4 * i];
+        levels[i] = static_cast<std::uint8_t>(level(four[0]) | (level(four[1]) << 2U) | (level(four[2]) << 4U) |
+                                              (level(four[3]) << 6U));
+    }
+    for (std::size_t i = 0; i < confirmed.size(); ++i) {
+        int oldest = -1;
+        for (std::size_t k = kRun * i; k < kRun * (i + 1); ++k) {
+            const bool is_known = std::abs(cells_[k].evidence) >= kOccupied;
+            const int since = tick_ - cells_[k].tick;
+            oldest = std::max(oldest, is_known ? since + (since < 0 ? kTicks : 0) : -1);
+        }
+        // The tick that is so long ago; they run from 1 to kTicks.
+        confirmed[i] = static_cast<std::uint16_t>(oldest < 0 ? 0 : (tick_ - 1 - oldest + kTicks) % kTicks + 1);
     }
 }
 

@@ -69,7 +69,12 @@ struct GridSector {
 /// at most once a keyframe, hits first: a line of sight that grazes a surface does not carve it. A cell is occupied if
 /// e >= 2, free if e <= -2, else unknown; the probability of being occupied is 1 / (1 + exp(-0.6 e)). An obstacle is
 /// thus known from one keyframe; where it has left, space is free after four to seven keyframes that see through it
-/// (movers), and never while nothing is seen behind it. Deterministic. Thread-bound. No heap. About 4 MB.
+/// (movers), and never while nothing is seen behind it.
+///
+/// An occupied cell also knows which of its 4 x 4 x 4 parts hold a surface: those where faces have been since it became
+/// occupied and that no line of sight has passed after that. A ray is ended by parts, so that it may pass a true
+/// surface closely, as a planner's does along a wall; space between the parts counts as free. All other questions are
+/// answered by whole cells. Deterministic. Thread-bound. No heap. About 12 MB.
 class OccupancyGrid {
 public:
     static constexpr int kGridX = 128;
@@ -107,10 +112,20 @@ public:
     double cell_m() const { return config_.cell_m; }
     /// The corner cell: cell c covers [c, c + 1) cell_m() along each axis, and the grid holds kGridX x kGridY x kGridZ.
     Eigen::Vector3i lowest_cell() const { return low_; }
+    static constexpr double kTick_s = 1.0 / 16.0;
+    static constexpr int kTicks = 0xffff;
+    static constexpr std::size_t kRun = 8;
+    static constexpr std::size_t kRuns = static_cast<std::size_t>(kGridX) * kGridY * kGridZ / kRun;
     static constexpr std::size_t kPackedBytes = static_cast<std::size_t>(kGridX) * kGridY * kGridZ / 4;
     /// All states, two bits each from the low ones on: 0 unknown, 1 free, 2 occupied. Cell c has the place
     /// ((c.z mod kGridZ) kGridY + c.y mod kGridY) kGridX + c.x mod kGridX.
     void pack(std::span<std::uint8_t, kPackedBytes> states) const;
+    /// How certain the states are and since when, for those who keep them: in the same order, two bits a cell, e - 2
+    /// for evidence of 2 to 5 and beyond, either way; and for each run of kRun cells the tick() at which the oldest of
+    /// them that is not unknown was last confirmed, 0 if all are unknown.
+    void pack_belief(std::span<std::uint8_t, kPackedBytes> levels, std::span<std::uint16_t, kRuns> confirmed) const;
+    /// The newest keyframe in kTick_s, from 1 to kTicks and then again from 1.
+    std::uint16_t tick() const { return tick_; }
 
 private:
     static_assert((kGridX & (kGridX - 1)) == 0 && (kGridY & (kGridY - 1)) == 0 && (kGridZ & (kGridZ - 1)) == 0);
@@ -135,17 +150,37 @@ private:
                    kGridX +
                static_cast<std::size_t>(c.x() & (kGridX - 1));
     }
+    static constexpr int kPartBits = 2;
+    static constexpr int kParts = 1 << kPartBits;  ///< of a cell along each axis
+    Eigen::Vector3i part_of(const Eigen::Vector3d& p_W) const {
+        return (p_W * (kParts / config_.cell_m)).array().floor().cast<int>();
+    }
+    static bool is_part_of(const Eigen::Vector3i& part, const Eigen::Vector3i& c) {
+        const Eigen::Vector3i inside = part - kParts * c;
+        return inside.minCoeff() >= 0 && inside.maxCoeff() < kParts;
+    }
+    /// Its bit in surface_. Parts and cells are numbered alike, so its place in the cell is its lowest bits.
+    static std::uint64_t part_bit(const Eigen::Vector3i& part) {
+        constexpr int kLow = kParts - 1;
+        return std::uint64_t{1} << static_cast<unsigned>(((part.z() & kLow) * kParts + (part.y() & kLow)) * kParts +
+                                                         (part.x() & kLow));
+    }
     /// The cell, or an unknown one outside the grid.
     Cell find(const Eigen::Vector3i& c) const { return holds(c) ? cells_[index_of(c)] : Cell{}; }
     static Space space_of(Cell cell) {
         return cell.evidence >= kOccupied ? Space::kOccupied : cell.evidence <= kFree ? Space::kFree : Space::kUnknown;
     }
+    int age_ticks(Cell cell) const { return (tick_ - cell.tick + kTicks) % kTicks; }
     GridState describe(Cell cell) const;
     static void worsen(const GridState& by, GridState& state);
 
-    /// Calls visit(cell, distance at which it is entered) along a ray until it returns false, or past max_m.
+    /// Calls visit(cube, distance at which it is entered) for the cubes of a size along a ray until it returns false,
+    /// or past max_m.
     template <class Visit>
-    void walk(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double max_m, Visit visit) const;
+    static void walk(double size, const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double max_m,
+                     Visit visit);
+    double surface_in(const Eigen::Vector3i& c, const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
+                      double entered) const;
 
     void advance(Timestamp stamp);
     void roll_to(const Eigen::Vector3d& p_W);
@@ -153,6 +188,10 @@ private:
     bool may_bridge(const HorizonMesh& mesh, const MeshFace& face) const;
     void hit_faces(const HorizonMesh& mesh, std::uint32_t update);
     void hit(const Eigen::Vector3d& p_W);
+    void hit(std::size_t index);
+    void mark(const Eigen::Vector3d& p_W);
+    void mark_surfaces(const KeyframeView& view, const HorizonMesh& mesh, std::uint32_t update);
+    void clear_parts(const Eigen::Vector3i& c, const Eigen::Vector3d& direction, double entered, double end);
     void doubt(const Eigen::Vector3d& p_W);
     void carve(const Eigen::Vector3d& p_W, double sigma_m, int weight);
     void carve_faces(const HorizonMesh& mesh, std::uint32_t update);
@@ -173,7 +212,9 @@ private:
     Timestamp last_;
     std::uint16_t tick_ = 1;  ///< of the newest keyframe, in kTick_s, without 0
     int layer_ = 0;           ///< next one of forget_layer
-    std::array<Cell, static_cast<std::size_t>(kGridX) * kGridY * kGridZ> cells_;
+    static constexpr std::size_t kCells = static_cast<std::size_t>(kGridX) * kGridY * kGridZ;
+    std::array<Cell, kCells> cells_;
+    std::array<std::uint64_t, kCells> surface_;  ///< of occupied cells: the parts that hold a surface, or 0: all
 };
 
 }  // namespace facet

@@ -33,9 +33,16 @@ GridRay OccupancyGrid::cast(const Eigen::Vector3d& p_W, const Eigen::Vector3d& d
     GridRay ray;
     ray.end = {Space::kFree, 1.0F, 0.0F};
     ray.free_m = max_range_m;
-    walk(p_W, direction.normalized(), max_range_m, [&](const Eigen::Vector3i& c, double distance) {
+    const Eigen::Vector3d d = direction.normalized();
+    walk(config_.cell_m, p_W, d, max_range_m, [&](const Eigen::Vector3i& c, double distance) {
         const Cell cell = find(c);
         const Space space = space_of(cell);
+        if (space == Space::kOccupied) {
+            distance = surface_in(c, p_W, d, distance);
+            if (distance > max_range_m) {
+                return true;
+            }
+        }
         const bool is_free_so_far = ray.end.space == Space::kFree;
         if (is_free_so_far && space == Space::kFree) {
             worsen(describe(cell), ray.end);
@@ -47,6 +54,23 @@ GridRay OccupancyGrid::cast(const Eigen::Vector3d& p_W, const Eigen::Vector3d& d
         return space != Space::kOccupied && holds(c);
     });
     return ray;
+}
+
+/// Where a ray enters the first part of an occupied cell that holds a surface; infinite if it passes between them.
+double OccupancyGrid::surface_in(const Eigen::Vector3i& c, const Eigen::Vector3d& from,
+                                 const Eigen::Vector3d& direction, double entered) const {
+    const std::uint64_t surface = surface_[index_of(c)];
+    if (surface == 0) {
+        return entered;
+    }
+    double found = std::numeric_limits<double>::infinity();
+    walk(config_.cell_m / kParts, from + entered * direction, direction, std::numbers::sqrt3 * config_.cell_m,
+         [&](const Eigen::Vector3i& part, double inside) {
+             const bool is_surface = is_part_of(part, c) && (surface & part_bit(part)) != 0;
+             found = is_surface ? entered + inside : found;
+             return !is_surface;
+         });
+    return found;
 }
 
 /// Cells in shells of growing cubes, until no shell can hold a nearer one.
@@ -190,7 +214,10 @@ GridState OccupancyGrid::segment(const Eigen::Vector3d& from_W, const Eigen::Vec
     }
     const double length = std::sqrt(length2);
     if (length > 0.0) {
-        worsen(cast(from_W, d, length).end, worst);
+        walk(config_.cell_m, from_W, d / length, length, [&](const Eigen::Vector3i& c, double) {
+            worsen(describe(find(c)), worst);
+            return true;
+        });
     } else {
         worsen(at(from_W), worst);
     }

@@ -8,7 +8,8 @@ namespace {
 
 static_assert(kMaxMeshVertices == kWorldVertices && kMaxMeshFaces == kWorldFaces && kMaxPlanes <= kWorldPlanes);
 static_assert(OccupancyGrid::kGridX == kWorldCells[0] && OccupancyGrid::kGridY == kWorldCells[1] &&
-              OccupancyGrid::kGridZ == kWorldCells[2] && OccupancyGrid::kPackedBytes == kWorldGridBytes);
+              OccupancyGrid::kGridZ == kWorldCells[2] && OccupancyGrid::kPackedBytes == kWorldGridBytes &&
+              OccupancyGrid::kRun == kWorldRun && OccupancyGrid::kTicks == kWorldTicks);
 
 std::array<float, 3> to_floats(const Eigen::Vector3d& v) {
     return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
@@ -37,13 +38,19 @@ void describe_world(const HorizonMesh& mesh, std::span<const TrackedPlane> plane
     }
     world.cell_m = grid == nullptr ? 0.0 : grid->cell_m();
     world.low = {};
+    world.tick = 0;
     if (grid == nullptr) {
         std::fill(world.cells.begin(), world.cells.end(), std::uint8_t{0});
+        std::fill(world.levels.begin(), world.levels.end(), std::uint8_t{0});
+        std::fill(world.confirmed.begin(), world.confirmed.end(), std::uint16_t{0});
         return;
     }
     const Eigen::Vector3i low = grid->lowest_cell();
     world.low = {low.x(), low.y(), low.z()};
+    world.tick = grid->tick();
     grid->pack(std::span<std::uint8_t, OccupancyGrid::kPackedBytes>(world.cells));
+    grid->pack_belief(std::span<std::uint8_t, OccupancyGrid::kPackedBytes>(world.levels),
+                      std::span<std::uint16_t, OccupancyGrid::kRuns>(world.confirmed));
 }
 
 }  // namespace facet

@@ -69,18 +69,35 @@ void put_faces(const WorldState* base, const WorldState& state, std::vector<std:
     }
 }
 
+/// The part of a vector that belongs to one of kWorldBlocks blocks.
+template <class T>
+std::span<T> block_of(std::span<T> all, std::size_t block) {
+    const std::size_t size = all.size() / kWorldBlocks;
+    return all.subspan(block * size, size);
+}
+
+template <class T>
+bool same_block(const std::vector<T>* base, const std::vector<T>& state, std::size_t block) {
+    const std::span<const T> now = block_of(std::span<const T>(state), block);
+    return base == nullptr ? std::all_of(now.begin(), now.end(), [](T value) { return value == 0; })
+                           : std::ranges::equal(now, block_of(std::span<const T>(*base), block));
+}
+
 void put_blocks(const WorldState* base, const WorldState& state, std::vector<std::uint8_t>& out) {
     ItemCount changed(out);
     for (std::size_t i = 0; i < kWorldBlocks; ++i) {
-        const auto begin = state.cells.begin() + static_cast<std::ptrdiff_t>(i * kWorldBlockBytes);
-        const auto end = begin + kWorldBlockBytes;
-        const bool is_same =
-            base == nullptr
-                ? std::all_of(begin, end, [](std::uint8_t four) { return four == 0; })
-                : std::equal(begin, end, base->cells.begin() + static_cast<std::ptrdiff_t>(i * kWorldBlockBytes));
-        if (!is_same) {
-            changed.add(i);
-            out.insert(out.end(), begin, end);
+        if (same_block(base != nullptr ? &base->cells : nullptr, state.cells, i) &&
+            same_block(base != nullptr ? &base->levels : nullptr, state.levels, i) &&
+            same_block(base != nullptr ? &base->confirmed : nullptr, state.confirmed, i)) {
+            continue;
+        }
+        changed.add(i);
+        for (const std::vector<std::uint8_t>* bytes : {&state.cells, &state.levels}) {
+            const auto block = block_of(std::span<const std::uint8_t>(*bytes), i);
+            out.insert(out.end(), block.begin(), block.end());
+        }
+        for (const std::uint16_t tick : block_of(std::span<const std::uint16_t>(state.confirmed), i)) {
+            put(out, tick);
         }
     }
 }
@@ -150,10 +167,12 @@ void read_head(Bytes& in, WorldState* to) {
     for (std::int32_t& c : low) {
         c = static_cast<std::int32_t>(in.take<std::uint32_t>());
     }
+    const auto tick = in.take<std::uint16_t>();
     if (to != nullptr) {
         to->resets = resets;
         to->cell_m = cell_m;
         to->low = low;
+        to->tick = tick;
         to->planes.clear();
     }
     for (std::size_t n = in.take_below(kWorldPlanes + 1); n > 0 && in.ok(); --n) {
@@ -193,10 +212,15 @@ void read_mesh(Bytes& in, WorldState* to) {
 void read_blocks(Bytes& in, WorldState* to) {
     for (std::size_t n = in.take_below(kWorldBlocks + 1); n > 0 && in.ok(); --n) {
         const std::size_t index = in.take_below(kWorldBlocks);
-        const std::span<const std::uint8_t> block = in.take_raw(kWorldBlockBytes);
+        const std::span<const std::uint8_t> cells = in.take_raw(kWorldBlockBytes);
+        const std::span<const std::uint8_t> levels = in.take_raw(kWorldBlockBytes);
+        Bytes ticks(in.take_raw(2 * kWorldBlockRuns));
         if (to != nullptr) {
-            std::copy(block.begin(), block.end(),
-                      to->cells.begin() + static_cast<std::ptrdiff_t>(index * kWorldBlockBytes));
+            std::ranges::copy(cells, block_of(std::span(to->cells), index).begin());
+            std::ranges::copy(levels, block_of(std::span(to->levels), index).begin());
+            for (std::uint16_t& tick : block_of(std::span(to->confirmed), index)) {
+                tick = ticks.take<std::uint16_t>();
+            }
         }
     }
 }
@@ -225,6 +249,7 @@ void encode_world(const WorldState* base, const WorldState& state, std::vector<s
     for (const std::int32_t c : state.low) {
         put(message, c);
     }
+    put(message, state.tick);
     put(message, static_cast<std::uint16_t>(state.planes.size()));
     for (const WorldPlane& plane : state.planes) {
         put(message, plane.id);
@@ -280,6 +305,8 @@ Status apply_world(std::span<const std::uint8_t> message, WorldState& state) {
         std::fill(state.vertices_W.begin(), state.vertices_W.end(), std::array<float, 3>{});
         std::fill(state.faces.begin(), state.faces.end(), WorldFace{});
         std::fill(state.cells.begin(), state.cells.end(), std::uint8_t{0});
+        std::fill(state.levels.begin(), state.levels.end(), std::uint8_t{0});
+        std::fill(state.confirmed.begin(), state.confirmed.end(), std::uint16_t{0});
     }
     state.sequence = sequence;
     state.stamp_ns = stamp_ns;

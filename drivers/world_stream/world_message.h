@@ -3,12 +3,13 @@
 //
 // All numbers are little-endian. A message is a header of kWorldHeaderBytes and a payload:
 //   header   u32 magic, u16 version, u16 0, u32 bytes of the payload, u64 base, u64 sequence, i64 stamp_ns
-//   payload  u32 resets, f64 cell_m, i32 low[3]
+//   payload  u32 resets, f64 cell_m, i32 low[3], u16 tick
 //            u16 n, n planes            u32 id, f32 normal[3], f32 distance       all planes, not only new ones
 //            u16 n, n vertices          u16 index, f32 p_W[3]                     new or moved
 //            u16 n, n faces gone        u16 index
 //            u16 n, n faces             u16 index, u16 vertex[3], u16 observations, u32 plane, f32 sigma, u8 is_fill
-//            u16 n, n blocks of cells   u16 index, u8[kWorldBlockBytes]           changed
+//            u16 n, n blocks of cells   u16 index, u8 cells[kWorldBlockBytes], u8 levels[kWorldBlockBytes],
+//                                       u16 confirmed[kWorldBlockRuns]            changed
 // It applies to the state whose sequence is `base`; base 0 is the empty state: such a message is a full snapshot.
 #pragma once
 
@@ -23,13 +24,13 @@
 namespace facet {
 
 inline constexpr std::uint32_t kWorldMagic = 0x54434146;  ///< "FACT"
-inline constexpr std::uint16_t kWorldVersion = 1;
+inline constexpr std::uint16_t kWorldVersion = 2;
 inline constexpr std::size_t kWorldHeaderBytes = 36;
 /// No payload is shorter, or longer.
-inline constexpr std::size_t kMinWorldPayload = 24 + 5 * 2;
-inline constexpr std::size_t kMaxWorldPayload = kMinWorldPayload + std::size_t{kWorldPlanes} * 20 +
-                                                std::size_t{kWorldVertices} * 14 + std::size_t{kWorldFaces} * 19 +
-                                                std::size_t{kWorldBlocks} * (2 + kWorldBlockBytes);
+inline constexpr std::size_t kMinWorldPayload = 26 + 5 * 2;
+inline constexpr std::size_t kMaxWorldPayload =
+    kMinWorldPayload + std::size_t{kWorldPlanes} * 20 + std::size_t{kWorldVertices} * 14 +
+    std::size_t{kWorldFaces} * 19 + std::size_t{kWorldBlocks} * (2 + 2 * kWorldBlockBytes + 2 * kWorldBlockRuns);
 
 /// Replaces `message` by what leads from `base` to `state`. No heap if it has the capacity of the longest message.
 /// @param base  the state that the reader has; nullptr: none, a snapshot. Contract: its sequence is not 0.

@@ -17,14 +17,17 @@ void check(const WorldState& state) {
     test::require(state.vertices_W.size() == static_cast<std::size_t>(kWorldVertices));
     test::require(state.faces.size() == static_cast<std::size_t>(kWorldFaces));
     test::require(state.cells.size() == static_cast<std::size_t>(kWorldGridBytes));
+    test::require(state.levels.size() == static_cast<std::size_t>(kWorldGridBytes));
+    test::require(state.confirmed.size() == static_cast<std::size_t>(kWorldRuns));
     for (const WorldFace& face : state.faces) {
         for (const std::uint16_t vertex : face.vertex) {
             test::require(vertex < kWorldVertices);
         }
     }
     static_cast<void>(state.at({0.5, -1e300, 1e9}));
-    static_cast<void>(
-        state.at({state.low[0] * state.cell_m, state.low[1] * state.cell_m, state.low[2] * state.cell_m}));
+    const WorldPoint corner =
+        state.describe({state.low[0] * state.cell_m, state.low[1] * state.cell_m, state.low[2] * state.cell_m});
+    test::require(corner.age_s >= 0.0F && corner.certainty >= 0.0F && corner.certainty <= 1.0F);
 }
 
 void read_anything(FuzzInput& input) {
@@ -63,6 +66,8 @@ void change(FuzzInput& input, WorldState& state) {
             face.is_used = true;
         }
         state.cells[input.take<std::uint32_t>() % kWorldGridBytes] = input.take<std::uint8_t>();
+        state.levels[input.take<std::uint32_t>() % kWorldGridBytes] = input.take<std::uint8_t>();
+        state.confirmed[input.take<std::uint32_t>() % kWorldRuns] = input.take<std::uint16_t>();
     }
 }
 

@@ -75,6 +75,41 @@ TEST_CASE("before a wall is free, the wall is occupied, what lies behind or asid
     CHECK(part.free_m == 2.0);
 }
 
+TEST_CASE("a ray passes a wall closely, but not what is in the wall; a vehicle there does not") {
+    Watcher w;
+    for (int k = 0; k < 4; ++k) {
+        w.see(wall_at(3.06), kHere, 10.0 + 0.25 * k);
+    }
+    // Along the wall, in the cells that it occupies: 5 cm before it, and in it.
+    const Vector3d before(3.01, -0.8, 0.03);
+    const GridRay along = w.grid->cast(before, Vector3d::UnitY(), 1.6);
+    CHECK(along.end.space == Space::kFree);
+    CHECK(along.free_m == 1.6);
+    CHECK(std::isinf(along.obstacle_m));
+    CHECK(w.grid->cast(before + Vector3d(0.055, 0.0, 0.0), Vector3d::UnitY(), 1.6).obstacle_m < 0.05);
+    CHECK(w.grid->cast(kEye, Vector3d::UnitX(), 6.0).obstacle_m == Approx(3.03).margin(0.026));
+    CHECK(w.grid->at(before).space == Space::kOccupied);
+    CHECK(w.grid->segment(before, before + Vector3d(0.0, 1.6, 0.0), 0.0).space == Space::kOccupied);
+    CHECK(w.grid->nearest(before, 1.0).obstacle_m < 1e-9);
+}
+
+TEST_CASE("where lines of sight pass an occupied cell, its surface is no more") {
+    Watcher w;
+    GridConfig coarse;
+    coarse.cell_m = 0.5;  // parts of 12.5 cm
+    REQUIRE(ok(w.grid->configure(coarse)));
+    for (int k = 0; k < 4; ++k) {
+        w.see(wall_at(3.05), kHere, 10.0 + 0.25 * k);
+    }
+    CHECK(w.grid->cast(kEye, Vector3d::UnitX(), 6.0).obstacle_m == Approx(2.97).margin(1e-6));
+    // The same landmarks turn out to be farther, in the same cell.
+    for (int k = 4; k < 8; ++k) {
+        w.see(wall_at(3.45), kHere, 10.0 + 0.25 * k);
+    }
+    CHECK(w.grid->cast(kEye, Vector3d::UnitX(), 6.0).obstacle_m == Approx(3.345).margin(1e-6));
+    CHECK(w.grid->at({3.05, 0.0, 0.0}).space == Space::kOccupied);
+}
+
 TEST_CASE("a blank wall is unknown, not free, in the ray and in the sweep") {
     // GIVEN landmarks at two borders of a wall too far apart for a face: nothing between them
     World borders = wall_at(3.05);

@@ -39,6 +39,8 @@ TEST_CASE("the described grid answers as the grid itself, also when it has rolle
     REQUIRE(ok(grid->configure({})));
     WorldState world;
     std::array<int, 3> seen{};
+    int is_older = 0;
+    int is_aged = 0;
     for (int k = 0; k < 6; ++k) {
         const Eigen::Vector3d p_W(-3.0 + 1.7 * k, 0.4 * k, 0.03);
         test::MeshWorld wall;
@@ -57,9 +59,16 @@ TEST_CASE("the described grid answers as the grid itself, also when it has rolle
                     const WorldSpace expected = space == Space::kFree       ? WorldSpace::kFree
                                                 : space == Space::kOccupied ? WorldSpace::kOccupied
                                                                             : WorldSpace::kUnknown;
-                    if (world.at({q.x(), q.y(), q.z()}) != expected) {
+                    const WorldPoint point = world.describe({q.x(), q.y(), q.z()});
+                    const GridState state = grid->at(q);
+                    // Levels end below the greatest certainty, and a run of cells has the age of its oldest.
+                    const float above = state.certainty - point.certainty;
+                    if (world.at({q.x(), q.y(), q.z()}) != expected || point.space != expected || above < -1e-3F ||
+                        above > 0.025F || point.age_s < state.age_s - 1e-3F) {
                         FAIL(q.transpose());
                     }
+                    is_older += point.age_s > state.age_s + 1e-3F ? 1 : 0;
+                    is_aged += point.age_s > 0.0F ? 1 : 0;
                     ++seen[static_cast<std::size_t>(space)];
                 }
             }
@@ -68,6 +77,8 @@ TEST_CASE("the described grid answers as the grid itself, also when it has rolle
     CHECK(seen[0] > 100);
     CHECK(seen[1] > 100);
     CHECK(seen[2] > 10);
+    CHECK(is_aged > 100);
+    CHECK(5 * is_older < seen[0] + seen[2]);
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ public:
         state_.resets = static_cast<std::uint32_t>(state_.sequence / 7);
         state_.cell_m = 0.1;
         state_.low = {pick(40) - 20, pick(40) - 20, -3};
+        ++state_.tick;
         state_.planes.resize(static_cast<std::size_t>(pick(kWorldPlanes + 1)));
         for (WorldPlane& plane : state_.planes) {
             plane = {static_cast<std::uint32_t>(pick(1000)), {0.0F, 0.0F, 1.0F}, static_cast<float>(pick(9))};
@@ -40,6 +41,11 @@ public:
             WorldFace& face = state_.faces[static_cast<std::size_t>(pick(kWorldFaces))];
             face = face.is_used && pick(2) == 0 ? WorldFace{} : any_face();
             state_.cells[static_cast<std::size_t>(pick(kWorldGridBytes))] = static_cast<std::uint8_t>(pick(3));
+        }
+        // Fewer, and of their own blocks: each of the three is reason enough to send a block.
+        for (int i = 0; i < 20; ++i) {
+            state_.levels[static_cast<std::size_t>(pick(kWorldGridBytes))] = static_cast<std::uint8_t>(pick(256));
+            state_.confirmed[static_cast<std::size_t>(pick(kWorldRuns))] = state_.tick;
         }
         return state_;
     }
