@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kMinRho = 0.02;     // 1/m: farther landmarks say nothing about a plane
 constexpr int kMisfitKeyframes = 2;  // in a row, after which a plane is given up
+constexpr int kFirstWait = 8;        // keyframes until a plane that was given up may return
+constexpr int kLongestWait = 1024;
 constexpr int kMaxLandmarkMisfits = 2;
 constexpr double kLeastFitting = 0.6;  // of a proposed plane's landmarks: if fewer fit, clutter was taken for a plane
 constexpr double kMaxSigma = 0.15;     // m: a landmark whose height is less certain than this fits everywhere
@@ -49,14 +51,19 @@ void PlaneSet::configure(const RegularityConfig& config) {
 void PlaneSet::reset() { refused_.clear(); }
 
 bool PlaneSet::is_refused(PlaneId id) const {
-    return std::find(refused_.begin(), refused_.end(), id) != refused_.end();
+    return std::any_of(refused_.begin(), refused_.end(), [=](const Refusal& r) { return r.id == id && r.left > 0; });
 }
 
 void PlaneSet::refuse(PlaneId id) {
-    if (refused_.size() == refused_.capacity()) {
-        refused_.erase(refused_.begin());  // the oldest; the mesh has given it up long ago
+    Refusal refusal{id, kFirstWait, kFirstWait};
+    const auto known = std::find_if(refused_.begin(), refused_.end(), [=](const Refusal& r) { return r.id == id; });
+    if (known != refused_.end()) {
+        refusal.wait = refusal.left = std::min(2 * known->wait, kLongestWait);
+        refused_.erase(known);
+    } else if (refused_.size() == refused_.capacity()) {
+        refused_.erase(refused_.begin());  // the one that has not been refused for longest
     }
-    refused_.push_back(id);
+    refused_.push_back(refusal);
 }
 
 bool PlaneSet::measure(const Landmark& landmark, const Plane& plane, const WindowCameras& cameras, Height& out) const {
@@ -205,6 +212,9 @@ void PlaneSet::weigh(WindowState& state) const {
 }
 
 void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const WindowCameras& cameras) {
+    for (Refusal& refusal : refused_) {
+        refusal.left = std::max(0, refusal.left - 1);
+    }
     for (int p = static_cast<int>(state.planes.size()) - 1; p >= 0; --p) {
         WindowPlane& plane = state.planes[static_cast<std::size_t>(p)];
         const bool is_seen = find(proposals, plane.id) != nullptr;

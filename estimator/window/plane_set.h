@@ -12,8 +12,9 @@ namespace facet {
 ///   A plane enters with enough landmarks that fit it and do not lie along a line. Out of sight it stays as a variable
 /// as long as the prior has information on it and no other plane needs its place: seen again, it corrects the drift
 /// since. It leaves when too few landmarks hold it before marginalization has used it, or when its landmarks, if free,
-/// would not lie on it; in the latter case it is not admitted again. When a plane leaves, the prior's information on it
-/// is marginalized and its landmarks are free again.
+/// would not lie on it; in the latter case it is refused for 8 keyframes, and for twice as long each time that this
+/// happens again, after which it has to pass all tests anew. When a plane leaves, the prior's information on it is
+/// marginalized and its landmarks are free again.
 ///   A landmark joins a plane whose proposal lists it if its distance is below join_sigmas of its own and the plane's
 /// uncertainty; it leaves beyond leave_sigmas, and does not rejoin after the second time.
 ///   The heights of many landmarks above one plane count less than as many independent ones
@@ -47,8 +48,15 @@ private:
     void assign(const PlaneProposals& proposals, WindowState& state, const WindowCameras& cameras) const;
     void weigh(WindowState& state) const;
 
+    /// A plane that was given up.
+    struct Refusal {
+        PlaneId id;
+        int wait = 0;  ///< keyframes, of the last time
+        int left = 0;  ///< of these; 0: it may return
+    };
+
     RegularityConfig config_;
-    boost::container::static_vector<PlaneId, 4 * kMaxPlanes> refused_;
+    boost::container::static_vector<Refusal, 4 * kMaxPlanes> refused_;  ///< by last refusal
 };
 
 }  // namespace facet

@@ -15,7 +15,7 @@ constexpr int kDoubtsToWithhold = 2;     // a single doubtful keyframe may be ch
 
 bool is_usable(const PlaneEstimate& e) {
     return e.id.valid() && e.normal_W.allFinite() && std::isfinite(e.distance_m) &&
-           std::abs(e.normal_W.norm() - 1.0) < 1e-6 && e.constraints > 0;
+           std::abs(e.normal_W.norm() - 1.0) < 1e-6;
 }
 
 }  // namespace
@@ -177,7 +177,7 @@ void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
             continue;
         }
         evidence_.collect_owned(plane.serial, others_);
-        if (!is_one({others_.data(), others_.size()}, on, fit)) {
+        if (!is_one(plane, {others_.data(), others_.size()}, on, fit)) {
             continue;
         }
         evidence_.own(support_, plane.serial);

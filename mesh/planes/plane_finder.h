@@ -30,7 +30,7 @@ struct TrackedPlane {
     int found = 0;                  ///< keyframes that found it
     int lost = 0;                   ///< keyframes in a row that did not
     int doubts = 0;                 ///< keyframes in a row at which its landmarks did not form a plane
-    bool is_held = false;           ///< normal and distance are the estimator's
+    bool is_held = false;           ///< a variable of the estimator, in sight or not: normal and distance are its own
     bool is_reported = false;       ///< among the last proposals
     Eigen::AlignedBox3d surface_W;  ///< around all of it that was ever found (m)
     SightedFrom from;               ///< when last found
@@ -58,7 +58,9 @@ struct PlaneCounters {
 ///     bend, a common trend of neighbouring residuals, or many neighbours off the plane. If it equals a known plane,
 ///     lost ones included, it is that plane; else it gets an id when found at `confirm_keyframes`.
 /// Two planes are equal if one plane fits the landmarks of both, and if normal and distance, compared at each other's
-/// landmarks, differ by no more than their uncertainty explains, within absolute limits. A plane lost for more than
+/// landmarks, differ by no more than their uncertainty explains, within absolute limits. What joins a plane that is a
+/// variable of the estimator has to lie on that as it is: the floor of the next room, half a degree off, would else
+/// take its id, be held on it, be doubted, be lost, and be found anew. A plane lost for more than
 /// `leave_keyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
 /// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
 /// which has left, given the drift since (PlaneMemory), gets its id instead of a new one. It is proposed as another one
@@ -105,7 +107,8 @@ private:
     bool refine(const PlanePeak& peak, PlaneFit& fit);
     void adopt(PlaneKind kind, const PlaneFit& fit);
     bool may_be_same(const TrackedPlane& a, PlaneKind kind, const PlaneFit& fit) const;
-    bool is_one(std::span<const std::uint16_t> a, std::span<const std::uint16_t> b, const PlaneFit& start);
+    bool is_one(const TrackedPlane& known, std::span<const std::uint16_t> a, std::span<const std::uint16_t> b,
+                const PlaneFit& start);
     void merge_equal();
     bool merge(TrackedPlane& older, const TrackedPlane& younger);
     void note_sightings();

@@ -39,8 +39,15 @@ bool PlaneFinder::may_be_same(const TrackedPlane& a, PlaneKind kind, const Plane
     return is_near(a.fit, fit) && is_near(fit, a.fit);
 }
 
-/// Whether one plane fits the landmarks of both; true if one has none.
-bool PlaneFinder::is_one(std::span<const std::uint16_t> a, std::span<const std::uint16_t> b, const PlaneFit& start) {
+/// Whether one plane fits the landmarks of both; true if one has none. If the estimator has the known plane among its
+/// variables, others are held on that, wherever their own surface is: they have to lie on it as it is.
+bool PlaneFinder::is_one(const TrackedPlane& known, std::span<const std::uint16_t> a, std::span<const std::uint16_t> b,
+                         const PlaneFit& start) {
+    if (known.is_held && b.size() >= static_cast<std::size_t>(kMinFitPoints)) {
+        PlaneFit fit = known.fit;
+        return ok(describe_plane(evidence_.points(), b, config_.surface_sigma_m, fit)) &&
+               fit.chi2 <= kKeepSlack * config_.max_chi2;
+    }
     if (a.empty() || b.empty()) {
         return true;
     }
@@ -62,8 +69,14 @@ bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
     }
     evidence_.collect_owned(older.serial, support_.points);
     evidence_.collect_owned(younger.serial, others_);
-    if (!is_one({support_.points.data(), support_.points.size()}, {others_.data(), others_.size()}, younger.fit)) {
+    if (!is_one(older, {support_.points.data(), support_.points.size()}, {others_.data(), others_.size()},
+                younger.fit)) {
         return false;
+    }
+    if (younger.is_held && !older.is_held) {  // the estimator does not have to begin anew, nor to forgive the older one
+        older.proposed = younger.proposed;
+        older.is_held = true;
+        older.fit = younger.fit;
     }
     evidence_.hand_over(younger.serial, older.serial);
     if (older.lost > younger.lost) {

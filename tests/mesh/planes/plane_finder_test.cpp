@@ -199,6 +199,41 @@ TEST_CASE("what the estimator made of a plane is the plane, and landmarks are ju
     }
 }
 
+TEST_CASE("the floor of the next room, a degree off, is another plane while the estimator knows the first") {
+    PlaneWorld world;
+    world.noise_px = 0.05;
+    const int here = world.add({0.5, -1.5, 0.0}, {2.5, 0.0, 0.0}, {0.0, 3.0, 0.0}, 0.2);
+    const double slope = std::tan(1.0 * kDegree);
+    const int next = world.add({3.0, -1.5, 0.0}, {2.5, 0.0, 2.5 * slope}, {0.0, 3.0, 0.0}, 0.2);
+    PlaneRig rig(world);
+    rig.viewer.memory = 2;
+    const Se3 first = looking({-0.3, 0.0, 1.3}, 0.0, 0.9);  // neither sees the other floor
+    const Se3 second = looking({2.9, 0.0, 1.3}, 0.0, 0.9);
+    rig.hover(first, 4);
+    REQUIRE(rig.finder->proposals().size() == 1);
+    const PlaneProposal floor = rig.finder->proposals()[0];
+    REQUIRE(on_surface(world, floor, here) > 40);
+    const auto look = [&](const Se3& from, int constraints) {
+        rig.viewer.view(++rig.number, from);
+        rig.viewer.last().planes.clear();
+        rig.viewer.last().planes.push_back({floor.id, floor.kind, floor.normal_W, floor.distance_m, constraints});
+        rig.step_on(rig.viewer.last());
+    };
+    look(first, 60);
+    PlaneId other;
+    for (int k = 0; k < 16; ++k) {
+        look(second, 0);
+        for (const PlaneProposal& p : rig.finder->proposals()) {
+            if (on_surface(world, p, next) > 40) {
+                CHECK(p.id != floor.id);
+                CHECK((!other.valid() || p.id == other));
+                other = p.id;
+            }
+        }
+    }
+    CHECK(other.valid());
+}
+
 TEST_CASE("the map moves, by drift taken out: planes move along under their ids") {
     const Corner world;
     PlaneRig rig(world);
