@@ -17,6 +17,7 @@ constexpr int kMostOccupied = 5;
 constexpr int kMostFree = -6;
 constexpr int kPointWeight = 1;
 constexpr int kLandmarkWeight = 2;
+constexpr int kSeenTwice = 2;  // keyframes: a face that frees the space before it
 constexpr double kTargetSigmas = 2.0;  // a line of sight ends so many before its target
 constexpr float kMaxPointChi2 = 6.0F;
 constexpr double kMaxPathStep_m = 2.0;  // between keyframes: the path is not known well enough beyond
@@ -273,6 +274,9 @@ void OccupancyGrid::carve_faces(const HorizonMesh& mesh, std::uint32_t update) {
             continue;
         }
         const MeshFace& face = mesh.face(static_cast<FaceIndex>(i));
+        if (face.observations < kSeenTwice) {
+            continue;  // it may bridge from one side of a thin thing to the other
+        }
         const double range = (mesh.centroid(face) - p_W_C_).norm();
         const double spacing = std::max(config_.cell_m, config_.ray_spacing_rad * range);
         sample_triangle(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2), spacing,

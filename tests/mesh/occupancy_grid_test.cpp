@@ -265,6 +265,27 @@ TEST_CASE("a face that only closes a hole neither makes an obstacle nor frees wh
     CHECK(grid.at({3.02, 0.0, 0.0}).space == Space::kOccupied);
 }
 
+TEST_CASE("a face frees what is before it when a second keyframe has confirmed it") {
+    const auto mesh = one_face(0.01);
+    MeshFace& face = mesh->face(0);
+    face.last_confirmed = 1;
+    face.observations = 1;
+    const auto view = view_of({}, kHere, 10);
+    const auto grid = std::make_unique<OccupancyGrid>();
+    const auto watch = [&] {
+        for (int k = 0; k < 4; ++k) {
+            view->stamp = view->stamp + Duration::from_seconds(0.25);
+            grid->update(*view, *mesh, 1);
+        }
+    };
+    watch();
+    CHECK(grid->at({1.5, 0.0, 0.0}).space == Space::kUnknown);
+    CHECK(grid->at({3.02, 0.0, 0.0}).space == Space::kOccupied);  // an obstacle it is at once
+    face.observations = 2;
+    watch();
+    CHECK(grid->at({1.5, 0.0, 0.0}).space == Space::kFree);
+}
+
 TEST_CASE("a face seen at a grazing angle leaves its place unknown: it may bridge a step") {
     const auto mesh = one_face(0.01);
     MeshFace& face = mesh->face(0);
