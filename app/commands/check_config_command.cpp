@@ -14,6 +14,7 @@
 #include "app/config/vehicle_file.h"
 #include "app/config/vehicle_files.h"
 #include "app/support/console.h"
+#include "app/support/input_error.h"
 
 namespace facet {
 namespace {

@@ -6,6 +6,8 @@
 #include <bit>
 #include <utility>
 
+#include "app/output/frame_log.h"
+
 namespace facet {
 namespace {
 
@@ -52,10 +54,10 @@ SharedMessage hello_message(const StereoRig& rig) {
 }
 
 SharedMessage frame_message(const ViewState& s, Timestamp begin) {
-    return text_message(
-        fmt::format(R"({{"t":{:.4f},{}"state":"{}","quality":{},"tracked":{},"ms":{:.2f},"keyframe":{}}})",
-                    (s.stamp - begin).seconds(), s.has_pose ? pose_text(s.T_W_B) : "", to_string(s.health.state),
-                    s.health.quality, s.health.tracked, s.times[0].wall_ms, s.is_keyframe));
+    return text_message(fmt::format(
+        R"({{"t":{:.4f},{}"state":"{}","reasons":"{}","quality":{},"tracked":{},"ms":{:.2f},"keyframe":{}}})",
+        (s.stamp - begin).seconds(), s.has_pose ? pose_text(s.T_W_B) : "", to_string(s.health.state),
+        reason_names(s.health.reasons), s.health.quality, s.health.tracked, s.times[0].wall_ms, s.is_keyframe));
 }
 
 SharedMessage mesh_message(const std::vector<ViewFace>& faces) {

@@ -164,7 +164,8 @@ def write_live(path, modules):
 <title>facet live</title><link rel="icon" href="data:,"><style>{(HERE / 'page.css').read_text()}</style></head>
 <body class="live"><div class="view"><div class="stage"><canvas aria-label="the flight in 3D"></canvas>
 <canvas class="eye" hidden aria-label="the left image with its landmarks"></canvas>
-<div class="said"></div><div class="chips"><label><input type="checkbox" checked> Follow</label></div></div></div>
+<b class="badge" hidden></b><div class="said"></div>
+<div class="chips"><label><input type="checkbox" checked> Follow</label></div></div></div>
 <script>{as_script(script)}</script></body></html>
 """, encoding="utf-8")
     return None

@@ -21,6 +21,7 @@ class Live {
     this.root = root;
     this.canvas = root.querySelector("canvas");
     this.said = root.querySelector(".said");
+    this.badge = root.querySelector(".badge");
     this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.scene = new Scene();
@@ -100,8 +101,12 @@ class Live {
 
   showFrame(frame) {
     this.received.frames += 1;
-    this.tell(`${frame.t.toFixed(2)} s  ${frame.state}, quality ${frame.quality}, ${frame.tracked} features, `
-      + `${frame.ms.toFixed(1)} ms`);
+    this.badge.hidden = false;
+    this.badge.textContent = frame.state;
+    this.badge.className = `badge state-${frame.state.toLowerCase()}`;
+    const reasons = frame.reasons.replaceAll("_", " ").split("|").join(", ");
+    this.tell(`${frame.t.toFixed(2)} s, quality ${frame.quality}, ${frame.tracked} features, `
+      + `${frame.ms.toFixed(1)} ms${reasons ? `\n${reasons}` : ""}`);
     if (!frame.p) {
       return;
     }

@@ -23,7 +23,9 @@ def watch(browser, address):
     browser.wait("globalThis.facetView && facetView.received.frames > 10 && facetView.received.meshes > 0")
     browser.wait("facetView.received.pictures > 3 && facetView.received.points > 100 && !facetView.eye.hidden")
     assert browser.evaluate("[facetView.eye.width, facetView.eye.height].join()") == "376,240"
-    assert "TRACKING" in browser.evaluate("document.querySelector('.said').textContent")
+    badge = "document.querySelector('.badge')"
+    assert browser.evaluate(f"[{badge}.textContent, {badge}.className].join()") == "TRACKING,badge state-tracking"
+    assert ", quality " in browser.evaluate("document.querySelector('.said').textContent")
     browser.wait("facetView.mesh.geometry.attributes.position.count > 300")
     browser.evaluate("globalThis.before = {picture: facetView.picture(), count: facetView.count}")
     browser.wait("facetView.count > before.count + 5 && facetView.picture() !== before.picture")
