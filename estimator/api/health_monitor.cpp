@@ -85,8 +85,8 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
             ? config_.max_calibration_stretch / e.calibration_stretch
             : 1.0,
     };
-    // With a calibration in doubt the claimed covariance is too, so that half is the best.
-    const double best = share[4] < 1.0 || share[5] < 1.0 ? kDoubtQuality : 1.0;
+    // With a calibration or readings in doubt the claimed covariance is too, so that half is the best.
+    const double best = share[4] < 1.0 || share[5] < 1.0 || e.imu.is_doubted ? kDoubtQuality : 1.0;
     double worst = (e.stamp - started_).seconds() < config_.grace_s ? kGraceQuality : 1.0;
     // Inertial data alone are good for a while: features count in proportion to how long they have been missing.
     const double age = std::clamp(vision_age_s(e.stamp) / config_.lost_after_s, 0.0, 1.0);

@@ -17,6 +17,7 @@
 #include "app/mcap/log_messages.h"
 #include "app/mcap/mcap_writer.h"
 #include "app/support/input_error.h"
+#include "app/support/text_file.h"
 #include "drivers/replay_asl/asl_dataset.h"
 #include "drivers/replay_asl/csv_file.h"
 #include "platform/base/regular_file.h"

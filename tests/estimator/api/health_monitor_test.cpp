@@ -246,3 +246,25 @@ TEST_CASE("a calibration in doubt halves the quality, and does not end tracking"
     CHECK(f.has(kReasonCalibration));
     CHECK(f.health.quality == 50);
 }
+
+TEST_CASE("inertial readings that images contradict degrade, and halve the quality at least", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(10.0);
+    e.imu_chi2 = 3.9;
+    CHECK(f.step(e) == TrackingState::kTracking);
+    CHECK(f.health.quality == 100);
+
+    e.stamp = at(10.05);
+    e.imu.is_doubted = true;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    CHECK(f.has(kReasonImuContradicted));
+    CHECK(f.health.quality == 50);
+
+    e.stamp = at(10.1);
+    e.imu.is_doubted = false;
+    e.imu_chi2 = 16.0;
+    CHECK(f.step(e) == TrackingState::kDegraded);
+    CHECK(f.has(kReasonHighResidual));
+    CHECK_FALSE(f.has(kReasonImuContradicted));
+    CHECK(f.health.quality == 25);
+}
