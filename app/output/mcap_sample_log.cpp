@@ -21,7 +21,7 @@ std::uint64_t time_of(Timestamp stamp) { return static_cast<std::uint64_t>(std::
 
 std::string begin_file(const std::string& folder) {
     make_folder(folder);
-    const std::string path = folder + "/" + McapSampleLog::kFileName;
+    std::string path = folder + "/" + McapSampleLog::kFileName;
     if (std::filesystem::exists(path)) {
         throw InputError(path + ": there is a log already");
     }
