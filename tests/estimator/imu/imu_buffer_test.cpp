@@ -11,27 +11,15 @@
 #include <memory>
 #include <random>
 
+#include "tests/estimator/imu/ramp_history.h"
+
 namespace facet {
 namespace {
 
-constexpr std::int64_t kStep_ns = 5'000'000;
-
-/// Linear in time, so that interpolation and the mean over a step are exact.
-ImuSample ramp(std::int64_t stamp_ns) {
-    const double t = static_cast<double>(stamp_ns) * 1e-9;
-    return {Timestamp{stamp_ns}, {0.5 * t, 0.2 - t, 0.3}, {1.0 + t, -2.0 * t, 9.81}};
-}
-
-/// On the heap: the buffer is too large for a local.
-std::unique_ptr<ImuBuffer> filled(int samples, std::int64_t first_ns = 0) {
-    auto buffer = std::make_unique<ImuBuffer>(200.0);
-    for (int k = 0; k < samples; ++k) {
-        REQUIRE(ok(buffer->push(ramp(first_ns + k * kStep_ns))));
-    }
-    return buffer;
-}
-
-Timestamp ms(double t) { return Timestamp{static_cast<std::int64_t>(t * 1e6)}; }
+using test::filled;
+using test::kStep_ns;
+using test::ms;
+using test::ramp;
 
 }  // namespace
 

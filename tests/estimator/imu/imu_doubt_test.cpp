@@ -1,29 +1,17 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // Inertial samples that are not believed: replaced by a steady motion, noisier, and as read again when trust returns.
 #include <catch2/catch.hpp>
-#include <memory>
+#include <cmath>
 
-#include "estimator/imu/imu_buffer.h"
+#include "tests/estimator/imu/ramp_history.h"
 
 namespace facet {
 namespace {
 
-constexpr std::int64_t kStep_ns = 5'000'000;
-
-ImuSample ramp(std::int64_t stamp_ns) {
-    const double t = static_cast<double>(stamp_ns) * 1e-9;
-    return {Timestamp{stamp_ns}, {0.5 * t, 0.2 - t, 0.3}, {1.0 + t, -2.0 * t, 9.81}};
-}
-
-std::unique_ptr<ImuBuffer> filled(int samples) {
-    auto buffer = std::make_unique<ImuBuffer>(200.0);
-    for (int k = 0; k < samples; ++k) {
-        REQUIRE(ok(buffer->push(ramp(k * kStep_ns))));
-    }
-    return buffer;
-}
-
-Timestamp ms(double t) { return Timestamp{static_cast<std::int64_t>(t * 1e6)}; }
+using test::filled;
+using test::kStep_ns;
+using test::ms;
+using test::ramp;
 
 const SteadyMotion kMotion{{0.0, 0.0, 1.0}, {0.0, 2.0, 9.0}, {{0.01, 0.0, 0.0}, {0.0, 0.1, 0.0}}};
 
