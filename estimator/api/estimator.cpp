@@ -206,7 +206,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     if ((estimate.health.reasons & kReasonHighResidual) != 0) {
         widen_gauge((stamp - before).seconds());
     }
-    if (monitor.state() == TrackingState::kTracking || monitor.state() == TrackingState::kDegraded) {
+    if (monitor.is_usable()) {
         trusted = now;
         has_trusted = true;
     }

@@ -27,8 +27,7 @@ Status Estimator::Impl::examine_image(Preintegration& preintegration, FrameEstim
         return Status::kNotFound;
     }
     FACET_TRY(compare_with_map(preintegration, out));
-    const bool is_settled = monitor.state() == TrackingState::kTracking || monitor.state() == TrackingState::kDegraded;
-    if (is_settled && InertialDoubt::is_called_for(out, config.health.wrong_vision_chi2)) {
+    if (monitor.is_usable() && InertialDoubt::is_called_for(out, config.health.wrong_vision_chi2)) {
         doubt_readings(preintegration, out);
     }
     return Status::kOk;
@@ -129,8 +128,7 @@ void Estimator::Impl::own_up() {
 
 void Estimator::Impl::judge_bend() {
     constexpr int kStraight = 2;
-    const bool is_settled = monitor.state() == TrackingState::kTracking || monitor.state() == TrackingState::kDegraded;
-    if (is_settled && summary.imu_squared_error > config.health.high_vision_chi2 * kStateDim) {
+    if (monitor.is_usable() && summary.imu_squared_error > config.health.high_vision_chi2 * kStateDim) {
         bias_before = is_bent ? bias_before : newest.state.bias;
         is_bent = true;
         straight_keyframes = 0;

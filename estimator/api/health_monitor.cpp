@@ -72,7 +72,7 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
 }
 
 int HealthMonitor::quality(const HealthEvidence& e) const {
-    if (state_ != TrackingState::kTracking && state_ != TrackingState::kDegraded) {
+    if (!is_usable()) {
         return 0;
     }
     const double share[] = {
@@ -120,7 +120,7 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
                                   e.vision_chi2 < config_.high_vision_chi2 && e.is_confirmed;
             state_ = is_ready || (e.stands && has_vision) ? TrackingState::kTracking : TrackingState::kInit;
         }
-        if (state_ == TrackingState::kTracking || state_ == TrackingState::kDegraded) {
+        if (is_usable()) {
             state_ = (health.reasons & kDegrading) != 0U ? TrackingState::kDegraded : TrackingState::kTracking;
         }
     }

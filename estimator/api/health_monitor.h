@@ -59,6 +59,8 @@ public:
     void update(const HealthEvidence& evidence, Health& health);
 
     TrackingState state() const { return state_; }
+    /// The estimate may be used, well or badly.
+    bool is_usable() const { return state_ == TrackingState::kTracking || state_ == TrackingState::kDegraded; }
     /// LOST for a reason that makes the state itself worthless, not merely outdated.
     bool has_diverged() const { return has_diverged_; }
 
