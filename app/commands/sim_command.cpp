@@ -142,6 +142,12 @@ void add_sim_command(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
     sub->add_option("--imu-rate", options->imu_rate_hz, "Rate of the inertial samples (Hz)")->capture_default_str();
+    sub->add_option("--exposure", options->exposure_s,
+                    "Exposure of an image (s): the rays of a pixel spread over it, one alone blurs nothing")
+        ->capture_default_str();
+    sub->add_option("--contrast", options->contrast,
+                    "Contrast of every surface, in units of what the scene has: 0.1 leaves little to track")
+        ->capture_default_str();
     sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")
         ->capture_default_str();
     sub->add_option("--threads", options->threads, "Threads; the output does not depend on it")->capture_default_str();

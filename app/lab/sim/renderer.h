@@ -42,7 +42,8 @@ public:
 
     /// Picture with mid-exposure at flight time t.
     ///   grey = gain * vignette(u, v) * mean radiance, plus noise, clipped to 0..255
-    /// Within the exposure the body moves at constant rate and velocity; what that leaves out is below 0.01 px.
+    /// Within the exposure the body moves at constant rate and velocity; at 6 ms what that leaves out is below 0.01 px,
+    /// and grows with the square of the exposure.
     /// @param gain       grey values per radiance (auto-exposure)
     /// @param noise_key  of this frame and camera: the noise depends on nothing but it and the pixel
     /// @param image      resized to width * height

@@ -69,6 +69,7 @@ struct SceneDetail {
     int texture_size = 1024;        ///< texels of the large textures
     double light_spacing_m = 0.08;  ///< of the light bake
     int light_samples = 16;         ///< shadow rays per lamp and point, and twice as many towards the surroundings
+    double contrast = 1.0;          ///< of all materials, about their middle albedo [0, 1]; lamps shine as before
     int threads = 1;
 };
 
@@ -164,7 +165,7 @@ public:
 private:
     void add(std::string name, MaterialId m, const SurfaceShape& shape);
     void bake_textures(const SceneDetail& detail);
-    Scene::Look look_of(const Surface& surface) const;
+    Scene::Look look_of(const Surface& surface, double contrast) const;
 
     Scene scene_;
     std::vector<Material> materials_;

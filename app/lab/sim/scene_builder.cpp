@@ -103,13 +103,14 @@ void SceneBuilder::bake_textures(const SceneDetail& detail) {
     }
 }
 
-Scene::Look SceneBuilder::look_of(const Surface& surface) const {
+Scene::Look SceneBuilder::look_of(const Surface& surface, double contrast) const {
     const Material& m = materials_[surface.material];
+    const auto kept = static_cast<float>(contrast);
     Scene::Look look{};
     look.texture = static_cast<std::uint16_t>(surface.material + 1);
-    look.albedo_offset = m.dark;
-    look.albedo_slope = (m.bright - m.dark) / 255.0F;
-    look.blotches = m.blotches;
+    look.albedo_offset = m.dark + 0.5F * (1.0F - kept) * (m.bright - m.dark);
+    look.albedo_slope = kept * (m.bright - m.dark) / 255.0F;
+    look.blotches = kept * m.blotches;
     look.emission = m.emission;
     const Eigen::Vector2d extent = surface_extent(surface.shape);
     Eigen::Vector3d s(0.0, 1.0, 0.0);
@@ -146,7 +147,7 @@ Scene SceneBuilder::build(const SceneDetail& detail) {
     scene_.bvh_.build(scene_.shapes_);
     bake_textures(detail);
     for (const Primitive& primitive : scene_.bvh_.primitives()) {
-        scene_.looks_.push_back(look_of(scene_.surfaces_[primitive.surface]));
+        scene_.looks_.push_back(look_of(scene_.surfaces_[primitive.surface], detail.contrast));
     }
     for (Vector3d& normal : normals_) {
         normal.normalize();

@@ -75,6 +75,11 @@ Status check_options(const SimOptions& o, std::string& error) {
         error = fmt::format("--extrinsic-error: {} deg is outside 0 to 30 deg", o.extrinsic_error_deg);
     } else if (!(o.gravity_m_per_s2 >= 1.0 && o.gravity_m_per_s2 <= 30.0)) {
         error = fmt::format("--gravity: {} m/s^2 is outside 1 to 30 m/s^2", o.gravity_m_per_s2);
+    } else if (!(o.exposure_s > 0.0 && o.exposure_s * o.rate_hz <= 1.0)) {
+        error = fmt::format("--exposure: {} s is outside 0 to {} s, the time from image to image", o.exposure_s,
+                            1.0 / o.rate_hz);
+    } else if (!(o.contrast >= 0.0 && o.contrast <= 1.0)) {
+        error = fmt::format("--contrast: {} is outside 0 to 1", o.contrast);
     } else if (!(o.calibration_error >= 0.0 && o.calibration_error <= 100.0)) {
         error = fmt::format("--calibration-error: {} is outside 0 to 100", o.calibration_error);
     } else if (o.closed && vibration_of(o) != VibrationKind::kNone) {
@@ -121,6 +126,7 @@ Status prepare_folder(const SimOptions& o, std::string& error) {
 SceneDetail scene_detail(const SimOptions& o) {
     SceneDetail detail;
     detail.texture_size = o.texture_size;
+    detail.contrast = o.contrast;
     detail.threads = o.threads;
     if (o.texture_size < 256) {  // a draft: coarse light too
         detail.light_spacing_m = 0.5;
@@ -326,6 +332,7 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     const StereoRig rig = rig_with(options.camera);
     Photometry photometry;
     photometry.noise = options.noise;
+    photometry.exposure_s = options.exposure_s;
     const Renderer left(rig.left, rig.T_B_C0, options.samples, photometry);
     photometry.gain = kRightGain;
     const Renderer right(rig.right, rig.T_B_C1, options.samples, photometry);

@@ -35,6 +35,8 @@ struct SimOptions {
     double time_offset_s = 0.0;        ///< added to the stamps of the images, not to their time [-0.05, 0.05]
     double extrinsic_error_deg = 0.0;  ///< by which the written T_B_C are turned, both as one [0, 30]
     double gravity_m_per_s2 = 9.81;    ///< [1, 30]; the flight is the same, the IMU feels it
+    double exposure_s = 0.006;         ///< of an image, in which its pixels' samples are spread (0, 1 / rate]
+    double contrast = 1.0;             ///< of all surfaces, in units of what the scene has [0, 1]
     double calibration_error = 0.0;    ///< of the written cameras, in units of what a good calibration leaves [0, 100]
 };
 

@@ -6,8 +6,9 @@
 
 namespace facet::sim {
 
+inline const SceneDetail kDraft{64, 0.8, 4, 1};
+
 inline const Scene& draft_scene(std::string_view name) {
-    static const SceneDetail kDraft{64, 0.8, 4, 1};
     static const Scene room = make_scene("room", kDraft);
     if (name == "room") {
         return room;

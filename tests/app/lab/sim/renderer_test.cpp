@@ -181,6 +181,36 @@ TEST_CASE("Motion blurs along the motion, and does not move the picture") {
     CHECK(mean_difference(blurred, sharp) < mean_difference(later, sharp));
 }
 
+TEST_CASE("Contrast scales what differs within a surface, and keeps its middle") {
+    const StereoRig rig = euroc_rig();
+    const Scene& full = draft_scene("room");
+    SceneDetail detail = kDraft;
+    detail.contrast = 0.25;
+    const Scene faint = make_scene("room", detail);
+    const Flight flight = standing(full, 0.0);
+    const Renderer camera(small_camera(rig.left), rig.T_B_C0, 1, quiet());
+    std::vector<std::uint8_t> rich;
+    std::vector<std::uint8_t> poor;
+    camera.render({full, flight}, 1.0, 100.0, 1, rich);
+    camera.render({faint, flight}, 1.0, 100.0, 1, poor);
+    const Se3 T_W_C = flight.evaluate(1.0).T_W_B * rig.T_B_C0;
+    const auto surface = [&](int u, int v) { return full.cast(T_W_C.p, T_W_C.q * camera.ray(u, v)).surface; };
+    double of_rich = 0.0;
+    double of_poor = 0.0;
+    for (int v = 0; v < camera.height(); v += 2) {
+        for (int u = 0; u + 2 < camera.width(); u += 2) {
+            const auto at = static_cast<std::size_t>(v * camera.width() + u);
+            if (surface(u, v) == surface(u + 2, v)) {
+                of_rich += std::abs(rich[at] - rich[at + 2]);
+                of_poor += std::abs(poor[at] - poor[at + 2]);
+            }
+        }
+    }
+    CHECK(of_poor < 0.4 * of_rich);  // a quarter, and what light and rounding to whole grey values leave
+    CHECK(of_poor > 0.15 * of_rich);
+    CHECK(mean_difference(rich, poor) > 1.0);
+}
+
 TEST_CASE("Noise has the stated strength and depends on its key alone") {
     const StereoRig rig = euroc_rig();
     const Scene& scene = draft_scene("room");

@@ -163,9 +163,39 @@ TEST_CASE("Wrong options are refused in one line that names the option") {
     o = tiny(folder.path());
     o.stand_s = std::nan("");
     CHECK(refusal(o).find("--stand") == 0);
+    o = tiny(folder.path());
+    o.exposure_s = 0.11;  // longer than from image to image
+    CHECK(refusal(o).find("--exposure") == 0);
+    o = tiny(folder.path());
+    o.contrast = 1.1;
+    CHECK(refusal(o).find("--contrast") == 0);
     o = tiny("");
     CHECK(refusal(o).find("--out") == 0);
     CHECK_FALSE(fs::exists(folder.path()));
+}
+
+TEST_CASE("A long exposure blurs what is seen in motion and nothing else") {
+    const TemporaryFolder brief("brief");
+    const TemporaryFolder lengthy("lengthy");
+    SimSummary summary;
+    std::string error;
+    SimOptions options = tiny(brief.path());
+    options.duration_s = 1.0;
+    options.rate_hz = 5.0;
+    options.samples = 4;
+    options.noise = false;
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    options.out = lengthy.path();
+    options.exposure_s = 0.03;
+    REQUIRE(ok(simulate(options, {}, summary, error)));
+    auto a = contents(brief.path());
+    auto b = contents(lengthy.path());
+    const auto images = rows(a["mav0/cam0/data.csv"]);
+    REQUIRE(images.size() == 7);
+    CHECK(a["mav0/cam0/data/" + images[1][1]] == b["mav0/cam0/data/" + images[1][1]]);  // before take-off
+    CHECK(a["mav0/cam0/data/" + images[6][1]] != b["mav0/cam0/data/" + images[6][1]]);
+    CHECK(a["mav0/imu0/data.csv"] == b["mav0/imu0/data.csv"]);
+    CHECK(a["mav0/state_groundtruth_estimate0/data.csv"] == b["mav0/state_groundtruth_estimate0/data.csv"]);
 }
 
 TEST_CASE("A time offset moves the stamps of the images and nothing else") {
