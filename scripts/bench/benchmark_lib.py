@@ -13,6 +13,9 @@ import subprocess
 import sys
 import time
 
+from bench.marked_document import (add_document_option, check_document, measured_by, put_between_marks,
+                                   script_name)
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 QUICK_FACTORS = [1.0, 0.0]
 QUICK_DURATION_S = 10.0
@@ -28,6 +31,7 @@ def base_parser(description, out):
     parser.add_argument("--core", type=int, default=0, help="core to pin to; -1 for none")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
                         help="parameter on top of --config, e.g. --set window.keyframes=10; may be repeated")
+    add_document_option(parser)
     return parser
 
 
@@ -85,7 +89,6 @@ def add_condition_options(parser, seeds=(1, 2, 3)):
     parser.add_argument("--duration", type=float, help="only this much of each log, or of each flight (s)")
     parser.add_argument("--quick", action="store_true",
                         help=f"to try it out: K of 1 and 0, one seed, {QUICK_DURATION_S:g} s of each log")
-    parser.add_argument("--markdown", action="store_true", help="print table.md, to be pasted into a document")
 
 
 def conditions(arguments):
@@ -130,6 +133,7 @@ def worst(values):
 
 def check_arguments(parser, arguments):
     """Ends with exit code 2 and one line if what base_parser asks for, or a dataset, is not there."""
+    check_document(parser, arguments)
     if any(factor < 0 for factor in getattr(arguments, "factors", [])):
         parser.error("--factors: must not be negative")
     if getattr(arguments, "duration", None) is not None and arguments.duration <= 0:
@@ -265,16 +269,21 @@ def markdown_table(columns, rows):
 
 
 def write_tables(arguments, heading, tables, notes, results, left=1):
-    """Writes table.txt, table.md and results.json into the output folder and prints one of the tables.
+    """Writes table.txt, table.md and results.json into the output folder, prints table.txt and puts table.md into the
+    document, if one was given.
 
-    `tables` are pairs of columns and rows, of which the first `left` columns hold text.
+    `tables` are pairs of columns and rows, of which the first `left` columns hold text. table.md says what made it.
     """
     texts = [text_table(columns, rows, left) for columns, rows in tables]
     (arguments.out / "table.txt").write_text("\n".join([heading, "\n\n".join(texts)] + notes) + "\n")
-    (arguments.out / "table.md").write_text("\n\n".join(
-        [heading, *(markdown_table(columns, rows) for columns, rows in tables)] + notes) + "\n")
+    marked = "\n\n".join([heading[:1].upper() + heading[1:] + ".",
+                          *(markdown_table(columns, rows) for columns, rows in tables), *notes,
+                          measured_by(arguments.facet)])
+    (arguments.out / "table.md").write_text(marked + "\n")
     (arguments.out / "results.json").write_text(json.dumps(results, indent=2) + "\n")
-    print((arguments.out / ("table.md" if arguments.markdown else "table.txt")).read_text(), end="")
+    print((arguments.out / "table.txt").read_text(), end="")
+    if arguments.document:
+        put_between_marks(arguments.document, script_name(), marked)
     print(f"written: {arguments.out}/table.txt, table.md, results.json", file=sys.stderr)
 
 

@@ -122,18 +122,44 @@ class Draws(unittest.TestCase):
         self.assertEqual(lib.worst([1.0, None, 3.0]), 3.0)
         self.assertIsNone(lib.worst([None]))
 
-    def test_tables_are_written_and_one_is_printed(self):
-        with tempfile.TemporaryDirectory() as folder:
-            for options, printed in (([], "table.txt"), (["--markdown"], "table.md")):
-                arguments = self.arguments("--out", folder, *options)
-                out = io.StringIO()
-                with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
-                    lib.write_tables(arguments, "what", [(["a", "K"], [["x", "1"]])], ["a note"], {"x": 1})
-                self.assertEqual(out.getvalue(), (arguments.out / printed).read_text())
-            self.assertEqual((arguments.out / "table.txt").read_text(), "what\na  K\nx  1\na note\n")
-            self.assertEqual((arguments.out / "table.md").read_text(),
-                             "what\n\n| a | K |\n|---|---|\n| x | 1 |\n\na note\n")
-            self.assertEqual(json.loads((arguments.out / "results.json").read_text()), {"x": 1})
+    def test_tables_are_written_printed_and_put_into_a_document(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            program = folder / "facet"
+            program.write_text("#!/bin/sh\necho 'facet 1'\necho 'commit   0123abc'\n")
+            program.chmod(0o755)
+            log = folder / "flight 7"
+            log.mkdir()
+            document = folder / "accuracy.md"
+            document.write_text("before\n<!-- scripts/benchmark_x -->\nold\n<!-- end -->\nafter\n")
+            given = ["benchmark_x", str(log), "--seeds", "2", "--core=1", "--out", str(folder), "--facet", str(program),
+                     "--document", str(document)]
+            out = io.StringIO()
+            with unittest.mock.patch.object(sys, "argv", given), contextlib.redirect_stdout(out), \
+                    contextlib.redirect_stderr(io.StringIO()):
+                arguments = self.arguments(*given[2:])
+                lib.write_tables(arguments, "what", [(["a", "K"], [["x", "1"]])], ["a note"], {"x": 1})
+            self.assertEqual((folder / "table.txt").read_text(), "what\na  K\nx  1\na note\n")
+            self.assertEqual(out.getvalue(), (folder / "table.txt").read_text())
+            expected = ("What.\n\n| a | K |\n|---|---|\n| x | 1 |\n\na note\n\n"
+                        "`scripts/benchmark_x 'flight 7' --seeds 2`, commit 0123abc.\n")
+            self.assertEqual((folder / "table.md").read_text(), expected)
+            self.assertEqual(document.read_text(),
+                             f"before\n<!-- scripts/benchmark_x -->\n{expected}<!-- end -->\nafter\n")
+            self.assertEqual(json.loads((folder / "results.json").read_text()), {"x": 1})
+
+    def test_a_document_without_a_place_is_refused_before_anything_runs(self):
+        with tempfile.TemporaryDirectory() as name:
+            document = pathlib.Path(name) / "accuracy.md"
+            parser = lib.base_parser("", "test")
+            for text, problem in ((None, "no such file"), ("<!-- scripts/other -->\n", "no line")):
+                if text is not None:
+                    document.write_text(text)
+                error = io.StringIO()
+                with self.assertRaises(SystemExit) as end, contextlib.redirect_stderr(error):
+                    lib.check_arguments(parser, parser.parse_args(["--document", str(document)]))
+                self.assertEqual(end.exception.code, 2)
+                self.assertIn(problem, error.getvalue())
 
 
 class Health(unittest.TestCase):

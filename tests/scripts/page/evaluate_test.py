@@ -96,7 +96,7 @@ class Evaluate(unittest.TestCase):
         self.assertTrue(text.endswith("<!-- end -->\nafter\n"))
         self.assertNotIn("old", text)
         document.write_text("nothing")
-        self.assertIn("no lines", self.run_it(self.log("two"), "--document", document, code=2).stderr)
+        self.assertIn("no line", self.run_it(self.log("two"), "--document", document, code=2).stderr)
 
     def test_whole_sequences_of_euroc_stand_beside_what_others_have_published(self):
         for name in ("MH_01_easy", "V2_03_difficult"):
