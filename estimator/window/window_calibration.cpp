@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// What the window knows of the calibration, from one of its beginnings to the next.
+#include <cmath>
+
+#include "estimator/window/calibration_prior.h"
+#include "estimator/window/window.h"
+
+namespace facet {
+
+CalibrationMatrix Window::begin_calibration(CalibrationStart start) {
+    constexpr double kBelievable = 4.0;  // standard deviations of what was given
+    const int dim = calibration_config_.dim();
+    const CalibrationMatrix nothing = CalibrationMatrix::Zero(dim, dim);
+    const bool is_forgotten = start == CalibrationStart::kAsGiven || calibration_stretch() > kBelievable;
+    CalibrationMatrix information;
+    keeps_given_ =
+        is_forgotten || !is_factorized_ || !invert_covariance(workspace_.solver.leading_covariance(dim), information);
+    if (is_forgotten) {
+        state_.calibration = {};
+        quality_.forget();
+    }
+    state_.given = keeps_given_ ? scaled_given() : nothing;
+    return keeps_given_ ? nothing : information;
+}
+
+CalibrationMatrix Window::scaled_given() const {
+    // How the pair is mounted is a camera's pose, unless it is known roughly only, which says nothing of the cameras.
+    return quality_.scaled(given_information_, calibration_config_.estimate_extrinsics ? kRigDim : kRigTheta);
+}
+
+void Window::learn_calibration_quality() {
+    if (!calibration_config_.estimate_cameras || !keeps_given_ || !is_factorized_) {
+        return;
+    }
+    const RigCalibration::Tangent correction = RigCalibration{}.box_minus_to(state_.calibration);
+    quality_.learn(correction.segment<kCameraTermsDim>(kRigDim), cameras_covariance());
+    state_.given = scaled_given();
+}
+
+void Window::let_calibration_wander(Timestamp stamp) {
+    constexpr double kPeriod_s = 1.0;  // short against what it takes to wander noticeably
+    const double elapsed_s = (stamp - wandered_).seconds();
+    if (elapsed_s < kPeriod_s) {
+        return;
+    }
+    wandered_ = stamp;
+    for (int i = 0; i < calibration_config_.dim(); ++i) {
+        state_.prior.add_walk(i, std::pow(calibration_config_.walk_per_sqrt_s(i), 2) * elapsed_s);
+    }
+}
+
+}  // namespace facet
