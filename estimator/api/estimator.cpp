@@ -47,6 +47,7 @@ void Estimator::Impl::reset() {
     forget_corrections();
     doubt = {};
     refused_samples = refused_frames = {};
+    has_offered = false;
     is_bent = false;
     straight_keyframes = 0;
     lost_time_s = 0.0;
@@ -93,7 +94,12 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
     last_frame = now.stamp;
     if (ok(tracked) && tracks.is_keyframe) {
         now.covariance = initial.information().inverse();
-        begin_window(initial.information(), CalibrationStart::kAsGiven);
+        if (has_trusted) {  // a clock has gone back
+            begin_window_in_place_of(trusted);
+            ++reset_counter;
+        } else {
+            begin_window(initial.information(), CalibrationStart::kAsGiven);
+        }
         monitor.restart(now.stamp, false);
         rest_claim = initial.is_still ? RestClaim::kOpen : RestClaim::kNone;
     }
@@ -305,6 +311,10 @@ Status Estimator::add_imu(const ImuSample& sample) {
     const Status status = impl_->imu.push(sample);
     if (status == Status::kOutOfOrder && !impl_->imu.has(sample)) {
         impl_->refused_samples.add(sample.stamp);
+        if (impl_->is_on_new_clock()) {
+            impl_->begin_on_new_clock();
+            return impl_->imu.push(sample);
+        }
     }
     FACET_TRY(status);
     if (has_window(impl_->phase)) {
@@ -329,6 +339,8 @@ Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
         return Status::kInvalidArgument;
     }
     const Timestamp stamp = s.imu_stamp(frame.stamp);
+    s.offered = stamp;
+    s.has_offered = true;
     if (s.phase != Phase::kEmpty && (frame.stamp <= s.last_image || stamp <= s.now.stamp)) {
         s.expect_late_frames(frame.stamp, stamp);
         if (frame.stamp <= s.last_image) {

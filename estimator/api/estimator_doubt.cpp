@@ -87,26 +87,6 @@ void Estimator::Impl::widen_gauge(double dt_s) {
     }
 }
 
-void RefusedRun::add(Timestamp stamp) {
-    first = is_empty || stamp < first ? stamp : first;
-    last = is_empty || stamp > last ? stamp : last;
-    is_empty = false;
-}
-
-double RefusedRun::take_s() {
-    const double covered_s = is_empty ? 0.0 : (last - first).seconds();
-    is_empty = true;
-    return covered_s;
-}
-
-void Estimator::Impl::allow_for_lost_time(double lost_s) {
-    if (lost_s > RefusedRun::kLeast_s) {
-        widen_gauge(lost_s);
-        lost_time_s += lost_s;
-        reset_wanted = true;
-    }
-}
-
 void Estimator::Impl::own_up() {
     const double lost_s = std::min(lost_time_s, 1.0);
     // A tilt hides as a bias of the accelerometer.

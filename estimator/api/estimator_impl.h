@@ -9,6 +9,7 @@
 #include "estimator/api/monocular_start.h"
 #include "estimator/api/motion_start.h"
 #include "estimator/api/phase.h"
+#include "estimator/api/refused_run.h"
 #include "estimator/frontend/frontend.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/propagation.h"
@@ -25,19 +26,6 @@ enum class RestClaim : std::uint8_t {
     kOpen,     ///< images have said nothing yet: INIT
     kSeen,     ///< images agree so far
     kRefuted,  ///< images move: the window begins anew at the next frame that allows it
-};
-
-/// Data in a row whose stamps have been before: a clock has gone back, and time that passes meanwhile is on no clock.
-struct RefusedRun {
-    static constexpr double kLeast_s = 0.1;  ///< two samples or frames out of order are no run
-
-    Timestamp first;
-    Timestamp last;
-    bool is_empty = true;
-
-    void add(Timestamp stamp);
-    /// Ends the run. @return the time it covers (s)
-    double take_s();
 };
 
 struct Estimator::Impl {
@@ -86,9 +74,11 @@ struct Estimator::Impl {
     Eigen::Vector3d gauge_origin = Eigen::Vector3d::Zero();
     /// Of the body since the last frame that the front-end has taken, where `now` was carried on without frames.
     Eigen::Quaterniond q_Bf_B = Eigen::Quaterniond::Identity();
-    Duration frame_latency;         ///< inertial samples this young may belong before a frame that is still to come
-    RefusedRun refused_samples;     ///< since the last one that was taken
-    RefusedRun refused_frames;      ///< likewise
+    Duration frame_latency;      ///< inertial samples this young may belong before a frame that is still to come
+    RefusedRun refused_samples;  ///< since the last one that was taken
+    RefusedRun refused_frames;   ///< likewise
+    Timestamp offered;           ///< stamp of the newest frame, taken or not, in the IMU's clock
+    bool has_offered = false;
     bool is_bent = false;           ///< the window holds inertial factors that contradict it
     int straight_keyframes = 0;     ///< without such a factor, since
     ImuBias bias_before;            ///< what the biases were before it
@@ -157,6 +147,13 @@ struct Estimator::Impl {
     void widen_gauge(double dt_s);
     /// Time has passed that is on no clock, and the motion in it is unknown: the window begins anew.
     void allow_for_lost_time(double lost_s);
+    /// The inertial samples that are refused come from a clock, and frames come from the same one.
+    bool is_on_new_clock() const;
+    /// Makes place and yaw of `trusted` as uncertain as a flight of this time may make them.
+    void widen_trusted(double lost_s);
+    /// Forgets all samples and waits for a start like the first one, from where the last estimate that was to be used
+    /// has been, give or take what the vehicle may have done since.
+    void begin_on_new_clock();
     /// Adds what is not known of `now` beyond what its window tells, when that ends.
     void own_up();
     void take_keyframe(const Preintegration& preintegration);

@@ -10,6 +10,7 @@ void StateCarrier::configure(const ImuNoise& noise, const ImuLimits& limits, dou
     imu_.clear(noise.rate_hz, limits);
     noise_ = noise;
     smoothing_s_ = smoothing_s;
+    refused_ = {};
     has_state_ = false;
     belief_ = {};
     since_ = Preintegration({}, gravity_m_per_s2);
@@ -18,7 +19,17 @@ void StateCarrier::configure(const ImuNoise& noise, const ImuLimits& limits, dou
 }
 
 Status StateCarrier::add_imu(const ImuSample& sample) {
-    FACET_TRY(imu_.push(sample));
+    Status status = imu_.push(sample);
+    if (status == Status::kOutOfOrder && !imu_.has(sample)) {
+        refused_.add(sample.stamp);
+        if (refused_.is_clock()) {
+            imu_.restart();
+            has_state_ = false;
+            status = imu_.push(sample);
+        }
+    }
+    FACET_TRY(status);
+    refused_ = {};
     if (!has_state_) {
         return Status::kOk;
     }

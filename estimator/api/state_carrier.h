@@ -3,6 +3,7 @@
 #pragma once
 
 #include "estimator/api/belief.h"
+#include "estimator/api/refused_run.h"
 #include "estimator/imu/imu_buffer.h"
 
 namespace facet {
@@ -17,6 +18,9 @@ namespace facet {
 /// keyframe that takes its time delays no output. State and covariance are those of Preintegration and
 /// propagate_covariance over the samples since the belief, one step a sample. Stamps are those of the samples, which
 /// only increase; a correction changes the state at the present stamp, and is seen at the next one.
+///
+/// If samples go on before the newest one for half a second, their clock has gone back: the history begins anew, and
+/// there is no state until the next correction.
 ///
 /// Smoothing, if wanted: the step that a correction makes is taken back and fades as exp(-t / smoothing_s), in
 /// attitude, position and velocity. The covariance stays that of the unsmoothed state.
@@ -58,6 +62,7 @@ private:
     NavState unsmoothed() const { return since_.predict(belief_.state); }
 
     ImuBuffer imu_;
+    RefusedRun refused_;  ///< since the last sample that was taken
     ImuNoise noise_;
     double smoothing_s_ = 0.0;
     bool has_state_ = false;

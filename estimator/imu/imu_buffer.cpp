@@ -112,13 +112,17 @@ void ImuBuffer::clear(double rate_hz, const ImuLimits& limits) {
     rate_hz_ = rate_hz;
     share_ = {};
     doubt_noise_ = {};
-    vibration_.clear(rate_hz);
+    counters_ = {};
+    restart();
+    period_ = Duration::from_seconds(1.0 / rate_hz);
+    gap_ = Duration::from_seconds(kGapPeriods / rate_hz);
+}
+
+void ImuBuffer::restart() {
+    vibration_.clear(rate_hz_);
     runs_.fill({});
     begin_ = 0;
     size_ = 0;
-    counters_ = {};
-    period_ = Duration::from_seconds(1.0 / rate_hz);
-    gap_ = Duration::from_seconds(kGapPeriods / rate_hz);
 }
 
 Status ImuBuffer::push(const ImuSample& sample) {
@@ -294,8 +298,12 @@ int ImuBuffer::first_after(Timestamp t) const {
 }
 
 bool ImuBuffer::has(const ImuSample& s) const {
-    ImuSample same;
-    return ok(interpolate(s.stamp, same)) && same.w_B == s.w_B && same.a_B == s.a_B;
+    const int after = first_after(s.stamp);
+    if (after == 0) {
+        return false;
+    }
+    const ImuSample& same = sample(after - 1);
+    return same.stamp == s.stamp && same.w_B == s.w_B && same.a_B == s.a_B;
 }
 
 Status ImuBuffer::interpolate(Timestamp t, ImuSample& out) const {

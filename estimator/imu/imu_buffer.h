@@ -116,6 +116,9 @@ public:
     /// @param limits   valid limits
     void clear(double rate_hz, const ImuLimits& limits = {});
 
+    /// Forgets samples; what was counted, learnt or set stays.
+    void restart();
+
     /// Sets how much of the vibration accumulates in the integrals from now on; all of it after clear().
     void believe(const VibrationShare& share) { share_ = share; }
 

@@ -172,3 +172,24 @@ TEST_CASE("readings that the belief doubts are not carried on with, until a beli
     REQUIRE(ok(c.carrier->correct(trusting)));
     CHECK(distance(c.carrier->state(), c.flight.state(0.1)) > 0.1);
 }
+
+TEST_CASE("samples that go on in the past begin a new history, single ones do not", "[state_carrier]") {
+    Carried c;
+    for (int k = 0; k < 200; ++k) {
+        REQUIRE(ok(c.add(3600.0 + kPeriod_s * k)));
+    }
+    REQUIRE(ok(c.carrier->correct(c.belief(3600.9))));
+    for (int k = 0; k < 10; ++k) {
+        CHECK(c.add(5.0 + k) == Status::kOutOfOrder);
+    }
+    CHECK(c.carrier->has_state());
+    int refused = 0;
+    for (int k = 0; k < 200; ++k) {
+        refused += ok(c.add(1.0 + kPeriod_s * k)) ? 0 : 1;
+    }
+    CHECK(refused == 100);
+    CHECK_FALSE(c.carrier->has_state());
+    const Belief belief = c.belief(1.8);
+    REQUIRE(ok(c.carrier->correct(belief)));
+    CHECK(c.carrier->stamp() == at(1.0 + kPeriod_s * 199));
+}
