@@ -22,6 +22,7 @@
 #include "app/run/live_run.h"
 #include "app/run/reset_count.h"
 #include "app/run/service_notifier.h"
+#include "app/run/state_keeper.h"
 #include "app/run/status_text.h"
 #include "app/support/console.h"
 #include "app/support/input_error.h"
@@ -177,9 +178,40 @@ std::vector<OdometrySink*> open_sinks(Hardware& hardware, const ResetCount& rese
     open_sink(hardware.mavlink(), resets.first(), sinks);
     open_sink(hardware.can_out(), resets.first(), sinks);
     if (!sinks.empty() && resets.is_restart()) {
-        print_err("reset counter begins at {}: the pose begins anew at the origin\n", resets.first());
+        print_err("reset counter begins at {}: the pose begins anew\n", resets.first());
     }
     return sinks;
+}
+
+/// Lets the run go on from what an earlier program has kept a moment ago.
+void resume(LiveRun& run, const StateKeeper& keeper, const Clock& clock) {
+    std::string refusal;
+    const std::optional<StateKeeper::Found> found = keeper.load(clock.now(), refusal);
+    if (!refusal.empty()) {
+        print_err("the pose begins at the origin: {}\n", refusal);
+    } else if (found && ok(run.resume(found->state, found->elapsed_s))) {
+        const Eigen::Vector3d& p = found->state.state.p_W_B;
+        print_err("goes on from the state of {:.1f} s ago, at {:.2f} {:.2f} {:.2f} m\n", found->elapsed_s, p.x(), p.y(),
+                  p.z());
+    } else if (found) {
+        print_err("the pose begins at the origin: the state that was kept is not fit to go on from\n");
+    }
+}
+
+void keep_state(LiveRun& run, StateKeeper& keeper, const Clock& clock) {
+    KeptState state;
+    if (!run.take_state(state)) {
+        return;
+    }
+    if (const std::string problem = keeper.keep(state, clock.now()); !problem.empty()) {
+        print_err("warning: the pose will begin at the origin after a restart: {}\n", problem);
+    }
+}
+
+/// A thread that hangs cannot be ended in order. Whoever supervises starts the program again.
+[[noreturn]] void end_stalled() {
+    print_error("the estimator's thread hangs; to be started again");
+    std::_Exit(kExitFailed);
 }
 
 int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const RunArguments& args,
@@ -201,6 +233,9 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     if (is_terminal) {
         run.set_quiet();
     }
+    StateKeeper keeper(state_folder(vehicle), vehicle.calibration, boot_id());
+    resume(run, keeper, clock);
+    run.keep_states();
     run.start();
     begin_pulses(hardware, vehicle, run.refusals());
     notifier.ready();
@@ -208,6 +243,10 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     wait_live(clock, stop, args.duration_s, [&] {
         notifier.progress(run.frames());
         keep_resets(hardware, resets);
+        keep_state(run, keeper, clock);
+        if (notifier.is_watched() && run.has_stalled()) {
+            end_stalled();
+        }
         if (mavlink != nullptr && mavlink->take_reset_request()) {
             run.request_reset();
         }
@@ -217,6 +256,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     notifier.stopping();
     end_pulses(hardware);
     const RunSummary summary = run.stop();
+    keeper.forget();
     print_sinks(hardware);
     if (view) {
         print_view(view->account());

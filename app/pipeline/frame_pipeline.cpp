@@ -54,6 +54,10 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
     estimator_.set_stage_observer(&timer_);
 }
 
+std::optional<KeptState> FramePipeline::keep() const {
+    return is_usable(last_health_.state) ? std::optional(estimator_.keep()) : std::nullopt;
+}
+
 void FramePipeline::add_imu(const ImuSample& sample) {
     const StageTimer::Instant begin = StageTimer::now();
     const Status status = estimator_.add_imu(sample);

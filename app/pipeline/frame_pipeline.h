@@ -77,6 +77,10 @@ public:
     /// See Estimator.
     void request_reset() { estimator_.request_reset(); }
 
+    /// See Estimator; none while the estimate is not to be used.
+    std::optional<KeptState> keep() const;
+    Status resume(const KeptState& kept, double elapsed_s) { return estimator_.resume(kept, elapsed_s); }
+
     void add_imu(const ImuSample& sample);
     /// What the estimator says while frames do not come; ask after each inertial sample. @return whether it said
     /// anything (result untouched otherwise)

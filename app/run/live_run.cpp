@@ -11,6 +11,7 @@ namespace facet {
 namespace {
 
 constexpr Duration kEstimatorWait = Duration::from_seconds(0.02);
+constexpr Duration kKeepPeriod = Duration::from_seconds(1.0);
 
 }  // namespace
 
@@ -116,6 +117,7 @@ void LiveRun::estimate(const std::atomic<bool>& stopping) {
         }
         const bool any = loop_->step();
         output_->on_beat();
+        offer_state();
         if (stopped || (ended && !any)) {
             break;
         }
@@ -126,6 +128,25 @@ void LiveRun::estimate(const std::atomic<bool>& stopping) {
     loop_->finish();
     output_->on_end();
     estimated_.store(true, std::memory_order_release);
+}
+
+/// A millisecond of the estimator's thread once a second; the file is another thread's business.
+void LiveRun::offer_state() {
+    if (!next_state_ || clock_.now() < *next_state_) {
+        return;
+    }
+    if (const std::optional<KeptState> state = pipeline_.keep()) {
+        (void)states_.push(*state);  // if it is full, nobody has asked for a second
+        next_state_ = clock_.now() + kKeepPeriod;
+    }
+}
+
+bool LiveRun::take_state(KeptState& state) {
+    bool any = false;
+    while (ok(states_.pop(state))) {
+        any = true;
+    }
+    return any;
 }
 
 RunStatus LiveRun::status() {

@@ -62,6 +62,15 @@ public:
     /// throws InputError if there is a log already, or no folder.
     void record(LogForm form) { form_ = form; }
 
+    /// To be called before start(): goes on from what an earlier run has kept. @return see Estimator::resume()
+    Status resume(const KeptState& kept, double elapsed_s) { return pipeline_.resume(kept, elapsed_s); }
+    /// To be called before start(): take_state() has a state to keep, once a second.
+    void keep_states() { next_state_ = Timestamp{}; }
+    /// @return whether there is a new one
+    bool take_state(KeptState& state);
+    /// The estimator's thread hangs, and nothing that is to be used is sent any more: only a new program helps.
+    bool has_stalled() const { return output_->has_stalled(); }
+
     /// To be called before start(): mesh, planes and grid go there. Borrowed.
     void stream_to(WorldServer* world) { pipeline_.stream_to(world); }
     /// To be called before start(): every usable frame goes there. Borrowed.
@@ -76,6 +85,7 @@ private:
     void open_files();
     void start_recorder();
     void estimate(const std::atomic<bool>& stopping);
+    void offer_state();
     void join_all();
     LiveAccount account() const;
     std::vector<NamedCounter> drops() const;
@@ -98,6 +108,8 @@ private:
     std::unique_ptr<EstimatorLoop> loop_;
     std::atomic<bool> estimated_{false};
     std::atomic<bool> reset_requested_{false};
+    std::optional<Timestamp> next_state_;  ///< when one is to be kept; of the estimator's thread after start()
+    SpscQueue<KeptState, 2> states_;
     Timestamp begin_;
     Timestamp last_status_;
     std::uint64_t last_frames_ = 0;

@@ -124,8 +124,7 @@ void OutputThreads::mark_stalled(TrackingState state) {
     SinkNews::report(sinks_, state, health.reasons);
 }
 
-/// A thread that hangs cannot say so itself. It is not ended by force: the service's watchdog, which is no longer fed,
-/// restarts the program.
+/// A thread that hangs cannot say so itself, nor be ended: see has_stalled().
 void OutputThreads::watch_estimator() {
     const std::optional<Duration> silence = watch_.silence();
     const Health& last = outcome_.estimate.health;

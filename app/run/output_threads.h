@@ -75,6 +75,11 @@ public:
     // On any thread:
     FrameStatus status() const;
     const OutputCounters& counters() const { return counters_; }
+    /// The estimator's thread hangs, and nothing that is to be used is sent any more.
+    bool has_stalled() const {
+        const std::optional<Duration> silence = watch_.silence();
+        return silence && silence->seconds() > lost_after_s_;
+    }
     /// Frames that the estimator has accepted.
     std::uint64_t frames() const { return frames_.load(std::memory_order_relaxed); }
 

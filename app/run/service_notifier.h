@@ -24,6 +24,8 @@ public:
     ServiceNotifier(const ServiceNotifier&) = delete;
     ServiceNotifier& operator=(const ServiceNotifier&) = delete;
 
+    /// Somebody starts this process again if it ends, or is not heard of.
+    bool is_watched() const { return watchdog_.has_value(); }
     void ready() { send("READY=1"); }
     void stopping() { send("STOPPING=1"); }
     void status(const std::string& text) { send("STATUS=" + text); }

@@ -94,7 +94,8 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
     last_frame = now.stamp;
     if (ok(tracked) && tracks.is_keyframe) {
         now.covariance = initial.information().inverse();
-        if (has_trusted) {  // a clock has gone back
+        if (has_trusted) {  // a clock has gone back, or an earlier program has kept its state
+            fuse_trusted_bias();
             begin_window_in_place_of(trusted);
             ++reset_counter;
         } else {

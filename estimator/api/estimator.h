@@ -8,6 +8,7 @@
 #include "estimator/api/belief.h"
 #include "estimator/api/config.h"
 #include "estimator/api/estimate.h"
+#include "estimator/api/kept_state.h"
 #include "estimator/api/memory_part.h"
 #include "estimator/api/observation_hook.h"
 #include "estimator/values/keyframe_view.h"
@@ -85,6 +86,19 @@ public:
     /// State at the newest frame with the covariance of all of it: what a StateCarrier carries on. Only while
     /// Health::state is kTracking or kDegraded.
     const Belief& belief() const;
+
+    /// What a program that begins anew may go on from; only while Health::state is kTracking or kDegraded. Takes about
+    /// a millisecond.
+    KeptState keep() const;
+
+    /// Goes on from what an earlier program has kept, instead of from the origin: the start, at rest or in motion, is
+    /// as ever, but place and yaw are those kept, as uncertain as the flight since may have made them, biases and
+    /// calibration are those kept with twice their standard deviations, and the reset counter is raised. To be called
+    /// after configure(), before the first frame.
+    /// @param elapsed_s  since it was kept, >= 0
+    /// @return kInvalidArgument if something is not finite, a standard deviation of the state is not positive, or one
+    ///         of an estimated calibration parameter, unless all are zero: nothing is known of it (nothing changed)
+    Status resume(const KeptState& kept, double elapsed_s);
 
     /// Landmarks and camera at the newest keyframe; empty before the second one. Valid until the next add_frame.
     const KeyframeView& keyframe_view() const;

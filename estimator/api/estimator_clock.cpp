@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the estimator does when time is on no clock: a clock has gone back, for a while or for good.
+// What the estimator does when time is on no clock, because one has gone back, or when it has passed without a program:
+// it begins anew from where it was.
 #include <algorithm>
 #include <cmath>
 
@@ -36,10 +37,62 @@ void Estimator::Impl::widen_trusted(double lost_s) {
     trusted.covariance.diagonal().segment<3>(kPos).array() += flown_m * flown_m;
 }
 
+void Estimator::Impl::fuse_trusted_bias() {
+    Eigen::Matrix<double, 6, 1> difference;
+    difference << trusted.state.bias.gyro - now.state.bias.gyro, trusted.state.bias.accel - now.state.bias.accel;
+    const Eigen::Matrix<double, kStateDim, 6> shared = now.covariance.rightCols<6>();
+    const Eigen::Matrix<double, 6, 6> innovation =
+        now.covariance.bottomRightCorner<6, 6>() + trusted.covariance.bottomRightCorner<6, 6>();
+    const Eigen::Matrix<double, kStateDim, 6> gain = innovation.llt().solve(shared.transpose()).transpose();
+    now.state = now.state.box_plus(gain * difference);
+    now.covariance = (now.covariance - gain * shared.transpose()).eval();
+    now.covariance = (0.5 * (now.covariance + now.covariance.transpose())).eval();
+}
+
+KeptState Estimator::keep() const {
+    KeptState kept;
+    kept.state = impl_->now.state;
+    StateCovariance covariance = impl_->now.covariance;
+    covariance.topLeftCorner<9, 9>() = impl_->reported_covariance();
+    kept.sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+    kept.calibration = calibration();
+    if (!impl_->window.has_factor()) {  // nothing has been found yet, but by an earlier program
+        kept.calibration.sigma = impl_->calibration_sigma;
+    }
+    return kept;
+}
+
+Status Estimator::resume(const KeptState& kept, double elapsed_s) {
+    constexpr double kInflation = 2.0;
+    Belief belief;
+    belief.state = kept.state;
+    belief.covariance.diagonal() = kept.sigma.cwiseAbs2();
+    const double norm = kept.state.q_W_B.norm();
+    if (!is_finite(belief) || !(kept.sigma.array() > 0.0).all() || !(std::abs(norm - 1.0) < 1e-3) ||
+        !(elapsed_s >= 0.0) || !std::isfinite(elapsed_s)) {
+        return Status::kInvalidArgument;
+    }
+    if (!kept.calibration.sigma.isZero(0.0)) {
+        FACET_TRY(impl_->window.resume_calibration(kept.calibration.correction, kept.calibration.sigma));
+        impl_->calibration_sigma = kInflation * kept.calibration.sigma;
+        impl_->update_corrections();
+    }
+    belief.state.q_W_B.normalize();
+    belief.covariance.bottomRightCorner<6, 6>() *= kInflation * kInflation;
+    impl_->trusted = belief;
+    impl_->has_trusted = true;
+    impl_->widen_trusted(elapsed_s);
+    return Status::kOk;
+}
+
 void Estimator::Impl::begin_on_new_clock() {
     // By the cameras' clock, if that has gone on.
     widen_trusted(std::max((refused_samples.newest() - refused_samples.clock_begin()).seconds(),
                            (offered - trusted.stamp).seconds()));
+    // A sensor that has begun anew may have other biases.
+    StateCovariance& c = trusted.covariance;
+    c.diagonal().segment<3>(kBiasGyro).array() += std::pow(config.initializer.gyro_bias_sigma_rad_per_s, 2);
+    c.diagonal().segment<3>(kBiasAccel).array() += std::pow(config.initializer.accel_bias_sigma_m_per_s2, 2);
     trusted.stamp = offered;
     imu.restart();
     frontend.reset();

@@ -151,6 +151,8 @@ struct Estimator::Impl {
     bool is_on_new_clock() const;
     /// Makes place and yaw of `trusted` as uncertain as a flight of this time may make them.
     void widen_trusted(double lost_s);
+    /// Corrects the state that a start has found by the biases of `trusted`, as two Gaussians are fused.
+    void fuse_trusted_bias();
     /// Forgets all samples and waits for a start like the first one, from where the last estimate that was to be used
     /// has been, give or take what the vehicle may have done since.
     void begin_on_new_clock();

@@ -21,7 +21,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     noise_ = noise;
     left_ = rig.left;
     believe_given(rig);
-    is_factorized_ = false;
+    is_factorized_ = is_resumed_ = false;
     cameras_.bind(state_, config_, calibration_config_, rig);
     problem_.bind(state_, cameras_, calibration_config_, regularity_config_);
     planes_.configure(regularity);
@@ -62,7 +62,7 @@ void Window::change_rig(const StereoRig& rig, const RigCalibration& calibration)
     state_.calibration = calibration;
     state_.calibration_lin = calibration;
     residual_bias_.reset();
-    is_factorized_ = false;
+    is_factorized_ = is_resumed_ = false;
 }
 
 void Window::start(const KeyframeInput& input, const NavState& state,

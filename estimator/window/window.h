@@ -61,6 +61,12 @@ public:
     /// @param calibration  the corrections so far, in the new roles
     void change_rig(const StereoRig& rig, const RigCalibration& calibration);
 
+    /// To be called after configure(): what an earlier run has found of the calibration, with which the first start()
+    /// with kAsKnown begins. Its correlations are not known, so that twice the standard deviations are believed.
+    /// @return kInvalidArgument if a parameter that is estimated has no finite value, or no standard deviation > 0
+    ///         (nothing changed)
+    Status resume_calibration(const RigCalibration& correction, const RigCalibration::Tangent& sigma);
+
     /// Forgets keyframes, landmarks and prior, and begins with one keyframe and its Gaussian prior.
     /// @param information  15x15, order [theta p v bg ba], about `state`
     void start(const KeyframeInput& input, const NavState& state,
@@ -144,6 +150,9 @@ private:
     /// Sets what a new window begins with of the calibration: its estimate, what was given of it, and, returned, the
     /// prior's information about the estimate.
     CalibrationMatrix begin_calibration(CalibrationStart start);
+    /// Information about the estimated calibration, of the window so far or of an earlier run.
+    /// @return whether there is any
+    bool known_information(CalibrationMatrix& information);
     /// Information about the calibration, if it is as good as has been learnt.
     CalibrationMatrix scaled_given() const;
     /// Judges from the last optimization how good the given calibration is.
@@ -178,7 +187,9 @@ private:
     CalibrationMatrix given_information_;  ///< about the calibration, if it is as good as stated
     CalibrationQuality quality_;
     bool keeps_given_ = true;  ///< what was given is not in the prior
-    Timestamp wandered_;       ///< up to when the calibration in the prior has wandered
+    bool is_resumed_ = false;  ///< an earlier run's calibration waits for the first start
+    RigCalibration::Tangent resumed_information_;
+    Timestamp wandered_;  ///< up to when the calibration in the prior has wandered
     ResidualBias residual_bias_;
     VisionResiduals residuals_;
     boost::container::static_vector<LandmarkId, kMaxFeatures> rejected_;

@@ -13,14 +13,43 @@ CalibrationMatrix Window::begin_calibration(CalibrationStart start) {
     const CalibrationMatrix nothing = CalibrationMatrix::Zero(dim, dim);
     const bool is_forgotten = start == CalibrationStart::kAsGiven || calibration_stretch() > kBelievable;
     CalibrationMatrix information;
-    keeps_given_ =
-        is_forgotten || !is_factorized_ || !invert_covariance(workspace_.solver.leading_covariance(dim), information);
+    keeps_given_ = is_forgotten || !known_information(information);
+    is_resumed_ = false;
     if (is_forgotten) {
         state_.calibration = {};
         quality_.forget();
     }
     state_.given = keeps_given_ ? scaled_given() : nothing;
     return keeps_given_ ? nothing : information;
+}
+
+bool Window::known_information(CalibrationMatrix& information) {
+    const int dim = calibration_config_.dim();
+    if (is_factorized_) {
+        return invert_covariance(workspace_.solver.leading_covariance(dim), information);
+    }
+    if (is_resumed_) {
+        information = CalibrationMatrix::Zero(dim, dim);
+        information.diagonal() = resumed_information_.head(dim);
+    }
+    return is_resumed_;
+}
+
+Status Window::resume_calibration(const RigCalibration& correction, const RigCalibration::Tangent& sigma) {
+    constexpr double kInflation = 2.0;
+    const int dim = calibration_config_.dim();
+    const RigCalibration::Tangent value = RigCalibration{}.box_minus_to(correction);
+    const auto used = sigma.head(dim).array();
+    if (!value.allFinite() || !used.allFinite() || !(used > 0.0).all()) {
+        return Status::kInvalidArgument;
+    }
+    RigCalibration::Tangent estimated = RigCalibration::Tangent::Zero();
+    estimated.head(dim) = value.head(dim);
+    state_.calibration = RigCalibration{}.box_plus(estimated);
+    resumed_information_.setZero();
+    resumed_information_.head(dim) = (kInflation * used).square().inverse();
+    is_resumed_ = true;
+    return Status::kOk;
 }
 
 CalibrationMatrix Window::scaled_given() const {

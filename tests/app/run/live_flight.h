@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "app/lab/replay/replay.h"
 #include "app/lab/sim/simulate.h"
@@ -87,9 +88,12 @@ inline std::size_t rows(const std::string& path) {
 
 /// The flight as a side-by-side camera and an IMU that wait for the estimator: every frame is used, as in a replay.
 struct Rig {
+    explicit Rig(AslSourceOptions log = flight().source()) : options(std::move(log)) {}
+
+    AslSourceOptions options;
     StillClock clock;
-    AslStereoSource stereo{clock, flight().source()};
-    AslImuSource log_imu{clock, flight().source()};
+    AslStereoSource stereo{clock, options};
+    AslImuSource log_imu{clock, options};
     StereoAsCamera<1> log_camera{stereo, flight().vehicle("").calibration.rig.left.intrinsics().width,
                                  flight().vehicle("").calibration.rig.left.intrinsics().height};
     /// More than the gap in inertial samples below; less than the loop holds samples back for a frame.

@@ -162,12 +162,15 @@ TEST_CASE("an estimator that hangs is known within 200 ms, told, and its poses g
     CHECK(sink.sent.back().quality == 30);
     REQUIRE(sink.told.size() == 2);
     CHECK(sink.told.back() == "facet: DEGRADED stalled");
+    CHECK_FALSE(output->has_stalled());  // poses are good for a while
     pass(2900);
+    CHECK(output->has_stalled());
     CHECK(sink.sent.back().quality == -1);
     REQUIRE(sink.told.size() == 3);
     CHECK(sink.told.back() == "facet: LOST stalled");
 
     frame(61);
+    CHECK_FALSE(output->has_stalled());
     pass(5);
     pass(5);
     CHECK(sink.sent.back().quality == 70);
@@ -175,6 +178,8 @@ TEST_CASE("an estimator that hangs is known within 200 ms, told, and its poses g
     output->on_end();  // what has ended is not expected to say anything
     pass(1000);
     CHECK(sink.sent.back().quality == 70);
+    pass(5000);
+    CHECK_FALSE(output->has_stalled());
     output->write_files(stopping);
     const FrameStatus status = output->status();
     REQUIRE(status.events.size() == 2);

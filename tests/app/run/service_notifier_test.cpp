@@ -69,6 +69,7 @@ TEST_CASE("the watchdog is fed only while frames are used, and not too often") {
     LinuxKernelIo io;
     ManualClock clock;
     ServiceNotifier notifier(io, clock, dir.file("notify"), "4000000", std::to_string(::getpid()), ::getpid());
+    CHECK(notifier.is_watched());
     notifier.progress(0);
     CHECK(listener.next().empty());
     notifier.progress(1);
@@ -89,9 +90,11 @@ TEST_CASE("another process's watchdog, no socket and a dead one are no business 
     LinuxKernelIo io;
     ManualClock clock;
     ServiceNotifier other(io, clock, dir.file("notify"), "1000000", "1", ::getpid());
+    CHECK_FALSE(other.is_watched());
     other.progress(1);
     CHECK(listener.next().empty());
     ServiceNotifier garbage(io, clock, dir.file("notify"), "soon", "", ::getpid());
+    CHECK_FALSE(garbage.is_watched());
     garbage.progress(1);
     CHECK(listener.next().empty());
     for (const std::string& socket : {std::string(), dir.file("none"), std::string(300, 'x')}) {

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// A live run that ends without a word, and the next one, which goes on from what it has kept.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <sstream>
+#include <thread>
+
+#include "app/run/state_keeper.h"
+#include "tests/app/run/live_flight.h"
+
+namespace facet {
+namespace {
+
+/// Where the first run is taken to have been.
+KeptState somewhere() {
+    KeptState kept;
+    kept.state.q_W_B = Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitZ());
+    kept.state.p_W_B = {10.0, -20.0, 3.0};
+    kept.sigma.setConstant(0.01);
+    kept.calibration.sigma.setConstant(1e-3);
+    return kept;
+}
+
+/// The first pose of a TUM file.
+Eigen::Vector3d first_place(const std::string& path) {
+    std::istringstream text(test::read_file(path));
+    std::string line;
+    while (std::getline(text, line) && line.starts_with('#')) {
+    }
+    std::istringstream fields(line);
+    double stamp_s = 0.0;
+    Eigen::Vector3d p = Eigen::Vector3d::Constant(NAN);
+    fields >> stamp_s >> p.x() >> p.y() >> p.z();
+    return p;
+}
+
+TEST_CASE("a run that ends without a word is gone on from in flight, with its place announced as a jump") {
+    const test::TempDir dir;
+    const Vehicle vehicle = flight().vehicle("");
+    StateKeeper keeper(dir.path(), vehicle.calibration, "boot");
+    KeptState state;
+    {
+        Rig rig;
+        LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &rig.imu}, {});
+        REQUIRE(ok(run.resume(somewhere(), 0.0)));
+        run.keep_states();
+        run.start();
+        for (int waits = 0; !run.take_state(state) && waits < 20'000; ++waits) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        REQUIRE(keeper.keep(state, Timestamp{1'000'000'000}).empty());
+    }  // not stopped: as a program that is killed
+    CHECK((state.state.p_W_B - somewhere().state.p_W_B).norm() < 0.1);
+
+    std::string refusal;
+    const auto found = StateKeeper(dir.path(), vehicle.calibration, "boot").load(Timestamp{1'500'000'000}, refusal);
+    REQUIRE(found);
+    AslSourceOptions later = flight().source();
+    later.log.start = Duration::from_seconds(1.6);  // in motion
+    Rig rig(later);
+    const Vehicle next = flight().vehicle(dir.file("next"));
+    LiveRun run(rig.clock, next, {&rig.camera, nullptr, nullptr, &rig.imu}, {});
+    REQUIRE(ok(run.resume(found->state, found->elapsed_s)));
+    const RunSummary summary = run_to_end(run);
+    CHECK(summary.last.health.state == TrackingState::kTracking);
+    CHECK(summary.last.health.reset_counter == 1);
+    // It has flown half a metre since at most; half a second is a metre of what it may have done.
+    const double off_m = (first_place(dir.file("next/trajectory.tum")) - state.state.p_W_B).norm();
+    CAPTURE(off_m);
+    CHECK(off_m < 0.5);
+    CHECK(std::sqrt(summary.last.covariance(3, 3)) > 0.5);
+}
+
+}  // namespace
+}  // namespace facet
