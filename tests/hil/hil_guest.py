@@ -10,7 +10,8 @@ from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent
 CAN_SENSORS = ("dronecan", "openimu300")
-SENSORS = ("icm42688", "adis16475") + CAN_SENSORS
+SENSORS = ("icm42688", "adis16475", "bmi088") + CAN_SENSORS
+BACKENDS = ("libgpiod", "chardev")
 
 VEHICLE = """calibration: {{euroc: {calibration}}}
 estimator: {{mode: {mode}}}
@@ -20,18 +21,20 @@ cameras:
   readout_s: 0.008
   left: {{device: /dev/video40}}
   right: {{device: /dev/video41}}
-trigger: {{chip: /run/gpiochip, line: camera-trigger}}
+{pixels}trigger: {{chip: /run/gpiochip, line: camera-trigger, backend: {backend}}}
 imu:
   {imu}
-{realtime}"""
+{sinks}{realtime}"""
 SENSOR_CONFIG = {
-    "icm42688": "spi: {chip: icm42688, device: /dev/spidev0.0, rate_hz: 200, "
-                "data_ready: {chip: /run/gpiochip, line: imu-ready}}",
-    "adis16475": "spi: {chip: adis16475-2, device: /dev/spidev0.0, decimation: 9,"
-    " data_ready: {chip: /run/gpiochip, line: imu-ready, backend: chardev}}",  # the other lines use libgpiod
+    "icm42688": "spi: {chip: icm42688, device: /dev/spidev0.0, rate_hz: 200, READY}",
+    "adis16475": "spi: {chip: adis16475-2, device: /dev/spidev0.0, decimation: 9, READY}",
+    "bmi088": "spi: {chip: bmi088, device: /dev/spidev0.0, accel_device: /dev/spidev0.1, rate_hz: 200, READY}",
     "dronecan": "can: {interface: vcan0, decoder: dronecan, use_integrals: true}",
     "openimu300": "can: {interface: vcan0, decoder: openimu300}",
 }
+READY = "data_ready: {chip: /run/gpiochip, line: imu-ready, backend: %s}"
+# Where a restarted program begins a folder of its own and announces the jump: on the bus, which nobody else uses then.
+RESTARTING_SINKS = "sinks: {log: {folder: /run/share/flights}, can: {interface: vcan0}}\n"
 # As on a vehicle: sensors before the estimator.
 REALTIME = """realtime:
   threads:
@@ -54,6 +57,10 @@ class Job:
     log: Path
     folder: Path
     sensor: str = "icm42688"
+    backend: str = "libgpiod"  # of the lines
+    pixels: tuple = ("GREY", 0, False)  # format, significant bits, in the high bits
+    record: str = ""  # "folder" or "mcap"
+    watchdog_s: float = 0.0  # 0: not watched
     mode: str = "spr"
     start_s: float = 0.0
     duration_s: float = 0.0
@@ -73,6 +80,18 @@ class Programs:
     inject: Path
 
 
+def pixel_keys(pixels):
+    name, bits, high = pixels
+    keys = f"  format: {name}\n" if name != "GREY" else ""
+    keys += f"  significant_bits: {bits}\n" if bits else ""
+    return keys + ("  msb_aligned: true\n" if high else "")
+
+
+def pixel_options(pixels):
+    name, bits, high = pixels
+    return ["--format", name, "--significant-bits", str(bits)] + (["--msb-aligned"] if high else [])
+
+
 def write_job(programs, job):
     share = job.folder
     (share / "vehicle.yaml").write_text(
@@ -80,19 +99,23 @@ def write_job(programs, job):
             calibration=job.log / "mav0",
             mode=job.mode,
             rate=job.rate_hz,
-            imu=SENSOR_CONFIG[job.sensor],
+            imu=SENSOR_CONFIG[job.sensor].replace("READY", READY % job.backend),
+            backend=job.backend,
+            pixels=pixel_keys(job.pixels),
+            sinks=RESTARTING_SINKS if job.watchdog_s else "",
             realtime="" if job.virtual_time else REALTIME,
         ),
         encoding="utf-8",
     )
     play = [str(programs.inject), "play", "--log", str(job.log), *job.part(), "--imu", job.sensor]
-    if job.sensor in CAN_SENSORS:
-        play += ["--lead", "0.05"]
+    play += pixel_options(job.pixels) + ["--watchdog", str(job.watchdog_s)]
     for fault in job.faults:
         play += ["--fault", fault]
     play += ["--report", "/run/share/inject.json"]
     lines = '--trigger "$HIL_LINES/sim_gpio0/pull" --data-ready "$HIL_LINES/sim_gpio1/pull"'
-    run = [str(programs.facet), "run", "--config", "/run/share/vehicle.yaml", "--out", "/run/share/out", "--quiet"]
+    run = [str(programs.facet), "run", "--config", "/run/share/vehicle.yaml", "--quiet"]
+    run += [] if job.watchdog_s else ["--out", "/run/share/out"]
+    run += ["--record", "--format", job.record] if job.record else []
     (share / "job.sh").write_text(
         f"{shlex.join(play)} {lines} -- {shlex.join(run)} > /run/share/run.log 2>&1\necho $? > /run/share/exit_code\n",
         encoding="utf-8",
@@ -141,8 +164,10 @@ def fly(programs, job):
 
 def read_report(job):
     try:
-        exit_code = int((job.folder / "exit_code").read_text(encoding="utf-8"))
         report = json.loads((job.folder / "inject.json").read_text(encoding="utf-8"))
+        # After a power cut there is nobody to write it.
+        code = job.folder / "exit_code"
+        exit_code = int(code.read_text(encoding="utf-8")) if code.exists() else report["exit_code"]
     except (OSError, ValueError) as error:
         log = job.folder / "run.log"
         words = log.read_text(encoding="utf-8", errors="replace").strip() if log.exists() else ""

@@ -12,7 +12,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <string_view>
+#include <utility>
 
 namespace facet::hil {
 namespace {
@@ -22,22 +22,32 @@ constexpr int kPoll_ms = 20;
 
 }  // namespace
 
-Child::Child(const std::vector<std::string>& command)
-    : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0), kSocket) {
+Child::Child(std::vector<std::string> command, Duration watchdog)
+    : command_(std::move(command)),
+      watchdog_(watchdog),
+      socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0), kSocket) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::strncpy(address.sun_path, kSocket, sizeof address.sun_path - 1);
     ::unlink(kSocket);
     socket_.check(::bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address),
                   "cannot be bound");
+    start();
+}
+
+void Child::start() {
+    any_fed_ = false;
     std::vector<char*> arguments;
-    for (const std::string& argument : command) {
+    for (const std::string& argument : command_) {
         arguments.push_back(const_cast<char*>(argument.c_str()));
     }
     arguments.push_back(nullptr);
     pid_ = socket_.check(::fork(), "no process can be made");
     if (pid_ == 0) {
         ::setenv("NOTIFY_SOCKET", kSocket, 1);
+        if (watchdog_.ns > 0) {
+            ::setenv("WATCHDOG_USEC", std::to_string(watchdog_.ns / 1000).c_str(), 1);
+        }
         ::execv(arguments[0], arguments.data());
         std::perror(arguments[0]);
         ::_exit(127);
@@ -65,25 +75,52 @@ bool Child::running() {
     return pid_ > 0;
 }
 
+/// What it says next; empty if nothing comes within the time.
+std::string Child::heard(int timeout_ms) {
+    pollfd waiting{socket_.get(), POLLIN, 0};
+    if (::poll(&waiting, 1, timeout_ms) <= 0) {
+        return {};
+    }
+    std::array<char, 4096> text{};
+    const ssize_t size = ::recv(socket_.get(), text.data(), text.size(), 0);
+    return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : std::string();
+}
+
 bool Child::wait_ready() {
     while (running()) {
-        pollfd waiting{socket_.get(), POLLIN, 0};
-        if (::poll(&waiting, 1, kPoll_ms) <= 0) {
-            continue;
-        }
-        std::array<char, 4096> text{};
-        const ssize_t size = ::recv(socket_.get(), text.data(), text.size(), 0);
-        if (size > 0 && std::string_view(text.data(), static_cast<std::size_t>(size)).find("READY=1") == 0) {
+        if (heard(kPoll_ms).starts_with("READY=1")) {
             return true;
         }
     }
     return false;
 }
 
-int Child::stop() {
-    if (running()) {
-        ::kill(pid_, SIGTERM);
+bool Child::tend(Timestamp now) {
+    for (std::string words = heard(0); !words.empty(); words = heard(0)) {
+        if (words.starts_with("WATCHDOG=1")) {
+            any_fed_ = true;
+            fed_at_ = now;
+        } else if (words.starts_with("READY=1") && killed_at_.ns != 0) {
+            ready_again_at_ = now;
+        }
     }
+    if (watchdog_.ns > 0 && any_fed_ && now - fed_at_ > watchdog_) {
+        send_signal(SIGKILL);
+        collect(0);
+        killed_at_ = now;
+        start();
+    }
+    return running();
+}
+
+void Child::send_signal(int signal) {
+    if (running()) {
+        ::kill(pid_, signal);
+    }
+}
+
+int Child::stop() {
+    send_signal(SIGTERM);
     return collect(0);
 }
 

@@ -7,31 +7,49 @@
 #include <string>
 #include <vector>
 
+#include "platform/base/timestamp.h"
 #include "tests/hil/inject/kernel_devices.h"
 
 namespace facet::hil {
 
-/// Starts a program with NOTIFY_SOCKET. Throws std::system_error; a program that still runs when its owner ends is
-/// killed.
+/// Starts a program with NOTIFY_SOCKET and, if it is watched, WATCHDOG_USEC. Throws std::system_error; a program that
+/// still runs when its owner ends is killed.
 class Child {
 public:
-    explicit Child(const std::vector<std::string>& command);
+    /// @param watchdog  zero: it is not watched, and not started again
+    Child(std::vector<std::string> command, Duration watchdog);
     Child(const Child&) = delete;
     Child& operator=(const Child&) = delete;
     ~Child();
 
     /// Waits until it says READY=1. @return false if it has ended instead
     bool wait_ready();
+    /// A program that is watched, and has not fed the watchdog in time, is killed and started again.
+    /// @return whether it runs, perhaps again
+    bool tend(Timestamp now);
+    void send_signal(int signal);
     /// SIGTERM, and its exit code; 128 + signal if it was killed.
     int stop();
     bool running();
 
+    /// When the watchdog killed it, and when the one that was started then was ready; zero if it did not.
+    Timestamp killed_at() const { return killed_at_; }
+    Timestamp ready_again_at() const { return ready_again_at_; }
+
 private:
+    void start();
+    std::string heard(int timeout_ms);
     int collect(int options);
 
+    std::vector<std::string> command_;
+    Duration watchdog_;
     Descriptor socket_;
     pid_t pid_ = -1;
     int exit_code_ = -1;
+    bool any_fed_ = false;
+    Timestamp fed_at_;
+    Timestamp killed_at_;
+    Timestamp ready_again_at_;
 };
 
 }  // namespace facet::hil

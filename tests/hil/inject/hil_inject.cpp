@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // Plays a recorded log through kernel devices into a program that reads them; see scripts/hil and docs/hil.md.
+#include <fcntl.h>
 #include <fmt/core.h>
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/reboot.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -23,7 +25,8 @@ struct Arguments {
     RecordingPart part;
     std::string imu = "icm42688";
     std::string out;
-    double lead_s = 0.0;
+    std::string format = "GREY";
+    double watchdog_s = 0.0;
     std::vector<std::string> faults;
     InjectorOptions options;
     std::vector<std::string> command;
@@ -41,10 +44,23 @@ void become_punctual() {
     (void)sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters);
 }
 
+void write_report(const std::string& path, const InjectorReport& report, const Child& child, int exit_code) {
+    TextFile file(path);
+    file.print(
+        "{{\"shift_ns\": {}, \"first_frame_ns\": {}, \"frames\": {}, \"imu\": {}, \"latest_ms\": {:.3f}, "
+        "\"killed_ns\": {}, \"ready_again_ns\": {}, \"exit_code\": {}}}\n",
+        report.shift.ns, report.first_frame.ns, report.frames_sent, report.imu_sent, report.latest.seconds() * 1e3,
+        child.killed_at().ns, child.ready_again_at().ns, exit_code);
+    file.close();
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    (void)::fsync(fd);
+    (void)::close(fd);
+}
+
 int play(Arguments& args) {
     InjectorOptions& options = args.options;
     options.imu = imu_kind(args.imu);
-    options.lead = Duration::from_seconds(args.lead_s);
+    options.pixels.format = pixel_format(args.format).value();
     for (const std::string& fault : args.faults) {
         options.faults.add(fault);
     }
@@ -53,20 +69,19 @@ int play(Arguments& args) {
     LinuxClock clock;
     Injector injector(options, recording, clock);
     become_punctual();
-    Child child(args.command);
+    Child child(args.command, Duration::from_seconds(args.watchdog_s));
     if (!child.wait_ready()) {
         fmt::print(stderr, "hil_inject: {} ended with code {} before it was ready\n", args.command.front(),
                    child.stop());
         return 2;
     }
     const InjectorReport report = injector.play(child);
+    if (report.power_cut) {
+        write_report(args.out, report, child, 0);
+        return reboot(RB_POWER_OFF);
+    }
     const int exit_code = child.stop();
-    TextFile file(args.out);
-    file.print(
-        "{{\"shift_ns\": {}, \"first_frame_ns\": {}, \"frames\": {}, \"imu\": {}, \"latest_ms\": {:.3f}, "
-        "\"exit_code\": {}}}\n",
-        report.shift.ns, report.first_frame.ns, report.frames_sent, report.imu_sent, report.latest.seconds() * 1e3,
-        exit_code);
+    write_report(args.out, report, child, exit_code);
     return exit_code;
 }
 
@@ -76,11 +91,11 @@ int encode(const Arguments& args) {
     const Recording recording = load_recording(args.log, part);
     TextFile file(args.out);
     file.write("#timestamp [ns],w_x [rad s^-1],w_y,w_z,a_x [m s^-2],a_y,a_z\n");
-    for (const ImuSample& sample : recording.imu) {
-        const ImuSample s = as_encoded(imu_kind(args.imu), sample, imu_period(recording));
+    for (const ImuSample& s : as_encoded(imu_kind(args.imu), recording.imu, imu_period(recording))) {
         file.print("{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", s.stamp.ns, s.w_B.x(), s.w_B.y(), s.w_B.z(),
                    s.a_B.x(), s.a_B.y(), s.a_B.z());
     }
+    file.close();
     return 0;
 }
 
@@ -101,7 +116,11 @@ int main(int argc, char** argv) {
     add_common(*play_command);
     play_command->add_option("--fault", args.faults, "KIND@START+LENGTH, seconds from the first frame; repeatable")
         ->take_all();
-    play_command->add_option("--lead", args.lead_s, "Seconds of standing inertial samples before the log");
+    play_command->add_option("--format", args.format, "Pixels of both cameras")
+        ->check(CLI::IsMember({"GREY", "Y10", "Y10P", "Y12", "Y012", "Y16", "YUYV"}));
+    play_command->add_option("--significant-bits", args.options.pixels.significant_bits, "Of Y16");
+    play_command->add_flag("--msb-aligned", args.options.pixels.msb_aligned, "Y10, Y12 and Y16 in the high bits");
+    play_command->add_option("--watchdog", args.watchdog_s, "Seconds after which a silent program is started again");
     play_command->add_option("--left", args.options.left, "Video node")->capture_default_str();
     play_command->add_option("--right", args.options.right, "Video node")->capture_default_str();
     play_command->add_option("--trigger", args.options.trigger_pull, "gpio-sim's pull file of the trigger line")

@@ -19,6 +19,8 @@ constexpr double kIcmRate = 2000.0 * kRadPerDeg / 524288.0;
 constexpr double kIcmForce = 16.0 * kStandardGravity / 524288.0;
 constexpr double kAdisRate = kRadPerDeg / 40.0;
 constexpr double kAdisForce = kStandardGravity / 4000.0;
+constexpr double kBmiRate = 2000.0 * kRadPerDeg / 32767.0;
+constexpr double kBmiForce = 12.0 * kStandardGravity / 32768.0;
 constexpr std::uint32_t kRawImuId = (8U << 24) | (1003U << 8) | 42U;  // priority, type, node
 constexpr std::uint32_t kOpenImuRateId = 0x0CF02A80;
 constexpr std::uint32_t kOpenImuForceId = 0x0CF02D80;
@@ -74,6 +76,33 @@ ImuSample decoded(Decoder& decoder, const std::vector<CanFrame>& frames, const I
     return result;
 }
 
+ImuSample as_read_from_adis(const ImuSample& sample) {
+    ImuSample result = sample;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        result.w_B[axis] = counts(sample.w_B[axis], kAdisRate, 32767) * kAdisRate;
+        result.a_B[axis] = counts(sample.a_B[axis], kAdisForce, 32767) * kAdisForce;
+    }
+    return result;
+}
+
+/// As bmi_registers() writes and Bmi088 and ImuAssembler read them.
+std::vector<ImuSample> as_read_from_bmi(const std::vector<ImuSample>& samples) {
+    std::vector<ImuSample> measured = samples;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const Eigen::Vector3d force = force_at(samples, i > 0 ? i - 1 : 0, samples[i].stamp - kBmiForceAge);
+        for (Eigen::Index axis = 0; axis < 3; ++axis) {
+            measured[i].w_B[axis] = counts(samples[i].w_B[axis], kBmiRate, 32767) * kBmiRate;
+            measured[i].a_B[axis] = counts(force[axis], kBmiForce, 32767) * kBmiForce;
+        }
+    }
+    for (std::size_t i = 0; i + 1 < measured.size(); ++i) {
+        const double share = kBmiForceAgeRead.seconds() / (measured[i + 1].stamp - measured[i].stamp).seconds();
+        measured[i].a_B += share * (measured[i + 1].a_B - measured[i].a_B);
+    }
+    measured.pop_back();
+    return measured;
+}
+
 ImuSample decoded_openimu(const ImuSample& sample) {
     DbcFile database;
     DbcDecoder decoder;
@@ -118,6 +147,29 @@ std::array<std::uint8_t, 20> adis_burst(const ImuSample& sample, std::uint16_t c
     }
     put_big16(&burst[18], sum);
     return burst;
+}
+
+Eigen::Vector3d force_at(const std::vector<ImuSample>& samples, std::size_t before, Timestamp stamp) {
+    const ImuSample& a = samples[before];
+    const ImuSample& b = samples[std::min(before + 1, samples.size() - 1)];
+    if (stamp <= a.stamp || b.stamp <= a.stamp) {
+        return a.a_B;
+    }
+    return a.a_B + (stamp - a.stamp).seconds() / (b.stamp - a.stamp).seconds() * (b.a_B - a.a_B);
+}
+
+std::array<std::uint8_t, 15> bmi_registers(const ImuSample& rate, const Eigen::Vector3d& force, std::uint32_t count) {
+    constexpr std::uint32_t kSamplesPerEdge = 8;  // 1600 and 200 Hz
+    constexpr std::uint32_t kTicksPerSample = 16;
+    constexpr std::uint32_t kAge = 8;  // ticks
+    std::array<std::uint8_t, 15> bytes{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto index = static_cast<Eigen::Index>(axis);
+        put_little(&bytes[2 * axis], static_cast<std::uint32_t>(counts(rate.w_B[index], kBmiRate, 32767)), 2);
+        put_little(&bytes[6 + 2 * axis], static_cast<std::uint32_t>(counts(force[index], kBmiForce, 32767)), 2);
+    }
+    put_little(&bytes[12], count * kSamplesPerEdge * kTicksPerSample + kAge, 3);
+    return bytes;
 }
 
 std::vector<CanFrame> dronecan_frames(const ImuSample& sample, Duration interval, std::uint8_t transfer) {
@@ -176,30 +228,38 @@ std::vector<CanFrame> openimu_frames(const ImuSample& sample) {
     return {rate, force};
 }
 
+namespace {
+
 ImuSample as_encoded(ImuKind kind, const ImuSample& sample, Duration interval) {
-    ImuSample result = sample;
     switch (kind) {
         case ImuKind::kIcm42688: {
             const Result<IcmPacket> packet = parse_icm_packet(icm_packet(sample, 0));
             if (!packet.ok()) {
                 throw std::runtime_error("a packet of the ICM-42688-P cannot be decoded after it was encoded");
             }
+            ImuSample result = sample;
             result.w_B = packet.value().rate;
             result.a_B = packet.value().force;
-            break;
+            return result;
         }
-        case ImuKind::kAdis16475:
-            for (Eigen::Index axis = 0; axis < 3; ++axis) {
-                result.w_B[axis] = counts(sample.w_B[axis], kAdisRate, 32767) * kAdisRate;
-                result.a_B[axis] = counts(sample.a_B[axis], kAdisForce, 32767) * kAdisForce;
-            }
-            break;
         case ImuKind::kDroneCan: {
             DroneCanDecoder decoder(DroneCanOptions{.use_integrals = true});
-            result = decoded(decoder, dronecan_frames(sample, interval, 0), sample);
-            break;
+            return decoded(decoder, dronecan_frames(sample, interval, 0), sample);
         }
-        case ImuKind::kOpenImu300: result = decoded_openimu(sample); break;
+        case ImuKind::kOpenImu300: return decoded_openimu(sample);
+        default: return as_read_from_adis(sample);
+    }
+}
+
+}  // namespace
+
+std::vector<ImuSample> as_encoded(ImuKind kind, const std::vector<ImuSample>& samples, Duration interval) {
+    if (kind == ImuKind::kBmi088) {
+        return as_read_from_bmi(samples);
+    }
+    std::vector<ImuSample> result;
+    for (const ImuSample& sample : samples) {
+        result.push_back(as_encoded(kind, sample, interval));
     }
     return result;
 }

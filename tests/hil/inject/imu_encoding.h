@@ -12,9 +12,9 @@
 
 namespace facet::hil {
 
-/// Sensors that are played. The first two are on SPI, the others on CAN.
-enum class ImuKind : std::uint8_t { kIcm42688, kAdis16475, kDroneCan, kOpenImu300 };
-inline constexpr std::array<std::string_view, 4> kImuNames{"icm42688", "adis16475", "dronecan", "openimu300"};
+/// Sensors that are played. The first three are on SPI, the others on CAN.
+enum class ImuKind : std::uint8_t { kIcm42688, kAdis16475, kBmi088, kDroneCan, kOpenImu300 };
+inline constexpr std::array<std::string_view, 5> kImuNames{"icm42688", "adis16475", "bmi088", "dronecan", "openimu300"};
 
 constexpr bool is_on_can(ImuKind kind) { return kind == ImuKind::kDroneCan || kind == ImuKind::kOpenImu300; }
 
@@ -25,6 +25,20 @@ std::array<std::uint8_t, 20> icm_packet(const ImuSample& sample, std::uint16_t t
 /// of the bytes.
 std::array<std::uint8_t, 20> adis_burst(const ImuSample& sample, std::uint16_t counter);
 
+/// BMI088: age of the accelerometer's newest sample at an edge of the gyroscope. The two dies have no common clock;
+/// here the accelerometer's 1600 Hz keep their distance from the edges, in the middle of a tick of its sensor time.
+inline constexpr Duration kBmiForceAge{332'031};
+/// What its driver takes that age for, in whole ticks.
+inline constexpr Duration kBmiForceAgeRead{312'500};
+
+/// Registers of both dies at an edge of the gyroscope: rates (2000 deg/s), forces (12 g) and the sensor time.
+/// @param force  when the accelerometer measured last
+/// @param count  of edges
+std::array<std::uint8_t, 15> bmi_registers(const ImuSample& rate, const Eigen::Vector3d& force, std::uint32_t count);
+
+/// The specific force of a log at an instant, between its samples. @param before  index of the last sample at or before
+Eigen::Vector3d force_at(const std::vector<ImuSample>& samples, std::size_t before, Timestamp stamp);
+
 /// One transfer of uavcan.equipment.ahrs.RawIMU: 7 classic frames, integrals over `interval` (float32), no covariance.
 /// The sample is the mean over the interval, which ends half of it after the sample's stamp.
 std::vector<CanFrame> dronecan_frames(const ImuSample& sample, Duration interval, std::uint8_t transfer);
@@ -32,8 +46,9 @@ std::vector<CanFrame> dronecan_frames(const ImuSample& sample, Duration interval
 /// Angular rate (1/128 deg/s), then acceleration (0.01 m/s^2), as the OpenIMU300RI sends them by J1939.
 std::vector<CanFrame> openimu_frames(const ImuSample& sample);
 
-/// The sample after it has been encoded and decoded: what a replay must be given for the estimates to be the same.
-/// CAN frames pass through the drivers' own decoders.
-ImuSample as_encoded(ImuKind kind, const ImuSample& sample, Duration interval);
+/// The samples after they have been encoded and decoded: what a replay must be given for the estimates to be the same.
+/// CAN frames pass through the drivers' own decoders. The forces of a BMI088 are interpolated, so that its last sample
+/// never comes.
+std::vector<ImuSample> as_encoded(ImuKind kind, const std::vector<ImuSample>& samples, Duration interval);
 
 }  // namespace facet::hil

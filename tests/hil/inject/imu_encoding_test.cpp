@@ -21,6 +21,8 @@ ImuSample sample() {
     return s;
 }
 
+ImuSample encoded(ImuKind kind, const ImuSample& one) { return as_encoded(kind, {one}, kInterval).front(); }
+
 /// Largest difference that rounding to steps of this size can make, a little more for the arithmetic.
 void require_within_half(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double step) {
     REQUIRE((a - b).cwiseAbs().maxCoeff() <= 0.5 * step * (1.0 + 1e-6));
@@ -38,12 +40,12 @@ TEST_CASE("What a sensor sends is the sample to its own resolution") {
           Resolution{ImuKind::kAdis16475, deg / 40.0, 9.80665 / 4000.0}, Resolution{ImuKind::kDroneCan, 1e-6, 2e-6},
           Resolution{ImuKind::kOpenImu300, deg / 128.0, 0.01}}) {
         CAPTURE(static_cast<int>(r.kind));
-        const ImuSample back = as_encoded(r.kind, sample(), kInterval);
+        const ImuSample back = encoded(r.kind, sample());
         require_within_half(back.w_B, sample().w_B, r.rate);
         require_within_half(back.a_B, sample().a_B, r.force);
         REQUIRE(back.stamp == sample().stamp);
         // Rounding what is round already changes nothing; only integrals in single precision are rounded again.
-        const ImuSample again = as_encoded(r.kind, back, kInterval);
+        const ImuSample again = encoded(r.kind, back);
         REQUIRE((again.a_B - back.a_B).norm() <= (r.kind == ImuKind::kDroneCan ? 1e-5 : 1e-12));
     }
 }
@@ -51,11 +53,11 @@ TEST_CASE("What a sensor sends is the sample to its own resolution") {
 TEST_CASE("Values beyond a sensor's range are clipped") {
     ImuSample strong = sample();
     strong.a_B = {1000.0, -1000.0, 0.0};
-    const ImuSample back = as_encoded(ImuKind::kAdis16475, strong, kInterval);
+    const ImuSample back = encoded(ImuKind::kAdis16475, strong);
     REQUIRE(back.a_B.x() < 81.0);
     REQUIRE(back.a_B.x() > 80.0);
     REQUIRE(back.a_B.y() == -back.a_B.x());
-    REQUIRE(as_encoded(ImuKind::kIcm42688, strong, kInterval).a_B.x() < 16.0 * 9.80665);
+    REQUIRE(encoded(ImuKind::kIcm42688, strong).a_B.x() < 16.0 * 9.80665);
 }
 
 TEST_CASE("The burst of the ADIS16475 has the sum that its driver expects") {

@@ -4,6 +4,10 @@
 #include <linux/can/error.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <ctime>
+#include <system_error>
 
 namespace facet::hil {
 namespace {
@@ -11,6 +15,16 @@ namespace {
 /// From the call of play() to the first sample.
 constexpr Duration kStart = Duration::from_seconds(0.2);
 constexpr std::uint32_t kBurst = 10;
+constexpr Duration kRightLate = Duration::from_seconds(0.02);
+
+void step_wall_clock(std::int64_t seconds) {
+    timespec now{};
+    ::clock_gettime(CLOCK_REALTIME, &now);
+    now.tv_sec += seconds;
+    if (::clock_settime(CLOCK_REALTIME, &now) != 0) {
+        throw std::system_error(errno, std::generic_category(), "the wall clock cannot be set");
+    }
+}
 
 }  // namespace
 
@@ -18,8 +32,8 @@ Injector::Injector(const InjectorOptions& options, const Recording& recording, C
     : options_(options),
       recording_(recording),
       clock_(clock),
-      left_(options.left, recording.width, recording.height),
-      right_(options.right, recording.width, recording.height),
+      left_(options.left, recording.width, recording.height, options.pixels.format),
+      right_(options.right, recording.width, recording.height, options.pixels.format),
       trigger_(options.trigger_pull) {
     if (is_on_can(options.imu)) {
         can_.emplace(options.can_interface);
@@ -31,17 +45,10 @@ Injector::Injector(const InjectorOptions& options, const Recording& recording, C
 }
 
 void Injector::plan() {
-    const ImuSample& first = recording_.imu.front();
-    for (std::int64_t k = options_.lead.ns / options_.imu_period.ns; k > 0; --k) {
-        ImuSample still = first;
-        still.stamp = first.stamp - Duration{k * options_.imu_period.ns};
-        imu_.push_back(still);
-    }
-    imu_.insert(imu_.end(), recording_.imu.begin(), recording_.imu.end());
     // A DroneCAN node sends at the end of the interval whose middle is the stamp.
     const Duration delay{options_.imu == ImuKind::kDroneCan ? options_.imu_period.ns / 2 : 0};
-    for (std::size_t i = 0; i < imu_.size(); ++i) {
-        actions_.push_back({imu_[i].stamp + delay, What::kImu, i});
+    for (std::size_t i = 0; i < recording_.imu.size(); ++i) {
+        actions_.push_back({recording_.imu[i].stamp + delay, What::kImu, i});
     }
     plan_frames();
     for (std::size_t i = 0; i < options_.faults.faults().size(); ++i) {
@@ -72,7 +79,8 @@ void Injector::plan_frames() {
             actions_.push_back({stamp + Duration{period.ns / 2}, What::kExtraEdge, i});
         }
         actions_.push_back({stamp + arrival, What::kLeft, i});
-        actions_.push_back({stamp + arrival + Duration::from_seconds(0.0003), What::kRight, i});
+        const Duration late = active(FaultKind::kRightLate, stamp) ? kRightLate : Duration{};
+        actions_.push_back({stamp + arrival + late + Duration::from_seconds(0.0003), What::kRight, i});
     }
 }
 
@@ -97,7 +105,28 @@ void Injector::send_left(std::size_t index, OutgoingFrame outgoing) {
         outgoing.bytes = outgoing.bytes.first(outgoing.bytes.size() / 2);
     }
     outgoing.error = active(FaultKind::kFlagged, played.stamp);
+    if (options_.pixels.format != PixelFormat::kGrey) {
+        packed_ = pack(options_.pixels, outgoing.bytes);
+        outgoing.bytes = packed_;
+    }
     left_.send(outgoing);
+    ++report_.frames_sent;
+}
+
+void Injector::send_right(std::size_t index, OutgoingFrame outgoing) {
+    const PlayedFrame& played = frames_[index];
+    if (active(FaultKind::kRightStalled, played.stamp)) {
+        ++stalled_;
+        return;
+    }
+    if (active(FaultKind::kRightDropped, played.stamp)) {
+        return;
+    }
+    outgoing.stamp = outgoing.stamp + (active(FaultKind::kRightLate, played.stamp) ? kRightLate : Duration{});
+    outgoing.sequence -= stalled_;
+    const std::vector<std::uint8_t> packed = pack(options_.pixels, recording_.frames[played.recorded].right);
+    outgoing.bytes = packed;
+    right_.send(outgoing);
     ++report_.frames_sent;
 }
 
@@ -112,15 +141,18 @@ void Injector::send_frame(std::size_t index, bool left) {
     outgoing.sequence = static_cast<std::uint32_t>(index);
     if (left) {
         send_left(index, outgoing);
-    } else if (!frame.right.empty() && !active(FaultKind::kRightDropped, played.stamp)) {
-        outgoing.bytes = frame.right;
-        right_.send(outgoing);
-        ++report_.frames_sent;
+    } else if (!frame.right.empty()) {
+        send_right(index, outgoing);
     }
 }
 
-void Injector::send_spi(const ImuSample& sample, bool damaged) {
-    if (options_.imu == ImuKind::kIcm42688) {
+void Injector::send_spi(std::size_t index, bool damaged) {
+    const ImuSample& sample = recording_.imu[index];
+    if (options_.imu == ImuKind::kBmi088) {
+        const std::size_t before = index > 0 ? index - 1 : 0;
+        const Eigen::Vector3d force = force_at(recording_.imu, before, sample.stamp - kBmiForceAge);
+        spi_->set_burst(bmi_registers(sample, force, imu_count_));
+    } else if (options_.imu == ImuKind::kIcm42688) {
         auto packet = icm_packet(sample, static_cast<std::uint16_t>(sample.stamp.ns / 1000 & 0xFFFF));
         packet[0] ^= damaged ? 0x40 : 0;
         spi_->push_packet(packet);
@@ -129,7 +161,11 @@ void Injector::send_spi(const ImuSample& sample, bool damaged) {
         burst[5] ^= damaged ? 0x10 : 0;
         spi_->set_burst(burst);
     }
-    data_ready_->pulse();
+    // A chip that nobody has set up makes no edges.
+    const bool merged = active(FaultKind::kReadyMerged, sample.stamp) && imu_count_ % 2 == 0;
+    if (!merged && spi_->makes_edges()) {
+        data_ready_->pulse();
+    }
 }
 
 void Injector::send_can(const ImuSample& sample, bool damaged) {
@@ -148,22 +184,46 @@ void Injector::send_can(const ImuSample& sample, bool damaged) {
     }
 }
 
-void Injector::send_imu(const ImuSample& sample) {
+void Injector::send_imu(std::size_t index) {
+    const ImuSample& sample = recording_.imu[index];
     ++imu_count_;
-    if (active(FaultKind::kImuSilent, sample.stamp) || active(FaultKind::kBusOff, sample.stamp)) {
-        return;
+    for (const FaultKind silent : {FaultKind::kImuSilent, FaultKind::kBusOff, FaultKind::kImuBrownOut}) {
+        if (active(silent, sample.stamp)) {
+            return;
+        }
     }
     const bool damaged = active(FaultKind::kImuDamaged, sample.stamp) && imu_count_ % 2 == 0;
     if (can_) {
         send_can(sample, damaged);
     } else {
-        send_spi(sample, damaged);
+        send_spi(index, damaged);
     }
     ++report_.imu_sent;
 }
 
+/// Of the inertial sensor.
+void Injector::switch_power(bool fails) {
+    spi_->set_dead(fails);
+    if (!fails) {
+        spi_->power_on();
+    }
+}
+
+/// Those that happen once, at their beginning.
+void Injector::strike(FaultKind kind, Child& child) {
+    switch (kind) {
+        case FaultKind::kClock30s: step_wall_clock(30); break;
+        case FaultKind::kClock1h: step_wall_clock(3600); break;
+        case FaultKind::kClockBack10s: step_wall_clock(-10); break;
+        case FaultKind::kStopped: child.send_signal(SIGSTOP); break;
+        case FaultKind::kKilled: child.send_signal(SIGKILL); break;
+        case FaultKind::kPowerCut: report_.power_cut = true; break;
+        default: break;
+    }
+}
+
 /// Those that are a change of state rather than of what is sent.
-void Injector::switch_fault(const Fault& fault, bool begins) {
+void Injector::switch_fault(const Fault& fault, bool begins, Child& child) {
     switch (fault.kind) {
         case FaultKind::kUnplugged:
             if (begins) {
@@ -179,6 +239,11 @@ void Injector::switch_fault(const Fault& fault, bool begins) {
                 spi_->set_dead(begins);
             }
             break;
+        case FaultKind::kImuBrownOut:
+            if (spi_) {
+                switch_power(begins);
+            }
+            break;
         case FaultKind::kBusOff:
             if (can_) {
                 can_->send_error(begins ? CAN_ERR_BUSOFF : CAN_ERR_RESTARTED);
@@ -189,19 +254,23 @@ void Injector::switch_fault(const Fault& fault, bool begins) {
                 can_->set_up(!begins);
             }
             break;
-        default: break;
+        default:
+            if (begins) {
+                strike(fault.kind, child);
+            }
+            break;
     }
 }
 
-void Injector::act(const Action& action) {
+void Injector::act(const Action& action, Child& child) {
     switch (action.what) {
         case What::kEdge:
         case What::kExtraEdge: trigger_.pulse(); break;
         case What::kLeft: send_frame(action.index, true); break;
         case What::kRight: send_frame(action.index, false); break;
-        case What::kImu: send_imu(imu_[action.index]); break;
-        case What::kFaultBegin: switch_fault(options_.faults.faults()[action.index], true); break;
-        case What::kFaultEnd: switch_fault(options_.faults.faults()[action.index], false); break;
+        case What::kImu: send_imu(action.index); break;
+        case What::kFaultBegin: switch_fault(options_.faults.faults()[action.index], true, child); break;
+        case What::kFaultEnd: switch_fault(options_.faults.faults()[action.index], false, child); break;
     }
 }
 
@@ -211,10 +280,13 @@ InjectorReport Injector::play(Child& child) {
     for (const Action& action : actions_) {
         const Timestamp due = action.due + report_.shift;
         clock_.sleep_until(due);
-        act(action);
+        act(action, child);
         // Afterwards: in virtual time every look at the clock moves it on by a fraction of a microsecond.
         report_.latest = std::max(report_.latest, clock_.now() - due);
-        if (action.what == What::kEdge && !child.running()) {
+        if (report_.power_cut) {
+            return report_;
+        }
+        if (action.what == What::kLeft && !child.tend(clock_.now())) {
             break;
         }
     }

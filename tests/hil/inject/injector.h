@@ -14,12 +14,14 @@
 #include "tests/hil/inject/fault_plan.h"
 #include "tests/hil/inject/imu_encoding.h"
 #include "tests/hil/inject/kernel_devices.h"
+#include "tests/hil/inject/pixel_packing.h"
 #include "tests/hil/inject/recording.h"
 
 namespace facet::hil {
 
 struct InjectorOptions {
     ImuKind imu = ImuKind::kIcm42688;
+    PixelLayout pixels;
     std::string left = "/dev/video40";
     std::string right = "/dev/video41";
     std::string trigger_pull;     ///< files of gpio-sim in sysfs
@@ -33,9 +35,6 @@ struct InjectorOptions {
     /// Frames before the log's, with the image of its first one: the synchroniser believes in no assignment before it
     /// has seen a few.
     int lead_frames = 4;
-    /// A sensor sends all the time. The first sample of the log is repeated for this long before the log begins:
-    /// wall-clock stamps can be mapped only after some pairs of clocks have been read.
-    Duration lead;
     FaultPlan faults;
 };
 
@@ -44,7 +43,8 @@ struct InjectorReport {
     Timestamp first_frame;  ///< in the log's time
     std::uint64_t frames_sent = 0;
     std::uint64_t imu_sent = 0;
-    Duration latest;  ///< most that anything came late
+    Duration latest;         ///< most that anything came late
+    bool power_cut = false;  ///< by a fault: nothing more must be done than to note it
 };
 
 /// Devices are opened by the constructor, so that a camera streams before the program under test looks for it.
@@ -53,7 +53,7 @@ class Injector {
 public:
     Injector(const InjectorOptions& options, const Recording& recording, Clock& clock);
 
-    /// Plays everything, the log's first instant `lead` and a moment from now. Ends early if the child has ended.
+    /// Plays everything, the log's first instant a moment from now. Ends early if the child has ended.
     InjectorReport play(Child& child);
 
 private:
@@ -72,13 +72,16 @@ private:
 
     void plan();
     void plan_frames();
-    void act(const Action& action);
+    void act(const Action& action, Child& child);
     void send_frame(std::size_t index, bool left);
     void send_left(std::size_t index, OutgoingFrame outgoing);
-    void send_imu(const ImuSample& sample);
+    void send_right(std::size_t index, OutgoingFrame outgoing);
+    void send_imu(std::size_t index);
     void send_can(const ImuSample& sample, bool damaged);
-    void send_spi(const ImuSample& sample, bool damaged);
-    void switch_fault(const Fault& fault, bool begins);
+    void send_spi(std::size_t index, bool damaged);
+    void switch_fault(const Fault& fault, bool begins, Child& child);
+    void switch_power(bool fails);
+    void strike(FaultKind kind, Child& child);
     bool active(FaultKind kind, Timestamp log_time) const {
         return options_.faults.active(kind, log_time - recording_.frames.front().stamp);
     }
@@ -92,13 +95,14 @@ private:
     std::optional<PulseLine> data_ready_;
     std::optional<SpiImuModel> spi_;
     std::optional<CanNode> can_;
-    std::vector<ImuSample> imu_;  ///< with the lead
     std::vector<PlayedFrame> frames_;
     std::vector<Action> actions_;
     std::vector<std::uint8_t> torn_;
+    std::vector<std::uint8_t> packed_;
     bool unplugged_ = false;
     bool count_anew_ = false;      ///< the left camera's next frame has number zero
     std::size_t count_from_ = 0;   ///< the frame that had it last
+    std::uint32_t stalled_ = 0;    ///< frames that the right camera has not made
     std::uint32_t imu_count_ = 0;  ///< of samples, sent or not
     std::uint32_t can_frames_ = 0;
     InjectorReport report_;

@@ -50,7 +50,8 @@ int Descriptor::check(int result, const char* what) const {
     return result;
 }
 
-VideoOutput::VideoOutput(const std::string& device, int width, int height) : fd_(open_file(device, O_RDWR)) {
+VideoOutput::VideoOutput(const std::string& device, int width, int height, PixelFormat pixels)
+    : fd_(open_file(device, O_RDWR)) {
     struct stat status {};
     fd_.check(::fstat(fd_.get(), &status), "cannot be examined");
     device_number_ = status.st_rdev;
@@ -58,7 +59,7 @@ VideoOutput::VideoOutput(const std::string& device, int width, int height) : fd_
     format.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
     format.fmt.pix.width = static_cast<std::uint32_t>(width);
     format.fmt.pix.height = static_cast<std::uint32_t>(height);
-    format.fmt.pix.pixelformat = V4L2_PIX_FMT_GREY;
+    format.fmt.pix.pixelformat = fourcc(pixels);
     format.fmt.pix.field = V4L2_FIELD_NONE;
     fd_.check(::ioctl(fd_.get(), VIDIOC_S_FMT, &format), "format refused");
     v4l2_requestbuffers request{};
@@ -130,7 +131,7 @@ void PulseLine::pulse() {
     }
 }
 
-SpiImuModel::SpiImuModel() : fd_(open_file("/dev/facet-imu", O_WRONLY)) {}
+SpiImuModel::SpiImuModel() : fd_(open_file("/dev/facet-imu", O_RDWR)) {}
 
 void SpiImuModel::write_at(std::int64_t offset, std::span<const std::uint8_t> bytes) {
     const ssize_t written = ::pwrite(fd_.get(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
@@ -140,9 +141,10 @@ void SpiImuModel::write_at(std::int64_t offset, std::span<const std::uint8_t> by
     }
 }
 
-void SpiImuModel::set_dead(bool dead) {
-    const std::uint8_t byte = dead ? 1 : 0;
-    write_at(0x3000, {&byte, 1});
+bool SpiImuModel::makes_edges() const {
+    std::uint8_t edges = 0;
+    fd_.check(::pread(fd_.get(), &edges, 1, 0x3000) == 1 ? 0 : -1, "cannot be read");
+    return edges != 0;
 }
 
 CanNode::CanNode(const std::string& interface)

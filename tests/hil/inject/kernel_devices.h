@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/camera_v4l2/unpack.h"
 #include "drivers/common/can_frame.h"
 
 namespace facet::hil {
@@ -39,10 +40,10 @@ struct OutgoingFrame {
     bool error = false;  ///< flagged as damaged
 };
 
-/// The writing end of a loopback video device (8-bit grey), with tests/hil/kernel/patches.
+/// The writing end of a loopback video device, with tests/hil/kernel/patches.
 class VideoOutput {
 public:
-    VideoOutput(const std::string& device, int width, int height);
+    VideoOutput(const std::string& device, int width, int height, PixelFormat format);
     VideoOutput(const VideoOutput&) = delete;
     VideoOutput& operator=(const VideoOutput&) = delete;
     ~VideoOutput();
@@ -83,9 +84,14 @@ public:
     SpiImuModel();
     void push_packet(std::span<const std::uint8_t> packet) { write_at(0x1000, packet); }
     void set_burst(std::span<const std::uint8_t> burst) { write_at(0x2000, burst); }
-    void set_dead(bool dead);
+    void set_dead(bool dead) { set_bus(dead ? 1 : 0); }
+    /// Its registers are as after power-on.
+    void power_on() { set_bus(2); }
+    /// Whether it has been set up to make data-ready edges.
+    bool makes_edges() const;
 
 private:
+    void set_bus(std::uint8_t state) { write_at(0x3000, {&state, 1}); }
     void write_at(std::int64_t offset, std::span<const std::uint8_t> bytes);
 
     Descriptor fd_;
