@@ -120,6 +120,34 @@ def recovery(health, plain, begin_ns, end_ns):
     }
 
 
+def read_inertial(folder):
+    """[(stamp, (rates and forces))] of a log's inertial sensor."""
+    with open(Path(folder) / "mav0/imu0/data.csv", encoding="utf-8") as file:
+        return [(int(row[0]), tuple(float(value) for value in row[1:7])) for row in csv.reader(file)
+                if row and not row[0].startswith("#")]
+
+
+def inertial_differences(encoded, recorded, shift_ns):
+    """Between the samples that were sent and those that the program recorded, one to one."""
+    if len(encoded) != len(recorded):
+        return {"samples": len(recorded), "of": len(encoded), "max_value": math.nan, "max_stamp_ns": math.nan}
+    return {
+        "samples": len(recorded),
+        "of": len(encoded),
+        "max_value": max(abs(a - b) for (_, x), (_, y) in zip(encoded, recorded) for a, b in zip(x, y)),
+        "max_stamp_ns": max(abs(y - shift_ns - x) for (x, _), (y, _) in zip(encoded, recorded)),
+    }
+
+
+def files_that_differ(folder, other, names):
+    """Those of the names whose files are not the same to the byte, or are missing."""
+    def content(where, name):
+        path = Path(where) / name
+        return path.read_bytes() if path.is_file() else None
+
+    return [name for name in names if content(folder, name) is None or content(folder, name) != content(other, name)]
+
+
 def link_log(log, folder, imu_csv):
     """The log with other inertial samples; everything else is linked."""
     root = Path(folder) / "mav0"

@@ -50,6 +50,23 @@ class HilCompare(unittest.TestCase):
         self.assertAlmostEqual(found["longest_gap_s"], 0.45)
         self.assertAlmostEqual(found["recovery_s"], 0.1)
 
+    def test_compares_what_was_recorded_with_what_was_sent(self):
+        sent = [(k * 5 * MS, (0.1 * k, 0.0, 0.0, 0.0, 0.0, 9.8)) for k in range(10)]
+        recorded = [(stamp + 70 + (3 if k == 4 else 0), values) for k, (stamp, values) in enumerate(sent)]
+        found = hil_compare.inertial_differences(sent, recorded, 70)
+        self.assertEqual((found["samples"], found["max_value"], found["max_stamp_ns"]), (10, 0.0, 3))
+        recorded[7] = (recorded[7][0], (0.7, 0.0, 0.25, 0.0, 0.0, 9.8))
+        self.assertEqual(hil_compare.inertial_differences(sent, recorded, 70)["max_value"], 0.25)
+        self.assertTrue(math.isnan(hil_compare.inertial_differences(sent, recorded[1:], 70)["max_value"]))
+
+    def test_names_files_that_differ_or_are_missing(self):
+        with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as other:
+            for where, name, text in ((folder, "a", "1"), (other, "a", "1"), (folder, "b", "1"), (other, "b", "2"),
+                                      (folder, "c", "1")):  # fmt: skip
+                Path(where, name).write_text(text, encoding="utf-8")
+            names = ("a", "b", "c", "d")
+            self.assertEqual(hil_compare.files_that_differ(folder, other, names), ["b", "c", "d"])
+
     def test_reads_poses_in_the_time_of_the_log(self):
         with tempfile.TemporaryDirectory() as folder:
             Path(folder, "trajectory.csv").write_text("#stamp\n1000,1,2,3,1,0,0,0,9,9,9\n", encoding="utf-8")

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
 """The short hardware-in-the-loop test: a simulated flight through the kernel's drivers in virtual time, by SPI and by
-CAN, and one fault of each of camera, line and sensor. Skipped (77) where the guest kernel has not been built.
+CAN, recorded and replayed, and one fault of each of camera, line, sensor and clock. Skipped (77) where the guest kernel
+has not been built.
 
 Usage: hil_test.py FACET HIL_INJECT WORK_FOLDER
 """
@@ -36,7 +37,7 @@ def main(facet, inject, work):
         sys.executable, ROOT / "tests/hil/hil_run.py", "--kernel", found.stdout.strip(), "--facet", facet,
         "--inject", inject,
         "--log", log, "--out", Path(work) / "out", "--sensors", "icm42688,dronecan", "--time", "virtual",
-        "--faults", "unplugged,edges_lost,imu_silent", "--timeout", "240",
+        "--faults", "unplugged,edges_lost_0.15,imu_brown_out,clock_30s", "--timeout", "240",
     ]  # fmt: skip
     return subprocess.run(command, check=False).returncode
 

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: BSD-2-Clause
+"""Flights with faults: how each showed, how long it took to get over it, and what it cost."""
+import math
+from dataclasses import dataclass
+
+import hil_compare
+
+BEGIN_S = 4.0
+FOR_EVER_S = 1000.0
+MAX_RECOVERY_S = 0.5
+WATCHDOG_S = 0.5
+
+
+@dataclass
+class Fault:
+    sensor: str
+    kinds: str  # of tests/hil/inject/fault_plan.h, with + between them
+    length_s: float
+    words: str
+    ends: str = "TRACKING"  # the state of the last frame
+    reason: str = ""  # which has to be given
+    # Longer where docs/hil.md says why.
+    max_recovery_s: float = MAX_RECOVERY_S
+
+    @property
+    def name(self):
+        return self.kinds + ("_for_ever" if self.is_for_ever else f"_{self.length_s}" if self.length_s else "")
+
+    @property
+    def is_for_ever(self):
+        return self.length_s == FOR_EVER_S
+
+
+FAULTS = (
+    Fault("icm42688", "both_dropped", 0.5, "both cameras' frames lost"),
+    Fault("icm42688", "left_dropped", 0.5, "left frames lost"),
+    Fault("icm42688", "right_dropped", 0.5, "right frames lost"),
+    Fault("icm42688", "torn", 0.25, "left frames torn, unflagged"),
+    Fault("icm42688", "short_frames", 0.25, "left frames short"),
+    Fault("icm42688", "flagged_frames", 0.25, "left frames flagged as bad"),
+    Fault("icm42688", "unplugged", 1.0, "left camera unplugged"),
+    Fault("icm42688", "right_stalled", 1.0, "right camera stalls"),
+    Fault("icm42688", "right_stalled", FOR_EVER_S, "right camera stalls", "DEGRADED", "one_camera"),
+    Fault("icm42688", "left_dropped", FOR_EVER_S, "left camera silent", "DEGRADED", "one_camera"),
+    Fault("icm42688", "both_dropped", FOR_EVER_S, "both cameras silent", "LOST", "no_images"),
+    Fault("icm42688", "edges_lost", 0.15, "3 trigger edges vanish"),
+    Fault("icm42688", "edges_extra", 0.15, "3 trigger edges too many"),
+    Fault("icm42688", "edges_lost", 2.0, "trigger wire dead", reason="trigger_silent"),
+    Fault("icm42688", "edges_lost", FOR_EVER_S, "trigger wire dead", "DEGRADED", "trigger_silent"),
+    Fault("icm42688", "edges_lost+right_late", 2.0, "trigger wire dead, right camera 20 ms later",
+          reason="trigger_silent"),
+    Fault("icm42688", "edges_lost+right_late", FOR_EVER_S, "trigger wire dead, right camera 20 ms later", "DEGRADED",
+          "trigger_silent"),
+    Fault("icm42688", "imu_silent", 0.3, "silent"),
+    Fault("icm42688", "imu_silent", FOR_EVER_S, "silent", "LOST", "imu_gap"),
+    Fault("icm42688", "imu_damaged", 0.5, "every second packet damaged"),
+    Fault("icm42688", "imu_dead", 0.5, "data line dead"),
+    Fault("icm42688", "imu_brown_out", 0.2, "brown-out: back with registers as after power-on"),
+    Fault("icm42688", "ready_merged", 1.0, "every second data-ready edge merged with the next"),
+    Fault("adis16475", "imu_damaged", 0.5, "every second checksum wrong"),
+    Fault("adis16475", "ready_merged", 0.5, "every second data-ready edge merged with the next"),
+    Fault("bmi088", "imu_silent", 0.3, "silent"),
+    Fault("bmi088", "imu_dead", 0.5, "data lines dead"),
+    Fault("bmi088", "imu_brown_out", 0.2, "brown-out: back with registers as after power-on"),
+    Fault("dronecan", "imu_silent", 0.3, "silent"),
+    Fault("dronecan", "imu_silent", FOR_EVER_S, "silent", "LOST", "imu_gap"),
+    Fault("dronecan", "can_loss", 0.5, "a third of the frames lost in bursts of ten"),
+    Fault("dronecan", "bus_off", 0.5, "bus-off"),
+    Fault("dronecan", "can_down", 0.5, "interface down and up"),
+    Fault("dronecan", "clock_30s", 0.0, "wall clock set 30 s on"),
+    Fault("dronecan", "clock_1h", 0.0, "wall clock set an hour on"),
+    Fault("dronecan", "clock_back_10s", 0.0, "wall clock set back by 10 s"),
+)
+
+
+def count_findings(summary):
+    live = summary["live"]
+    found = {name: count for name, count in live["synchroniser"].items() if count > 0}
+    for source, counters in live["sources"].items():
+        found.update({f"{source} {name}": count for name, count in counters.items()
+                      if name != "delivered" and count > 0})  # fmt: skip
+    return found
+
+
+def fault_row(hil, fault, plain):
+    flight = hil.fly(fault.sensor, f"{fault.sensor}_{fault.name}",
+                     faults=[f"{kind}@{BEGIN_S}+{fault.length_s}" for kind in fault.kinds.split("+")])  # fmt: skip
+    begin_ns = flight["report"]["first_frame_ns"] + round(BEGIN_S * hil_compare.NANO)
+    end_ns = begin_ns + round(fault.length_s * hil_compare.NANO)
+    found, usual = count_findings(flight["summary"]), count_findings(plain["summary"])
+    row = {
+        "sensor": fault.sensor, "fault": fault.name, "length_s": fault.length_s, "words": fault.words,
+        **hil_compare.recovery(flight["health"], plain["health"], begin_ns, end_ns),
+        "ends": flight["summary"]["final"]["state"],
+        "ate_mm": hil.ate(flight["poses"], flight["name"]), "ate_plain_mm": plain["ate_mm"],
+        "found": {key: count for key, count in found.items() if count != usual.get(key)},
+        "exit_code": flight["report"]["exit_code"],
+    }  # fmt: skip
+    row["good"] = (
+        row["ends"] == fault.ends and fault.reason in row["reasons"] + [""]
+        and (fault.is_for_ever or (row["exit_code"] == 0 and row["recovery_s"] <= fault.max_recovery_s))
+    )  # fmt: skip
+    return row
+
+
+def restart_row(hil, plain):
+    """The program hangs, and its service manager kills it and starts it again."""
+    job, report = hil.play("icm42688", "icm42688_restart", faults=[f"stopped@{BEGIN_S}+0"], watchdog_s=WATCHDOG_S)
+    folders = sorted((job.folder / "flights").glob("flight_*"))
+    flights = [hil.flight_in(folder, f"restart_{i}", report) for i, folder in enumerate(folders)]
+    row = {"sensor": "icm42688", "fault": "stopped", "length_s": WATCHDOG_S, "exit_code": report["exit_code"],
+           "words": "the program hangs; the watchdog restarts it", "ate_plain_mm": plain["ate_mm"],
+           "recovery_s": math.nan, "longest_gap_s": math.nan, "ate_mm": math.nan, "good": False,
+           "states": [], "reasons": [], "ends": "-", "found": {"flights": len(flights)}}  # fmt: skip
+    if len(flights) != 2:
+        return row
+    again = flights[1]
+    tracking = [stamp for stamp, state, _, _ in again["health"] if state == "TRACKING"]
+    if not tracking:
+        return row
+    first_ns = tracking[0] + report["shift_ns"]
+    row["recovery_s"] = (first_ns - report["killed_ns"]) / hil_compare.NANO
+    row["longest_gap_s"] = (tracking[0] - flights[0]["health"][-1][0]) / hil_compare.NANO
+    row["ends"] = again["health"][-1][1]
+    row["ate_mm"] = hil.ate(again["poses"], again["name"])
+    ready_s = (report["ready_again_ns"] - report["killed_ns"]) / hil_compare.NANO
+    counter = (job.folder / "flights/reset_counter").read_text(encoding="utf-8").strip()
+    row["found"] = {"seconds until ready": round(ready_s, 2), "reset counter sent": int(counter)}
+    row["good"] = row["exit_code"] == 0 and row["ends"] == "TRACKING" and int(counter) > 0
+    return row
+
+
+def fault_rows(hil, faults, restart):
+    print("  fault                                    states         ends     recovery  gap s  ATE mm (without)  "
+          "reasons; found")
+    plain = {}
+
+    def plain_flight(sensor):
+        if sensor not in plain:
+            plain[sensor] = hil.fly(sensor, f"{sensor}_plain")
+            plain[sensor]["ate_mm"] = hil.ate(plain[sensor]["poses"], f"{sensor}_plain")
+        return plain[sensor]
+
+    rows = []
+    for fault in faults:
+        rows.append(fault_row(hil, fault, plain_flight(fault.sensor)))
+        print_row(rows[-1])
+    if restart:
+        rows.append(restart_row(hil, plain_flight("icm42688")))
+        print_row(rows[-1])
+    return rows
+
+
+def length_words(row):
+    return "for ever" if row["length_s"] == FOR_EVER_S else f"{row['length_s']:.2f} s" if row["length_s"] else "once"
+
+
+def found_words(row):
+    return ", ".join(f"{key} {count}" for key, count in row["found"].items())
+
+
+def print_row(row):
+    print(
+        f"  {row['sensor'] + ' ' + row['fault']:<40} {length_words(row):<8} {'|'.join(row['states']) or '-':<14}"
+        f" {row['ends']:<8} {row['recovery_s']:>6.2f} s {row['longest_gap_s']:>6.2f}"
+        f"  {row['ate_mm']:>7.2f} ({row['ate_plain_mm']:.2f})   {'|'.join(row['reasons']) or '-'}; {found_words(row)}"
+        f"{'' if row['good'] else '   NOT AS PROMISED'}",
+        flush=True,
+    )
