@@ -18,6 +18,7 @@
 #include "app/commands/view_argument.h"
 #include "app/config/vehicle_file.h"
 #include "app/run/dry_run.h"
+#include "app/run/flight_mark.h"
 #include "app/run/hardware.h"
 #include "app/run/live_run.h"
 #include "app/run/reset_count.h"
@@ -140,10 +141,25 @@ void print_sinks(Hardware& hardware) {
     }
 }
 
+/// The first of the folders that systemd gives under a name; empty if it gives none.
+std::string given_folder(const char* variable) {
+    const std::string given = environment(variable);
+    return given.substr(0, given.find(':'));
+}
+
 /// The state folder that systemd gives, or else the log's.
 std::string state_folder(const Vehicle& vehicle) {
-    const std::string given = environment("STATE_DIRECTORY");
-    return given.empty() ? vehicle.log.folder : given.substr(0, given.find(':'));
+    const std::string given = given_folder("STATE_DIRECTORY");
+    return given.empty() ? vehicle.log.folder : given;
+}
+
+/// In the air it takes a second, and judges masses that the flight moves.
+void leave_out_self_test(Vehicle& vehicle) {
+    if (vehicle.imu_spi) {
+        vehicle.imu_spi->adis16.self_test = false;
+        vehicle.imu_spi->icm42688.self_test = false;
+        vehicle.imu_spi->bmi088.self_test = false;
+    }
 }
 
 /// Keeps the counter of poses that are sent, so that a restarted program can announce its jump.
@@ -214,8 +230,8 @@ void keep_state(LiveRun& run, StateKeeper& keeper, const Clock& clock) {
     std::_Exit(kExitFailed);
 }
 
-int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const RunArguments& args,
-        const std::atomic<bool>& stop) {
+int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const FlightMark& mark,
+        const RunArguments& args, const std::atomic<bool>& stop) {
     MavlinkLink* const mavlink = hardware.mavlink();
     ResetCount resets(state_folder(vehicle));
     const std::vector<OdometrySink*> sinks = open_sinks(hardware, resets);
@@ -237,6 +253,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     resume(run, keeper, clock);
     run.keep_states();
     run.start();
+    mark.set();
     begin_pulses(hardware, vehicle, run.refusals());
     notifier.ready();
     StatusPrinter printer(clock, args.vehicle, is_terminal, args.quiet);
@@ -257,6 +274,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     end_pulses(hardware);
     const RunSummary summary = run.stop();
     keeper.forget();
+    mark.clear();
     print_sinks(hardware);
     if (view) {
         print_view(view->account());
@@ -275,6 +293,10 @@ int run_vehicle(const RunArguments& args) {
     if (args.record && vehicle.log.folder.empty()) {
         throw InputError("--record: no folder; say --out DIR, or sinks.log.folder in the vehicle file");
     }
+    const FlightMark mark(given_folder("RUNTIME_DIRECTORY"));
+    if (mark.is_continued()) {
+        leave_out_self_test(vehicle);
+    }
     LinuxClock clock;
     LinuxKernelIo io;
     Hardware hardware(io, clock, vehicle);
@@ -282,7 +304,7 @@ int run_vehicle(const RunArguments& args) {
         return probe(hardware, clock, vehicle);
     }
     // SIGHUP: the terminal was closed.
-    return fly(hardware, clock, io, vehicle, args, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
+    return fly(hardware, clock, io, vehicle, mark, args, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
 }
 
 }  // namespace
