@@ -66,6 +66,12 @@ CountMatcher::Search CountMatcher::by_count(std::uint32_t sequence, Match& resul
     return Search::kNone;
 }
 
+/// Events a period apart leave no doubt within half a period; one too many between them may come closer.
+bool CountMatcher::is_nearest(const Match& match, Timestamp target) const {
+    SyncEvent event;
+    return match.interpolated || nearest(target, event) != Search::kFound || event.sequence == match.event.sequence;
+}
+
 CountMatcher::Outcome CountMatcher::vote(const SyncEvent& frame, Timestamp target, Match& result) {
     SyncEvent event;
     const Search found = nearest(target, event);
@@ -106,7 +112,7 @@ CountMatcher::Outcome CountMatcher::match(const SyncEvent& frame, Match& result)
     const std::int64_t half_ns = options_.period.ns / 2;
     Match match;
     const Search found = by_count(frame.sequence + *offset_, match);
-    if (found == Search::kFound && std::abs((match.event.stamp - target).ns) <= half_ns) {
+    if (found == Search::kFound && std::abs((match.event.stamp - target).ns) <= half_ns && is_nearest(match, target)) {
         votes_ = 0;
         result = match;
         return Outcome::kMatched;

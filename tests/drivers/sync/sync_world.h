@@ -34,6 +34,8 @@ struct World {
     std::set<int> left_lost, right_lost;          ///< counted by the camera
     std::set<int> left_vanished, right_vanished;  ///< not even counted
     std::set<int> edge_lost, edge_vanished;       ///< counted by the kernel, or not
+    std::set<int> edge_twice;                     ///< a second edge later, that triggers nothing
+    std::int64_t second_edge_ns = kPeriodNs / 2;
     std::set<int> left_twice;
     std::uint32_t first_count = 0;  ///< of cameras and edges
     int left_restart = -1;          ///< the left camera's count begins anew with this event
@@ -131,6 +133,10 @@ inline Outcome run(const World& world, Synchroniser& sync, unsigned seed = 1) {
         if (!is_lost) {
             const std::int64_t stamp = kStartNs + event * kPeriodNs;
             arrivals.push_back({stamp + kMs, Kind::kEdge, {{stamp}, own, true, world.edges_numbered}, {}});
+        }
+        if (world.edge_twice.contains(event)) {
+            const std::int64_t stamp = kStartNs + event * kPeriodNs + world.second_edge_ns;
+            arrivals.push_back({stamp + kMs, Kind::kEdge, {{stamp}, ++edge_sequence, true, world.edges_numbered}, {}});
         }
     }
     for (std::int64_t t = kStartNs - 500 * kMs; t < midpoint(world.events) + 500 * kMs; t += 5 * kMs) {

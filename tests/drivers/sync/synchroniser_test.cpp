@@ -117,6 +117,23 @@ TEST_CASE("edges without numbers: pulses that were not made are taken for lost, 
     CHECK(views(outcome, 116, 200, true, true) == 200 - 116);
 }
 
+TEST_CASE("a line that bounces: edges too many cost frames, but none is given to them") {
+    for (const bool numbered : {true, false}) {
+        for (const int late_ms : {8, 20, 27, 33, 42}) {
+            CAPTURE(numbered, late_ms);
+            World world;
+            world.edges_numbered = numbered;
+            world.edge_twice = {100, 101, 102};
+            world.second_edge_ns = late_ms * kMs;
+            Synchroniser sync;
+            const Outcome outcome = run(world, sync);
+            check_no_wrong_pair(outcome, 0);
+            CHECK(views(outcome, 0, 101, true, true) == 101 - 4);
+            CHECK(views(outcome, 111, 200, true, true) == 200 - 111);
+        }
+    }
+}
+
 TEST_CASE("without a trigger the right camera is paired with the left one by count and time, stale frames too") {
     World world;
     world.trigger = false;
