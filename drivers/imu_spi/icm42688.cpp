@@ -166,6 +166,7 @@ Status Icm42688::flush() {
     any_packet_ = false;
     any_edge_ = false;
     merged_in_a_row_ = 0;
+    any_empty_ = false;
     return bus_.write(kSignalPathReset, kFlushFifo);
 }
 
@@ -209,7 +210,8 @@ Status Icm42688::configure(SelfTest test, std::string& problem) {
 
 /// Which packet made the edge: the one that filled the watermark. But two edges that come before the kernel's thread
 /// has run are one event with the later one's stamp: if that packet's time is off by more than half a period and
-/// another one's fits, it was that one. An assumption that goes wrong is dropped after kMergedAtMost times.
+/// another one's fits, it was that one. If it was not, and the reader is late only, an edge follows that finds no packet:
+/// an assumption that meets this kMergedAtMost times in a row is dropped.
 std::size_t Icm42688::packet_at(const TriggerEdge& edge, std::span<const std::int64_t> times_us) {
     const std::size_t usual = std::min<std::size_t>(options_.watermark, times_us.size()) - 1;
     // Beyond some periods the ratio of the clocks is not known well enough for a prediction.
@@ -225,7 +227,7 @@ std::size_t Icm42688::packet_at(const TriggerEdge& edge, std::span<const std::in
         best = off_us(i) < off_us(best) ? i : best;
     }
     const bool is_merged = off_us(usual) > 0.5 * nominal_us() && off_us(best) < 0.25 * nominal_us();
-    merged_in_a_row_ = is_merged ? merged_in_a_row_ + 1 : 0;
+    merged_in_a_row_ = is_merged ? merged_in_a_row_ + (any_empty_ ? 1 : 0) : 0;
     return is_merged && merged_in_a_row_ <= kMergedAtMost ? best : usual;
 }
 
@@ -247,6 +249,7 @@ Status Icm42688::read(const TriggerEdge& edge, SpiMeasurements& out) {
     FACET_TRY(bus_.read(kFifoCount, count_bytes));
     const std::size_t count = (static_cast<std::size_t>(count_bytes[0]) << 8) | count_bytes[1];
     if (count == 0) {
+        any_empty_ = true;
         return Status::kNotReady;
     }
     if (count > kMaxPackets + 4) {  // 2 KB and the packets in flight; more means an unplugged bus
@@ -288,6 +291,7 @@ Status Icm42688::read(const TriggerEdge& edge, SpiMeasurements& out) {
         return corrupt ? Status::kCorrupt : Status::kNotReady;
     }
     const std::size_t at_edge = packet_at(edge, std::span(times_us).first(got));
+    any_empty_ = false;
     follow_clock(edge, times_us[at_edge]);
     for (std::size_t i = 0; i < got; ++i) {
         const double offset_ns = static_cast<double>(times_us[i] - times_us[at_edge]) * ratio_ * 1e3;

@@ -68,7 +68,8 @@ private:
     bool any_edge_ = false;
     Timestamp edge_stamp_;
     std::int64_t edge_time_us_ = 0;
-    int merged_in_a_row_ = 0;
+    int merged_in_a_row_ = 0;  ///< of those that an edge without a packet speaks against
+    bool any_empty_ = false;   ///< an edge without a packet since the last packets
     bool any_packet_ = false;
     std::int64_t time_us_ = 0;  ///< of the last packet, unwrapped
 };

@@ -18,7 +18,7 @@ struct ImuSpiOptions {
     Duration latency;  ///< from measurement to data-ready edge (the chip's filter delay); subtracted from the stamps
     Duration poll_period = Duration::from_seconds(0.005);   ///< without a data-ready line
     Duration max_force_gap = Duration::from_seconds(0.05);  ///< see ImuAssembler
-    Duration retry_period = Duration::from_seconds(0.5);
+    Duration retry_period = Duration::from_seconds(0.2);    ///< an estimate stands still no longer than it has to
     Duration silence;      ///< without a sample for this long the chip is reset and set up again; zero: never
     int max_corrupt = 20;  ///< consecutive bad readings after which the chip is reset, as after a brown-out
 };

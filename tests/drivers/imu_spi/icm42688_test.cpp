@@ -218,6 +218,33 @@ TEST_CASE("edges that the kernel has merged carry the later one's stamp: no samp
     }
 }
 
+TEST_CASE("edges that are merged for a whole second move no sample either") {
+    IcmHarness h({200, 1, false});
+    const auto add = [&] {
+        h.time_us = static_cast<std::uint16_t>(h.time_us + 5000);
+        h.device.fifo.push_back(make_packet(0, 0, h.time_us));
+    };
+    h.edges.period_ns = 5'000'000;
+    h.edges.on_edge = [&](Timestamp) { add(); };
+    REQUIRE(ok(h.imu->start()));
+    test::Drained all;
+    for (int edge = 0; edge < 200; ++edge) {
+        if (edge >= 50 && edge < 150) {
+            add();
+            h.clock.advance({h.edges.period_ns});
+        }
+        h.offer(1);
+        for (const Timestamp stamp : test::drain(h).stamps) {
+            all.stamps.push_back(stamp);
+        }
+    }
+    REQUIRE(all.stamps.size() == 300);
+    for (std::size_t i = 1; i < all.stamps.size(); ++i) {
+        CAPTURE(i);
+        REQUIRE(std::abs((all.stamps[i] - all.stamps[i - 1]).ns - 5'000'000) < 1'000);
+    }
+}
+
 TEST_CASE("packets lost to a full FIFO show as a gap") {
     IcmHarness h;
     REQUIRE(ok(h.imu->start()));
