@@ -208,6 +208,7 @@ RunSummary LiveRun::stop() {
     summary.live = account();
     summary.live->latency_ms = output_->latencies_ms();
     summary.wall_s = summary.live->duration_s;
+    output_->add_end(summary.last.health);
     failure_ = output_->failure();
     if (log_) {
         log_->finish();

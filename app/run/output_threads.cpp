@@ -8,7 +8,7 @@ namespace facet {
 namespace {
 
 constexpr Duration kPoll = Duration::from_seconds(0.1);
-constexpr Duration kWatch = Duration::from_seconds(0.05);  // longest time between two looks at the estimator
+constexpr Duration kWatch = Duration::from_seconds(0.05);  // longest time between two looks at what may hang
 constexpr int kStalledQuality = 30;
 constexpr Duration kFlushPeriod = Duration::from_seconds(1.0);
 constexpr std::size_t kShownEvents = 6;
@@ -26,6 +26,7 @@ OutputThreads::OutputThreads(const Clock& clock, const ProgramConfig& config, co
       events_(std::move(events)),
       keep_latencies_(keep_latencies),
       watch_(clock),
+      readings_(clock),
       lost_after_s_(config.health.lost_after_s),
       next_flush_(clock.now()) {
     events_.push_back(&reports_);
@@ -36,6 +37,7 @@ OutputThreads::OutputThreads(const Clock& clock, const ProgramConfig& config, co
 
 void OutputThreads::on_sample(const ImuSample& sample) {
     counters_.poses_dropped.fetch_add(ok(samples_.push(sample)) ? 0 : 1, kLoose);
+    readings_.beat();
     pose_wakeup_.notify();
 }
 
@@ -117,30 +119,53 @@ void OutputThreads::mark_stalled(TrackingState state) {
     outcome.status = Status::kIo;
     Health& health = outcome.estimate.health;
     health.state = state;
-    health.reasons |= kReasonStalled;
+    health.reasons |= stall_reason_;
     health.quality = state == TrackingState::kLost ? 0 : std::min(health.quality, kStalledQuality);
     Odometry unused;
     (void)stream_.add_frame(outcome, unused);
     SinkNews::report(sinks_, state, health.reasons);
 }
 
-/// A thread that hangs cannot say so itself, nor be ended: see has_stalled().
-void OutputThreads::watch_estimator() {
-    const std::optional<Duration> silence = watch_.silence();
-    const Health& last = outcome_.estimate.health;
-    if (!silence) {
-        if (stalled_) {
-            stalled_.reset();
-            (void)stall_reports_.push(RunEvent::make("estimator_stalled", "estimator: works again"));
-            frame_wakeup_.notify();
-            SinkNews::report(sinks_, last.state, last.reasons);
-        }
+void OutputThreads::add_end(Health& health) const {
+    if (stalled_) {
+        health.state = *stalled_;
+        health.reasons |= stall_reason_;
+    }
+}
+
+/// Readings that come again do not make a state yet: the next frame does.
+void OutputThreads::end_stall() {
+    if (!stalled_ || (stall_reason_ == kReasonImuGap && outcome_.frame_stamp == stalled_at_)) {
         return;
     }
-    if (!is_usable(last.state)) {
+    stalled_.reset();
+    if (stall_reason_ == kReasonStalled) {
+        (void)stall_reports_.push(RunEvent::make("estimator_stalled", "estimator: works again"));
+        frame_wakeup_.notify();
+    }
+    SinkNews::report(sinks_, outcome_.estimate.health.state, outcome_.estimate.health.reasons);
+}
+
+/// A thread that hangs cannot say so itself, nor be ended: see has_stalled(). Without readings no frame is ever complete,
+/// so that no estimate says so either.
+void OutputThreads::watch() {
+    if (!watch_.is_awaited()) {
+        return;
+    }
+    const bool hangs = watch_.silence().has_value();
+    const std::optional<Duration> silence = hangs ? watch_.silence() : readings_.silence();
+    if (!silence) {
+        end_stall();
+        return;
+    }
+    if (!is_usable(outcome_.estimate.health.state)) {
         return;  // nobody is misled
     }
     if (!stalled_) {
+        stall_reason_ = hangs ? kReasonStalled : kReasonImuGap;
+        stalled_at_ = outcome_.frame_stamp;
+    }
+    if (!stalled_ && hangs) {  // the silence of a sensor is reported by its thread
         (void)stall_reports_.push(RunEvent::make("estimator_stalled",
                                                  "estimator: no sign of life for {} ms; poses go on without it",
                                                  silence->ns / 1'000'000));
@@ -155,7 +180,7 @@ void OutputThreads::watch_estimator() {
 void OutputThreads::send_poses(const std::atomic<bool>& stopping) {
     for (;;) {
         const bool last = stopping.load(std::memory_order_acquire);
-        watch_estimator();  // before the samples that have come are sent
+        watch();  // before the samples that have come are sent
         while (carry_on()) {
         }
         if (last) {

@@ -44,8 +44,8 @@ struct OutputCounters {
 };
 
 /// The bodies of two threads. One carries the newest estimate on by inertial samples and sends it, however long a frame
-/// keeps the estimator busy or a disc makes the files wait; while the estimator's thread gives no sign of life
-/// (StallWatch), as DEGRADED, and LOST once that has lasted health.lost_after_s. Queues hold 1024 samples, 32
+/// keeps the estimator busy or a disc makes the files wait; while the estimator's thread or the inertial sensor gives no
+/// sign of life (StallWatch), as DEGRADED, and LOST once that has lasted health.lost_after_s. Queues hold 1024 samples, 32
 /// estimates, 64 frames and 16384 faces: when full, the newest are dropped and counted. A file that cannot be written
 /// ends the writing, not the run. The sides of the estimator and the IMU use neither heap nor lock.
 class OutputThreads final : public LoopOutput {
@@ -65,7 +65,7 @@ public:
     void on_report(const SyncReport& report) override;
     /// Whenever it has taken what there was.
     void on_beat() { watch_.beat(); }
-    /// Nothing more will come.
+    /// Nothing more will come, and nothing more is judged.
     void on_end() { watch_.end(); }
 
     /// The bodies; each returns when it is `stopping` and its queues are empty.
@@ -87,11 +87,14 @@ public:
     /// Why files are incomplete; empty if they are complete.
     const std::string& failure() const { return failure_; }
     const std::vector<double>& latencies_ms() const { return latencies_ms_; }
+    /// Brings the health of the last estimate to how it ended: as a state that nothing had confirmed for a while.
+    void add_end(Health& health) const;
 
 private:
     void send(const Odometry& odometry);
     bool carry_on();
-    void watch_estimator();
+    void watch();
+    void end_stall();
     void mark_stalled(TrackingState state);
     void keep_latency(double latency_ms);
     bool write_once();
@@ -108,7 +111,8 @@ private:
     std::size_t keep_latencies_;
     EventQueue reports_;        ///< of the synchroniser
     EventQueue stall_reports_;  ///< of the sending thread
-    StallWatch watch_;
+    StallWatch watch_;          ///< the estimator
+    StallWatch readings_;       ///< the inertial sensor
     double lost_after_s_;
     SpscQueue<ImuSample, 1024> samples_;
     SpscQueue<FrameOutcome, 32> outcomes_;
@@ -121,6 +125,8 @@ private:
     std::atomic<std::uint64_t> frames_{0};
     FrameOutcome outcome_;                   ///< of the sending thread
     std::optional<TrackingState> stalled_;   ///< of the sending thread: as what poses go on without the estimator
+    std::uint32_t stall_reason_ = 0;         ///< of the sending thread: why
+    Timestamp stalled_at_;                   ///< of the sending thread: the newest frame when it began
     std::optional<Timestamp> unsent_frame_;  ///< of the sending thread: in the estimate, but not yet sent
     FrameResult frame_;                      ///< of the writing thread
     std::vector<DepartedFace> batch_;        ///< of the writing thread

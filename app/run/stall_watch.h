@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Whether the estimator's thread is still at work.
+// Whether a thread is still at work: the estimator's, or the one that reads the inertial sensor.
 #pragma once
 
 #include <atomic>
@@ -9,8 +9,9 @@
 
 namespace facet {
 
-/// The estimator's thread tells that it is alive whenever it has taken something or waited for something; whoever asks
-/// learns of a silence that no frame explains. Thread-safe, one thread that beats. No heap, no lock.
+/// A thread tells that it is alive, the estimator's whenever it has taken something or waited for something, the
+/// inertial sensor's at every sample; whoever asks learns of a silence that no frame explains. Thread-safe, one thread
+/// that beats. No heap, no lock.
 class StallWatch {
 public:
     /// Three times what a keyframe takes on a slow computer; with the pause of whoever asks, 50 ms, a stall is known
@@ -20,11 +21,14 @@ public:
     /// Borrowed: clock. Nothing is a stall before the first beat.
     explicit StallWatch(const Clock& clock) : clock_(clock) {}
 
-    /// On the estimator's thread.
+    /// On the thread that is watched.
     void beat() { beaten_ns_.store(clock_.now().ns, std::memory_order_relaxed); }
 
-    /// On the estimator's thread: it ends.
+    /// On the thread that is watched: it ends.
     void end() { beaten_ns_.store(kNever, std::memory_order_relaxed); }
+
+    /// After the first beat, until it ends.
+    bool is_awaited() const { return beaten_ns_.load(std::memory_order_relaxed) != kNever; }
 
     /// How long the thread has been silent, if that is longer than kPatience.
     std::optional<Duration> silence() const {

@@ -187,6 +187,52 @@ TEST_CASE("an estimator that hangs is known within 200 ms, told, and its poses g
     CHECK(status.events[1] == "estimator: works again");
 }
 
+TEST_CASE("an inertial sensor that falls silent is told, since no frame can come that would") {
+    const test::TempDir dir;
+    ManualClock clock({3'000'000'000});
+    FrameRecorder recorder(dir.path());
+    recorder.open();
+    RecordingSink sink;
+    auto output =
+        std::make_unique<OutputThreads>(clock, ProgramConfig{}, VehicleOdometry{200.0, 0.0},
+                                        std::vector<OdometrySink*>{&sink}, recorder, std::vector<EventQueue*>{}, 10);
+    const std::atomic<bool> stopping{true};
+    // The estimator's thread is alive, and waits.
+    const auto pass = [&](std::int64_t ms) {
+        clock.advance(Duration{ms * 1'000'000});
+        output->on_beat();
+        output->send_poses(stopping);
+    };
+    const auto frame = [&](int k) {
+        output->on_sample({{k * 50'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Belief{}, Eigen::Vector3d::Zero());
+    };
+    frame(0);
+    pass(140);
+    CHECK(sink.told == std::vector<std::string>{"facet: TRACKING"});
+    pass(60);
+    CHECK(sink.told.back() == "facet: DEGRADED imu_gap");
+    pass(3000);
+    CHECK(sink.told.back() == "facet: LOST imu_gap");
+    Health last;
+    output->add_end(last);
+    CHECK(last.state == TrackingState::kLost);
+    CHECK(last.reasons == kReasonImuGap);
+
+    output->on_sample({{50'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+    pass(5);  // readings alone do not say where the vehicle is
+    CHECK(sink.told.back() == "facet: LOST imu_gap");
+    frame(1);
+    pass(5);
+    pass(5);
+    CHECK(sink.told.back() == "facet: TRACKING");
+    CHECK(sink.told.size() == 4);
+    output->on_end();
+    clock.advance({1'000'000'000});
+    output->send_poses(stopping);
+    CHECK(sink.told.size() == 4);
+}
+
 TEST_CASE("a full disc ends the writing, not the run") {
     if (!std::filesystem::exists("/dev/full")) {
         return;
