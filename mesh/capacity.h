@@ -16,6 +16,9 @@ inline constexpr int kMaxMeshVertices = 2 * kMaxLandmarks;
 inline constexpr int kMaxMeshFaces = 8192;
 /// Points among which planes are searched: landmarks and, while there is room, surface points.
 inline constexpr int kMaxPlanePoints = kMaxMeshVertices;
+/// Points of one keyframe's semi-dense depth: 1800 squares of 14 pixels in an image of 752 x 480, and
+/// room for more.
+inline constexpr int kMaxDepthPoints = 4096;
 /// Sectors of a range sweep: what MAVLink's OBSTACLE_DISTANCE carries.
 inline constexpr int kSweepSectors = 72;
 

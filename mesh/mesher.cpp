@@ -299,6 +299,25 @@ void Mesher::make_room(std::size_t wanted) {
     }
 }
 
+bool Mesher::depth_prior(const Eigen::Vector2d& xy, DepthPrior& prior) const {
+    const int at = update_ == 0 ? -1 : locator_.locate(xy);
+    if (at < 0) {
+        return false;
+    }
+    DepthPrior found{1e300, 0.0};
+    for (const std::uint16_t p : delaunay_.triangles()[static_cast<std::size_t>(at)].point) {
+        const double z = points_[p].p_C.z();
+        if (!(z > 0.0)) {
+            return false;
+        }
+        const double off = kHysteresis * points_[p].depth_sigma_m / (z * z);
+        found.farthest = std::min(found.farthest, std::max(0.0, 1.0 / z - off));
+        found.nearest = std::max(found.nearest, 1.0 / z + off);
+    }
+    prior = found;
+    return true;
+}
+
 void Mesher::prune_vertices() {
     for (int i = 0; i < mesh_.vertex_end(); ++i) {
         if (mesh_.is_vertex(i) && mesh_.faces_at(static_cast<VertexSlot>(i)) == 0) {

@@ -53,6 +53,12 @@ struct DepartedFace {
     float sigma_m = 0.0F;
 };
 
+/// Between which inverse depths the corners lie of the triangle that a ray passes, their uncertainty included (1/m).
+struct DepthPrior {
+    double farthest = 0.0;
+    double nearest = 0.0;
+};
+
 /// Incremental mesher [Rosinol19], called at each keyframe:
 ///   1 Vertices move with their landmarks. Landmarks that left the horizon, or were judged bad, take their faces along.
 ///     If the window began anew since the last keyframe, the whole mesh leaves: tracks may continue, but elsewhere.
@@ -81,6 +87,11 @@ public:
 
     /// The camera that plays the left one from the next update on. No heap.
     void set_camera(const CameraModel& left) { camera_ = left; }
+
+    /// What the last update's triangulation says of the depth along a ray: about the view of that keyframe.
+    /// @param xy  normalised, undistorted
+    /// @return whether the ray passes a triangle (prior untouched otherwise)
+    bool depth_prior(const Eigen::Vector2d& xy, DepthPrior& prior) const;
 
     const HorizonMesh& mesh() const { return mesh_; }
     /// For the plane finder, which labels faces and corrects shown positions.

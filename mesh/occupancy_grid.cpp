@@ -13,9 +13,7 @@ namespace facet {
 namespace {
 
 constexpr int kHit = 2;
-constexpr int kMostOccupied = 5;
 constexpr int kMostFree = -6;
-constexpr int kPointWeight = 1;
 constexpr int kLandmarkWeight = 2;
 constexpr int kSeenTwice = 2;          // keyframes: a face that frees the space before it
 constexpr double kTargetSigmas = 2.0;  // a line of sight ends so many before its target

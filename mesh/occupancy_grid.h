@@ -11,6 +11,7 @@
 
 #include "estimator/values/keyframe_view.h"
 #include "mesh/capacity.h"
+#include "mesh/depth_point.h"
 #include "mesh/grid_config.h"
 #include "mesh/horizon_mesh.h"
 
@@ -90,6 +91,9 @@ public:
     /// Takes in a keyframe.
     /// @param update  number under which the mesh has observed its faces at this keyframe (MeshCounters::updates)
     void update(const KeyframeView& view, const HorizonMesh& mesh, std::uint32_t update);
+
+    /// Takes in points of the same keyframe as the last update().
+    void add_depth(std::span<const DepthPoint> points);
 
     /// State of the space at a point.
     GridState at(const Eigen::Vector3d& p_W) const { return describe(find(cell_of(p_W))); }
@@ -189,6 +193,7 @@ private:
     void hit_faces(const HorizonMesh& mesh, std::uint32_t update);
     void hit(const Eigen::Vector3d& p_W);
     void hit(std::size_t index);
+    void hint(const Eigen::Vector3d& p_W);
     void mark(const Eigen::Vector3d& p_W);
     void mark_surfaces(const KeyframeView& view, const HorizonMesh& mesh, std::uint32_t update);
     void clear_parts(const Eigen::Vector3i& c, const Eigen::Vector3d& direction, double entered, double end);
@@ -203,6 +208,8 @@ private:
 
     static constexpr int kOccupied = 2;
     static constexpr int kFree = -2;
+    static constexpr int kMostOccupied = 5;
+    static constexpr int kPointWeight = 1;
 
     GridConfig config_;
     Eigen::Vector3i low_ = Eigen::Vector3i::Zero();  ///< the corner cell

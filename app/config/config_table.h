@@ -29,6 +29,7 @@ void for_each_section(Visitor&& visit) {
     visit("mesh", &ProgramConfig::mesh, kMeshFields);
     visit("planes", &ProgramConfig::planes, kPlaneFields);
     visit("grid", &ProgramConfig::grid, kGridFields);
+    visit("depth", &ProgramConfig::depth, kDepthFields);
 }
 
 /// One parameter: a ParameterField of any section.

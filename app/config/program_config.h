@@ -3,6 +3,7 @@
 #pragma once
 
 #include "estimator/api/config.h"
+#include "mesh/depth/depth_config.h"
 #include "mesh/grid_config.h"
 #include "mesh/mesh_config.h"
 #include "mesh/planes/plane_config.h"
@@ -14,6 +15,7 @@ struct ProgramConfig : EstimatorConfig {
     MeshConfig mesh;
     PlaneConfig planes;
     GridConfig grid;
+    DepthConfig depth;
 };
 
 }  // namespace facet

@@ -39,7 +39,8 @@ FramePipeline::FramePipeline() : mesher_(std::make_unique<Mesher>()), planes_(st
 void FramePipeline::configure(const ProgramConfig& config, const Calibration& calibration) {
     const bool is_configured = ok(estimator_.configure(config, calibration.rig)) &&
                                ok(mesher_->configure(config.mesh, calibration.rig.left)) &&
-                               ok(planes_->configure(config.planes)) && ok(config.grid.validate());
+                               ok(planes_->configure(config.planes)) && ok(config.grid.validate()) &&
+                               ok(config.depth.validate());
     if (!is_configured) {
         throw InputError(refusal(config, calibration));
     }
@@ -47,6 +48,11 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
     if (config.grid.enabled) {
         grid_ = std::make_unique<OccupancyGrid>();
         FACET_ASSERT(ok(grid_->configure(config.grid)));  // validated above
+    }
+    depth_.reset();
+    if (config.grid.enabled && config.depth.enabled && calibration.rig.has_right) {
+        depth_ = std::make_unique<SemiDenseDepth>();
+        FACET_ASSERT(ok(depth_->configure(config.depth, calibration.rig)));  // validated above
     }
     rig_ = calibration.rig;
     last_health_ = {};
@@ -90,6 +96,7 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
     result.is_keyframe = ok(result.status) && estimate.health.is_keyframe;
     result.is_usable = ok(result.status) && is_usable(estimate.health.state);
     mesh_is_new_ = result.is_keyframe && result.is_usable && update_mesh(frame, estimate.health);
+    update_depth(frame);
     result.has_mesh = mesh_is_new_;
     result.planes.clear();
     if (result.has_mesh) {
@@ -182,6 +189,7 @@ bool FramePipeline::update_mesh(const StereoFrame& frame, const Health& health) 
         return false;  // the first keyframe, or one the window refused
     }
     last_view_ = view.number;
+    end_depth();
     const StageTimer::Instant begin = StageTimer::now();
     timer_.begin(Stage::kMesh);
     mesher_->set_camera(view.is_exchanged ? rig_.right : rig_.left);
@@ -203,6 +211,33 @@ void FramePipeline::update_grid(const KeyframeView& view, const Health& health) 
         grid_reset_counter_ = health.reset_counter;
     }
     grid_->update(view, mesher_->mesh(), static_cast<std::uint32_t>(mesher_->counters().updates));
+}
+
+/// What has been matched of the last keyframe goes into the grid.
+void FramePipeline::end_depth() {
+    if (depth_ && depth_->has_begun()) {
+        const StageTimer::Instant begin = StageTimer::now();
+        timer_.begin(Stage::kDepth);
+        grid_->add_depth(depth_->take());
+        timer_.end(Stage::kDepth);
+        timer_.add_total(begin);
+    }
+}
+
+/// A keyframe with a mesh begins; each frame after it does a part. Its last part is the grid's.
+void FramePipeline::update_depth(const StereoFrame& frame) {
+    if (!depth_ || !(mesh_is_new_ || depth_->has_begun())) {
+        return;
+    }
+    if (!mesh_is_new_ && !depth_->is_busy()) {
+        end_depth();
+        return;
+    }
+    const StageTimer::Instant begin = StageTimer::now();
+    timer_.begin(Stage::kDepth);
+    mesh_is_new_ ? depth_->begin(estimator_.keyframe_view(), frame.left, frame.right) : depth_->advance(*mesher_);
+    timer_.end(Stage::kDepth);
+    timer_.add_total(begin);
 }
 
 /// Planes are found in every mode; whether the estimator uses them is its mode's business.

@@ -14,6 +14,7 @@
 #include "app/pipeline/obstacle_sweep.h"
 #include "app/pipeline/stage_timer.h"
 #include "estimator/api/estimator.h"
+#include "mesh/depth/semi_dense_depth.h"
 #include "mesh/mesher.h"
 #include "mesh/occupancy_grid.h"
 #include "mesh/planes/plane_finder.h"
@@ -101,6 +102,8 @@ public:
     const PlaneFinder& planes() const { return *planes_; }
     /// Free, occupied and unknown space; null if the configuration has no grid.
     const OccupancyGrid* grid() const { return grid_.get(); }
+    /// Semi-dense depth; null if the configuration has none.
+    const SemiDenseDepth* depth() const { return depth_.get(); }
     /// The cameras as given.
     const StereoRig& rig() const { return rig_; }
     CalibrationEstimate calibration() const { return estimator_.calibration(); }
@@ -115,6 +118,8 @@ private:
     void update_ranges(FrameResult& result);
     void stream_world(const FrameResult& result);
     bool update_mesh(const StereoFrame& frame, const Health& health);
+    void end_depth();
+    void update_depth(const StereoFrame& frame);
     void update_planes(const KeyframeView& view, const Health& health);
     void update_grid(const KeyframeView& view, const Health& health);
 
@@ -122,7 +127,8 @@ private:
     Estimator estimator_;
     std::unique_ptr<Mesher> mesher_;
     std::unique_ptr<PlaneFinder> planes_;
-    std::unique_ptr<OccupancyGrid> grid_;  ///< none unless enabled
+    std::unique_ptr<OccupancyGrid> grid_;    ///< none unless enabled
+    std::unique_ptr<SemiDenseDepth> depth_;  ///< none unless enabled, and a grid
     PlaneSource plane_source_;
     std::optional<ObstacleSweep> obstacles_;
     WorldServer* world_ = nullptr;

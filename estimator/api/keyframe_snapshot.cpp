@@ -108,6 +108,8 @@ void fill_keyframe_view(const Window& window, const FrontendOutput& tracks, Keyf
     const VisionNoise& noise = window.cameras().noise();
     const double variance = std::pow(noise.cautious_px() / noise.sigma_px(), 2);
     view.observation_variance = std::clamp(std::pow(noise.measured_px() / noise.cautious_px(), 2), 0.05, 1.0);
+    view.cameras.right = window.calibration().right;
+    view.cameras.lens = window.calibration().lens;
     view.landmarks.clear();
     for (int i = 0; i < state.landmarks.size(); ++i) {
         LandmarkSnapshot snapshot;

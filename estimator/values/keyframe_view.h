@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "estimator/geometry/se3.h"
+#include "estimator/values/camera_corrections.h"
 #include "estimator/values/capacity.h"
 #include "estimator/values/planes.h"
 #include "platform/base/fixed_vector.h"
@@ -62,6 +63,7 @@ struct KeyframeView {
     /// of the landmarks. Each is reported once: a consumer that keeps them must move them with their keyframe.
     FixedVector<LandmarkSnapshot, kMaxSurfacePoints> surface;
     FixedVector<KeyframePose, kMaxKeyframes> keyframes;  ///< oldest first
+    CameraCorrections cameras;                           ///< of the rig's calibration; their covariance is left out
     PlaneEstimates planes;                               ///< planes that the estimator uses; empty in mode S
 };
 

@@ -17,6 +17,7 @@ enum class Stage : std::uint8_t {
     kLandmarks,        ///< snapshot of the landmarks for the mesh
     kMesh,             ///< mesher, outside the estimator, at keyframes
     kPlanes,           ///< plane finder, likewise
+    kDepth,            ///< semi-dense depth and its rays in the grid, likewise, at the frames after a keyframe
     kCount
 };
 
@@ -32,6 +33,7 @@ constexpr const char* to_string(Stage s) {
         case Stage::kLandmarks: return "landmarks";
         case Stage::kMesh: return "mesh";
         case Stage::kPlanes: return "planes";
+        case Stage::kDepth: return "depth";
         case Stage::kCount: break;
     }
     return "?";

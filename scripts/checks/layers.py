@@ -39,6 +39,7 @@ ALLOWED = {
     "estimator/window": VALUES + ("estimator/imu/", "estimator/factors/", "estimator/solver/"),
     "estimator/api": BASE + ("estimator/",),
     "mesh": VALUES,
+    "mesh/depth": VALUES + ("mesh/", "estimator/frontend/"),
     "mesh/planes": VALUES + ("mesh/",),
     # The flight program: nothing of it sees app/lab.
     "app/support": BASE,
