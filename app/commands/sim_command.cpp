@@ -64,6 +64,7 @@ int run(const sim::SimOptions& options) {
         }
         line->show(done, total);
     };
+    print_err("prepare scene, light and flight\n");
     sim::SimSummary summary;
     std::string error;
     if (!ok(sim::simulate(options, progress, summary, error))) {
