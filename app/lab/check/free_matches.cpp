@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "estimator/frontend/simd.h"
+
 namespace facet {
 namespace {
 
@@ -48,22 +50,17 @@ bool cut_template(const ImageView& image, int u, int v, float* out) {
     return true;
 }
 
-/// Correlation of a normalised template with the place (u, v), which lies inside.
-float correlation_at(const ImageView& image, int u, int v, const float* pattern) {
-    float sum = 0.0F;
-    float squares = 0.0F;
-    float product = 0.0F;
+/// Sums of a normalised template's products with simd::kLanes places, (u, v) and those to its right, each in the order
+/// of the pixels. Places beyond the last one inside are of no use, but may be read.
+simd::Floats products_at(const ImageView& image, int u, int v, const float* pattern) {
+    simd::Floats product{};
     for (int row = -kHalf; row <= kHalf; ++row) {
-        const std::uint8_t* pixels = image.row(v + row) + u - kHalf;
+        const std::uint8_t* const pixels = image.row(v + row) + u - kHalf;
         for (int i = 0; i < kSide; ++i) {
-            const auto grey = static_cast<float>(pixels[i]);
-            sum += grey;
-            squares += grey * grey;
-            product += grey * *pattern++;
+            product += simd::load_bytes(pixels + i) * simd::splat(*pattern++);
         }
     }
-    const float energy = squares - sum * sum / (kSide * kSide);
-    return energy > 0.0F ? product / std::sqrt(energy) : 0.0F;
+    return product;
 }
 
 CornerList corners_of(Detector& detector, const ImageView& image, int wanted) {
@@ -95,6 +92,38 @@ Status FreeMatcher::configure(int width, int height) {
     return Status::kOk;
 }
 
+/// The energy about its mean of the surroundings of each place of an image that has all of them.
+void FreeMatcher::measure_energy(const ImageView& image) {
+    // Differences of integrals over the corners' products are right even where the integrals themselves wrap round.
+    const auto columns = static_cast<std::size_t>(image.width) + 1;
+    integral_.assign(columns * (static_cast<std::size_t>(image.height) + 1), {});
+    for (int v = 0; v < image.height; ++v) {
+        const std::uint8_t* const pixels = image.row(v);
+        const GreySums* const above = integral_.data() + static_cast<std::size_t>(v) * columns;
+        GreySums* const at = integral_.data() + static_cast<std::size_t>(v + 1) * columns;
+        GreySums row;
+        for (int u = 0; u < image.width; ++u) {
+            const std::uint32_t grey = pixels[u];
+            row.grey += grey;
+            row.squares += grey * grey;
+            at[u + 1] = {above[u + 1].grey + row.grey, above[u + 1].squares + row.squares};
+        }
+    }
+    energy_.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height), 0.0F);
+    for (int v = kHalf; v + kHalf < image.height; ++v) {
+        const GreySums* const top = integral_.data() + static_cast<std::size_t>(v - kHalf) * columns;
+        const GreySums* const bottom = top + kSide * columns;
+        for (int u = kHalf; u + kHalf < image.width; ++u) {
+            const int l = u - kHalf;
+            const int r = l + kSide;
+            const auto sum = static_cast<float>(bottom[r].grey - bottom[l].grey - top[r].grey + top[l].grey);
+            const auto squares =
+                static_cast<float>(bottom[r].squares - bottom[l].squares - top[r].squares + top[l].squares);
+            energy_[static_cast<std::size_t>(v * image.width + u)] = squares - sum * sum / (kSide * kSide);
+        }
+    }
+}
+
 bool FreeMatcher::search(const Eigen::Vector2d& corner, const ImageView& left, const ImageView& right,
                          Eigen::Vector2d& found) {
     const int scale = 1 << kSearchLevel;
@@ -105,6 +134,7 @@ bool FreeMatcher::search(const Eigen::Vector2d& corner, const ImageView& left, c
     }
     const int reach_u = left.width / 3;
     const int reach_v = left.height / 6;
+    const int last_u = std::min(right.width - 1 - kHalf, u0 + reach_u);
     struct Place {
         int u;
         int v;
@@ -113,11 +143,15 @@ bool FreeMatcher::search(const Eigen::Vector2d& corner, const ImageView& left, c
     std::vector<Place> places;
     Place best{0, 0, 0.0F};
     for (int v = std::max(kHalf, v0 - reach_v); v <= std::min(right.height - 1 - kHalf, v0 + reach_v); ++v) {
-        for (int u = std::max(kHalf, u0 - reach_u); u <= std::min(right.width - 1 - kHalf, u0 + reach_u); ++u) {
-            const float score = correlation_at(right, u, v, template_.data());
-            if (score > kMinCorrelation - kMinLead) {
-                places.push_back({u, v, score});
-                best = score > best.score ? places.back() : best;
+        const float* const energy = energy_.data() + static_cast<std::ptrdiff_t>(v) * right.width;
+        for (int first = std::max(kHalf, u0 - reach_u); first <= last_u; first += simd::kLanes) {
+            const simd::Floats product = products_at(right, first, v, template_.data());
+            for (int u = first; u <= std::min(last_u, first + simd::kLanes - 1); ++u) {
+                const float score = energy[u] > 0.0F ? product[u - first] / std::sqrt(energy[u]) : 0.0F;
+                if (score > kMinCorrelation - kMinLead) {
+                    places.push_back({u, v, score});
+                    best = score > best.score ? places.back() : best;
+                }
             }
         }
     }
@@ -150,6 +184,7 @@ bool FreeMatcher::align_both_ways(const ImagePyramid& from, const ImagePyramid& 
 std::vector<PointPair> FreeMatcher::match_stereo(const ImageView& left, const ImageView& right) {
     first_.build(left);
     second_.build(right);
+    measure_energy(second_.level(kSearchLevel));
     followed_.clear();
     std::vector<PointPair> pairs;
     for (const Eigen::Vector2d& corner : corners_of(detector_, left, kStereoCorners)) {

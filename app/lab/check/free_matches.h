@@ -2,6 +2,7 @@
 // Points found in pairs of images without any use of a calibration, so that they can judge it.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "estimator/frontend/detector.h"
@@ -36,6 +37,13 @@ public:
     std::vector<PointPair> follow(const ImageView& now, bool starts_anew);
 
 private:
+    /// Sums over a part of an image.
+    struct GreySums {
+        std::uint32_t grey = 0;
+        std::uint32_t squares = 0;
+    };
+
+    void measure_energy(const ImageView& image);
     bool search(const Eigen::Vector2d& corner, const ImageView& left, const ImageView& right, Eigen::Vector2d& found);
     /// Refines `second` from its coarsest level and back again. @return whether both ways agree
     bool align_both_ways(const ImagePyramid& from, const ImagePyramid& to, int coarsest, PointPair& pair);
@@ -49,6 +57,8 @@ private:
     ImagePyramid second_;
     std::vector<PointPair> followed_;
     std::vector<float> template_;
+    std::vector<GreySums> integral_;  ///< of the right image's search level, over all that is above and left
+    std::vector<float> energy_;       ///< of its places, by measure_energy()
 };
 
 /// Mean absolute difference of two images of one size (grey levels).
