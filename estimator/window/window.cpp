@@ -218,6 +218,7 @@ WindowSummary Window::optimize(double effort) {
         recover(options, summary);
     }
     is_factorized_ = summary.solver.is_factorized;
+    has_cameras_covariance_ = false;
     current_system_ = summary.solver.matrix;
     const WindowFit& fit = problem_.fit();
     cameras_.measure_noise(fit.vision_squared_error_px2, fit.vision_rows, fit.vision_scale_px(), fit.vision_loss);
@@ -252,6 +253,7 @@ Status Window::newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& co
     if (!is_factorized_) {
         FACET_TRY(workspace_.solver.solve(workspace_.systems[current_system_], 0.0));
         is_factorized_ = true;
+        has_cameras_covariance_ = false;
     }
     covariance = workspace_.solver.last_keyframe_covariance();
     return Status::kOk;

@@ -108,6 +108,8 @@ public:
     /// next non-const call.
     std::span<const LandmarkPrediction> predict_landmarks(const NavState& state);
 
+    using CamerasCovariance = Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim>;
+
     /// Corrections of the calibration so far.
     const RigCalibration& calibration() const { return state_.calibration; }
     /// Standard deviation of a calibration parameter (kTimeOffset, ...) after newest_covariance(); 0 if not estimated.
@@ -121,8 +123,12 @@ public:
     double residual_bias_px() const { return residual_bias_.largest_px(); }
     /// Covariance of the parameters of single cameras, in the order of CameraTerms, after newest_covariance(); only if
     /// they are estimated.
-    Eigen::Matrix<double, kCameraTermsDim, kCameraTermsDim> cameras_covariance() {
-        return workspace_.solver.cameras_covariance(kRigDim);
+    const CamerasCovariance& cameras_covariance() {
+        if (!has_cameras_covariance_) {
+            cameras_covariance_ = workspace_.solver.cameras_covariance(kRigDim);
+            has_cameras_covariance_ = true;
+        }
+        return cameras_covariance_;
     }
 
     /// Fills the window's fields of the health. @param summary  of its last optimization; empty before the first one
@@ -196,6 +202,8 @@ private:
     boost::container::static_vector<LandmarkPrediction, kMaxLandmarks> predictions_;
     int current_system_ = 0;      ///< which workspace system holds the last matrix
     bool is_factorized_ = false;  ///< and the solver its factor
+    CamerasCovariance cameras_covariance_;
+    bool has_cameras_covariance_ = false;  ///< of that factor
     bool marginalization_failed_ = false;
 };
 

@@ -62,7 +62,9 @@ bool WindowCameras::take_lenses() {
 
 void WindowCameras::correct(LandmarkObservation& o) const {
     o.measurement.left_xy = o.given_left_xy + o.d_left_d_lens.cast<double>() * state_->calibration.lens[0];
-    o.measurement.right_xy = o.given_right_xy + o.d_right_d_lens.cast<double>() * state_->calibration.lens[1];
+    if (o.measurement.has_right) {
+        o.measurement.right_xy = o.given_right_xy + o.d_right_d_lens.cast<double>() * state_->calibration.lens[1];
+    }
 }
 
 Eigen::Vector2d WindowCameras::given_left_xy(const Eigen::Vector2d& xy) const {
