@@ -102,7 +102,7 @@ std::string reason_names(std::uint32_t reasons) {
 TimingWriter::TimingWriter(const std::string& folder) : file_(folder + "/timing.csv") {
     file_.write("stamp_ns,is_keyframe");
     for (const TimeColumns& columns : kTimeColumns) {
-        file_.print(",total{}", columns.ending);
+        file_.print(",total{0},estimate{0}", columns.ending);
         for (std::size_t i = 0; i < kStageCount; ++i) {
             file_.print(",{}{}", to_string(static_cast<Stage>(i)), columns.ending);
         }
@@ -113,7 +113,7 @@ TimingWriter::TimingWriter(const std::string& folder) : file_(folder + "/timing.
 void TimingWriter::write(Timestamp stamp, bool is_keyframe, const FrameTiming& timing) {
     file_.print("{},{:d}", stamp.ns, is_keyframe);
     for (const TimeColumns& columns : kTimeColumns) {
-        file_.print(",{:.4f}", timing.total.*columns.time);
+        file_.print(",{:.4f},{:.4f}", timing.total.*columns.time, timing.estimate.*columns.time);
         for (const SpentTime& stage : timing.stages) {
             file_.print(",{:.4f}", stage.*columns.time);
         }

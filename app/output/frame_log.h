@@ -22,11 +22,12 @@ struct SpentTime {
 /// Processing time of one frame, without reading and decoding.
 struct FrameTiming {
     SpentTime total;
+    SpentTime estimate;  ///< of it, up to the estimate; the rest is work that no estimate waits for
     std::array<SpentTime, kStageCount> stages{};
 };
 
-/// timing.csv: stamp_ns, is_keyframe, total_ms and a column a Stage, then the same in processor time: total_cpu_ms and
-/// so on. Throws InputError if it cannot be written.
+/// timing.csv: stamp_ns, is_keyframe, total_ms, estimate_ms and a column a Stage, then the same in processor time:
+/// total_cpu_ms and so on. Throws InputError if it cannot be written.
 class TimingWriter {
 public:
     explicit TimingWriter(const std::string& folder);

@@ -131,17 +131,20 @@ Json planes(const RunSummary& summary) {
 /// Statistics of one of the two times that a frame has.
 Json timing_by(double SpentTime::*time, const RunSummary& summary) {
     std::vector<double> all;
+    std::vector<double> estimates;
     std::vector<double> tracked;
     std::vector<double> keyframes;
     std::array<std::vector<double>, kStageCount> stages;
     for (const RunSummary::TimedFrame& frame : summary.timed) {
         all.push_back(frame.timing.total.*time);
+        estimates.push_back(frame.timing.estimate.*time);
         (frame.is_keyframe ? keyframes : tracked).push_back(frame.timing.total.*time);
         for (std::size_t i = 0; i < kStageCount && frame.is_keyframe; ++i) {
             stages[i].push_back(frame.timing.stages[i].*time);
         }
     }
     Json json = {{"all", to_json(timing_statistics(all))},
+                 {"estimate", to_json(timing_statistics(estimates))},
                  {"tracked", to_json(timing_statistics(tracked))},
                  {"keyframe", to_json(timing_statistics(keyframes))}};
     for (std::size_t i = 0; i < kStageCount; ++i) {

@@ -72,7 +72,7 @@ void FramePipeline::add_imu(const ImuSample& sample) {
     imu_refused_ += ok(status) ? 0 : 1;
 }
 
-void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result) {
+void FramePipeline::estimate_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result) {
     Estimate& estimate = result.estimate;
     estimate = {};
     estimate.stamp = kUnset;
@@ -95,10 +95,25 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
     result.output_stamp = output_stamp;
     result.is_keyframe = ok(result.status) && estimate.health.is_keyframe;
     result.is_usable = ok(result.status) && is_usable(estimate.health.state);
-    mesh_is_new_ = result.is_keyframe && result.is_usable && update_mesh(frame, estimate.health);
+    mesh_is_new_ = false;
+    result.has_mesh = false;
+    result.planes.clear();
+    result.has_ranges = false;
+    timer_.mark_estimate();
+}
+
+void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result) {
+    estimate_frame(frame, output_stamp, result);
+    finish_frame(frame, result);
+}
+
+void FramePipeline::finish_frame(const StereoFrame& frame, FrameResult& result) {
+    const StageTimer::Instant begin = StageTimer::now();
+    estimator_.complete_view();
+    timer_.add_total(begin);
+    mesh_is_new_ = result.is_keyframe && result.is_usable && update_mesh(frame, result.estimate.health);
     update_depth(frame);
     result.has_mesh = mesh_is_new_;
-    result.planes.clear();
     if (result.has_mesh) {
         result.mesh_vertices = mesher_->mesh().vertex_count();
         result.mesh_faces = mesher_->mesh().face_count();

@@ -33,7 +33,7 @@ struct FrameResult {
     Estimate estimate;  ///< its state counts if `is_usable`
     bool is_keyframe = false;
     bool is_usable = false;  ///< there is an estimate to be used
-    FrameTiming timing;      ///< of the frame and the inertial samples before it
+    FrameTiming timing;      ///< of the frame and the inertial samples before it; so far, while it is not finished
     bool has_mesh = false;   ///< mesh and planes were brought up to date; the fields below count
     int mesh_vertices = 0;
     int mesh_faces = 0;
@@ -89,7 +89,14 @@ public:
     /// A refused frame is never TRACKING: DEGRADED at first, LOST once no frame has been accepted for the time that the
     /// configuration allows without vision. The estimate's stamp is brought from the frame's stamp to the output's.
     /// @param output_stamp  differs from the frame's if the frame's clock was tampered with
-    /// @param result        status kNotReady: inertial samples do not reach the frame yet
+    /// @param result        status kNotReady: inertial samples do not reach the frame yet; without mesh, planes, ranges
+    ///                      and timing, which finish_frame() adds
+    void estimate_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result);
+    /// What no estimate waits for: at a keyframe surface points, mesh, grid and planes; ranges, and all viewers. To be
+    /// called after each estimate_frame(), with the same frame and result, unless the frame is offered again. If the
+    /// next frame is there by then, it waits: the planes found here count from the next keyframe on.
+    void finish_frame(const StereoFrame& frame, FrameResult& result);
+    /// Both.
     void add_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result);
 
     /// The last frame was finished too late for whoever waits for it; see Estimator.

@@ -22,6 +22,8 @@ public:
     void begin(Stage /*stage*/) override { begin_ = now(); }
     void end(Stage stage) override { add(begin_, timing_.stages[static_cast<std::size_t>(stage)]); }
     void add_total(const Instant& begin) { add(begin, timing_.total); }
+    /// The frame's estimate is ready.
+    void mark_estimate() { timing_.estimate = timing_.total; }
 
     /// Times since the last call.
     FrameTiming take() {

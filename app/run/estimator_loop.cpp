@@ -39,7 +39,8 @@ void EstimatorLoop::feed_next() {
     any_fed_ = true;
     pipeline_.add_imu(fed_);
     if (pipeline_.take_carried(result_)) {
-        output_.on_frame(result_, {}, pipeline_.belief(), fed_.w_B);
+        output_.on_estimate(result_, pipeline_.belief(), fed_.w_B);
+        output_.on_frame(result_, {});
     }
 }
 
@@ -55,14 +56,16 @@ bool EstimatorLoop::try_frame() {
     const Timestamp begin = clock_.now();
     const StereoFrame frame{stamp, pending_->left.image, pending_->right.image, pending_->is_by_stamps};
     feed_until(stamp);
-    pipeline_.add_frame(frame, stamp, result_);
+    pipeline_.estimate_frame(frame, stamp, result_);
     while (result_.status == Status::kNotReady && !held_.empty()) {
         feed_next();
-        pipeline_.add_frame(frame, stamp, result_);
+        pipeline_.estimate_frame(frame, stamp, result_);
     }
     if (result_.status == Status::kNotReady && newest_.stamp < stamp + kMaxRetry) {
         return false;
     }
+    output_.on_estimate(result_, pipeline_.belief(), fed_.w_B);
+    pipeline_.finish_frame(frame, result_);
     (ok(result_.status) ? counters_.used : counters_.refused).fetch_add(1, kRelaxed);
     if (clock_.now() - begin > options_.sync.period) {
         counters_.overruns.fetch_add(1, kRelaxed);
@@ -71,7 +74,7 @@ bool EstimatorLoop::try_frame() {
     const Health& health = result_.estimate.health;
     intake_.sync().add_offset(pending_->stamp, Duration::from_seconds(health.time_offset_s),
                               Duration::from_seconds(health.time_offset_sigma_s));
-    output_.on_frame(result_, pipeline_.departed(), pipeline_.belief(), fed_.w_B);
+    output_.on_frame(result_, pipeline_.departed());
     pending_.reset();
     return true;
 }

@@ -18,11 +18,13 @@ namespace facet {
 class LoopOutput {
 public:
     virtual ~LoopOutput() = default;
+    /// The estimate is ready; mesh, planes and ranges are still to come.
+    /// @param belief  see Estimator
+    /// @param w_B     the newest angular rate given to the estimator, as measured (rad/s)
+    virtual void on_estimate(const FrameResult& frame, const Belief& belief, const Eigen::Vector3d& w_B) = 0;
+    /// The same frame, finished.
     /// @param departed  faces that left the horizon at this frame
-    /// @param belief    see Estimator
-    /// @param w_B       the newest angular rate given to the estimator, as measured (rad/s)
-    virtual void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed, const Belief& belief,
-                          const Eigen::Vector3d& w_B) = 0;
+    virtual void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed) = 0;
     virtual void on_report(const SyncReport& report) = 0;
 };
 

@@ -41,10 +41,14 @@ void OutputThreads::on_sample(const ImuSample& sample) {
     pose_wakeup_.notify();
 }
 
-void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedFace> departed, const Belief& belief,
-                             const Eigen::Vector3d& w_B) {
+void OutputThreads::on_estimate(const FrameResult& frame, const Belief& belief, const Eigen::Vector3d& w_B) {
     const FrameOutcome outcome{frame.status, frame.has_frame, frame.frame_stamp, frame.estimate, belief, w_B};
     counters_.poses_dropped.fetch_add(ok(outcomes_.push(outcome)) ? 0 : 1, kLoose);
+    pose_wakeup_.notify();
+    watch_.beat();
+}
+
+void OutputThreads::on_frame(const FrameResult& frame, std::span<const DepartedFace> departed) {
     news_.on_frame(frame);
     pose_wakeup_.notify();
     std::uint64_t lost = 0;

@@ -60,8 +60,8 @@ public:
     void on_sample(const ImuSample& sample);
 
     // On the estimator's thread:
-    void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed, const Belief& belief,
-                  const Eigen::Vector3d& w_B) override;
+    void on_estimate(const FrameResult& frame, const Belief& belief, const Eigen::Vector3d& w_B) override;
+    void on_frame(const FrameResult& frame, std::span<const DepartedFace> departed) override;
     void on_report(const SyncReport& report) override;
     /// Whenever it has taken what there was.
     void on_beat() { watch_.beat(); }

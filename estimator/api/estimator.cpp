@@ -15,6 +15,17 @@ constexpr double kLateFeatures = 0.67;
 // The median of fewer tracks says nothing of rest.
 constexpr int kRestTracks = 8;
 
+/// The window's landmarks as seen from a state.
+class WindowLandmarks final : public LandmarkSource {
+public:
+    WindowLandmarks(Window& window, const NavState& state) : window_(window), state_(state) {}
+    std::span<const LandmarkPrediction> predict() override { return window_.predict_landmarks(state_); }
+
+private:
+    Window& window_;
+    const NavState& state_;
+};
+
 }  // namespace
 
 void Estimator::Impl::reset() {
@@ -53,6 +64,7 @@ void Estimator::Impl::reset() {
     lost_time_s = 0.0;
     reset_counter = 0;
     summary = {};
+    view_is_open = false;
     view.number = 0;
     view.landmarks.clear();
     view.surface.clear();
@@ -61,6 +73,7 @@ void Estimator::Impl::reset() {
 }
 
 Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool wants_keyframe) {
+    close_view();
     FrameHints hints;
     hints.wants_keyframe = wants_keyframe;
     hints.effort = is_late ? kLateFeatures : 1.0;
@@ -69,7 +82,8 @@ Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool w
         hints.q_Bp_B = turn_since_frame(before);
     }
     const StageScope scope(observer, Stage::kTracking);
-    hints.landmarks = window.predict_landmarks(now.state);
+    WindowLandmarks landmarks(window, now.state);
+    hints.landmarks = &landmarks;
     FACET_TRY(frontend.process(frame, hints, tracks));
     q_Bf_B.setIdentity();
     if (hook != nullptr) {
@@ -291,6 +305,8 @@ std::span<const MemoryPart> Estimator::memory() {
 }
 
 const Belief& Estimator::belief() const { return impl_->now; }
+
+void Estimator::complete_view() { impl_->complete_view(); }
 
 const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 

@@ -23,6 +23,7 @@ namespace facet {
 ///   FACET_TRY(estimator.configure(config, rig));
 ///   estimator.add_imu(sample);             // every sample, in order of time
 ///   estimator.add_frame(frame, estimate);  // every frame, once the samples reach its stamp
+///   estimator.complete_view();             // for a mesh: when the estimate is on its way
 /// Thread-bound: one thread at a time. Deterministic: equal inputs give equal bytes. No clock, file, log or exception.
 /// Heap only in the constructor and in configure().
 class Estimator {
@@ -100,7 +101,12 @@ public:
     ///         of an estimated calibration parameter, unless all are zero: nothing is known of it (nothing changed)
     Status resume(const KeptState& kept, double elapsed_s);
 
-    /// Landmarks and camera at the newest keyframe; empty before the second one. Valid until the next add_frame.
+    /// Fills keyframe_view(), if the last frame was a keyframe: as much work as a tracked frame, for which no estimate
+    /// waits. Call it before the next add_frame, or, without a mesh, not at all: estimates are the same.
+    void complete_view();
+
+    /// Landmarks, surface points and camera at the newest keyframe for which complete_view() was called; empty before
+    /// the second keyframe. Valid until the next add_frame.
     const KeyframeView& keyframe_view() const;
 
     /// The calibration as it is estimated now. Takes about a millisecond: not for every frame.

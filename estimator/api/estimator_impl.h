@@ -90,9 +90,10 @@ struct Estimator::Impl {
     RigCalibration::Tangent calibration_sigma = RigCalibration::Tangent::Zero();
     std::uint32_t reset_counter = 0;
     WindowSummary summary;
-    int map_landmarks = 0;    ///< that the newest frame was compared with
-    double frame_chi2 = 0.0;  ///< of that comparison
-    KeyframeView view;        ///< landmarks at the newest keyframe
+    int map_landmarks = 0;      ///< that the newest frame was compared with
+    double frame_chi2 = 0.0;    ///< of that comparison
+    KeyframeView view;          ///< landmarks at the newest keyframe
+    bool view_is_open = false;  ///< the last frame was a keyframe, and its view is still to be filled
 
     void reset();
     void configure_starts();
@@ -159,6 +160,10 @@ struct Estimator::Impl {
     /// Adds what is not known of `now` beyond what its window tells, when that ends.
     void own_up();
     void take_keyframe(const Preintegration& preintegration);
+    /// What no estimate waits for: the view with its surface points, and what close_view() does.
+    void complete_view();
+    /// Hands on what the last keyframe has found of the cameras, for the frames after it.
+    void close_view();
     /// During a start in motion: if the window contradicts the closed-form solution, it begins anew from that solution.
     void second_opinion();
     /// Gives a belief found without regard to the past its place and yaw: those of `before` with their uncertainty, or,

@@ -56,22 +56,39 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     reintegrate();
     update_covariance();
     learn_vibration();
-    update_corrections();
     now.imu_scale = window.calibration().imu;
     now.vibration = vibration.share();
     newest = now;
     static_cast<void>(window.fill_map(map));  // on failure it is empty: frames are predicted then
     rests = true;
-    {
-        const StageScope scope(observer, Stage::kLandmarks);
-        fill_keyframe_view(window, tracks, view);
-        view.heading_and_place = heading_and_place(now);
-        view.is_exchanged = is_exchanged;
-    }
+    view_is_open = true;
     if (is_starting) {
+        complete_view();  // while the window is as it was optimized
         motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
         monocular_start.add_keyframe(now.stamp, keyframe_input().observations, imu, now.state.bias);
         second_opinion();
+    }
+}
+
+void Estimator::Impl::complete_view() {
+    {
+        const StageScope scope(observer, Stage::kTracking);
+        frontend.match_surface(tracks);
+    }
+    if (!view_is_open) {
+        return;
+    }
+    close_view();
+    const StageScope scope(observer, Stage::kLandmarks);
+    fill_keyframe_view(window, tracks, view);
+    view.heading_and_place = heading_and_place(newest);
+    view.is_exchanged = is_exchanged;
+}
+
+void Estimator::Impl::close_view() {
+    if (view_is_open) {
+        update_corrections();
+        view_is_open = false;
     }
 }
 

@@ -30,6 +30,7 @@ StateCovariance inverse(const StateCovariance& covariance) {
 
 void Estimator::Impl::begin_window(const StateCovariance& information, CalibrationStart calibration) {
     window.start(keyframe_input(), now.state, information, calibration);
+    view_is_open = false;
     doubt.end();
     is_bent = false;
     straight_keyframes = 0;

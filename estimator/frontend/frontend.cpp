@@ -22,6 +22,7 @@ void Frontend::Impl::reset() {
     q_Bk_B.setIdentity();
     q_B0_B.setIdentity();
     keyframe_tracks = 0;
+    corners_wait = false;
 }
 
 void Frontend::Impl::remove(std::size_t index) {
@@ -69,6 +70,12 @@ Status Frontend::Impl::process(const StereoFrame& frame, const FrameHints& hints
     if (has_previous && frame.stamp <= previous_stamp) {
         return Status::kOutOfOrder;
     }
+    if (has_corrections) {
+        engine->correct(next_corrections);
+        has_corrections = false;
+    }
+    corners_wait = false;
+    has_predictions = false;
     FrontendOutput output;
     output.stamp = frame.stamp;
     std::swap(left, previous_left);
@@ -117,6 +124,7 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
     impl.outlier_test.configure(config, rig);
     impl.policy.configure(config);
     impl.dormant.configure(config, rig);
+    impl.has_corrections = false;
     impl.reset();
     impl.configured = true;
     return Status::kOk;
@@ -144,7 +152,12 @@ Status Frontend::process(const StereoFrame& frame, const FrameHints& hints, Fron
     return impl_->process(frame, hints, output);
 }
 
-void Frontend::correct_cameras(const CameraCorrections& corrections) { impl_->engine->correct(corrections); }
+void Frontend::match_surface(FrontendOutput& output) { impl_->match_surface(output); }
+
+void Frontend::correct_cameras(const CameraCorrections& corrections) {
+    impl_->next_corrections = corrections;
+    impl_->has_corrections = true;
+}
 
 void Frontend::drop_tracks(std::span<const LandmarkId> landmarks) {
     TrackList& tracks = impl_->tracks;

@@ -44,8 +44,14 @@ public:
     ///         stamp does not increase: the tracks then stay as they were.
     Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
 
-    /// What the smoother has found of the cameras' calibration, for stereo matches from now on; configure() returns to
-    /// the rig as given. Observations stay those of the lenses as given.
+    /// After a keyframe, and before the next frame: finds the right matches of corners between its tracks, which take
+    /// as long as a frame but which neither tracks nor smoother wait for. Nothing else changes, and nothing is lost
+    /// without it but these points.
+    /// @param output  of the last process(); its `surface` is filled, once
+    void match_surface(FrontendOutput& output);
+
+    /// What the smoother has found of the cameras' calibration, for stereo matches from the next frame on; configure()
+    /// returns to the rig as given. Observations stay those of the lenses as given.
     void correct_cameras(const CameraCorrections& corrections);
 
     /// Ends the tracks the smoother has judged to be outliers; unknown ids are ignored.

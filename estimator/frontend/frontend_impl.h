@@ -53,11 +53,19 @@ struct Frontend::Impl {
     boost::container::static_vector<StereoQuery, kMaxFeatures + kMaxSurfacePoints> queries;
     std::array<StereoMatch, kMaxFeatures + kMaxSurfacePoints> matches;  ///< of the queries
     std::array<std::uint8_t, kMaxFeatures + kMaxSurfacePoints> found;   ///< of queries, or of tracks that are followed
-    CornerList corners;  ///< found at this keyframe, but not started as tracks
+    std::span<const LandmarkPrediction> predictions;                    ///< for this frame, if has_predictions
+    bool has_predictions = false;
+    CornerList corners;                  ///< found at this keyframe, but not started as tracks
+    bool corners_wait = false;           ///< for match_surface()
+    double usual_inverse_depth = 0.0;    ///< of the keyframe's tracks, for it
+    CameraCorrections next_corrections;  ///< from the next frame on, if has_corrections
+    bool has_corrections = false;
 
     void reset();
     Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
     ImageState judge_image(const Eigen::Quaterniond& q_Bp_B) const;
+    /// The hints' landmarks, asked for once a frame.
+    std::span<const LandmarkPrediction> predict(const FrameHints& hints);
     void recall(const FrameHints& hints, FrontendOutput& output);
     void follow_and_choose(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
     Eigen::Vector3d camera_velocity();
@@ -71,7 +79,7 @@ struct Frontend::Impl {
     int wanted_features(const FrameHints& hints) const;
     void begin_tracks(const FrameHints& hints, bool has_right, FrontendOutput& output);
     void match_stereo(const FrameHints& hints);
-    void match_queries();
+    void match_queries(double usual_inverse_depth);
     void match_surface(FrontendOutput& output);
     void reject_stereo_outliers();
     void fill_observations(FrontendOutput& output) const;

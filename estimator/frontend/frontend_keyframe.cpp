@@ -7,13 +7,21 @@
 
 namespace facet {
 
+std::span<const LandmarkPrediction> Frontend::Impl::predict(const FrameHints& hints) {
+    if (!has_predictions) {
+        predictions = hints.landmarks != nullptr ? hints.landmarks->predict() : std::span<const LandmarkPrediction>();
+        has_predictions = true;
+    }
+    return predictions;
+}
+
 void Frontend::Impl::recall(const FrameHints& hints, FrontendOutput& output) {
-    if (hints.landmarks.empty() || config.recall_radius_px <= 0.0) {
+    if (config.recall_radius_px <= 0.0 || predict(hints).empty()) {
         return;
     }
     const std::size_t before = tracks.size();
-    dormant.forget_unknown(hints.landmarks, *engine);
-    dormant.recall(left, hints.landmarks, q_B0_B, wanted_features(hints), *engine, tracks);
+    dormant.forget_unknown(predictions, *engine);
+    dormant.recall(left, predictions, q_B0_B, wanted_features(hints), *engine, tracks);
     output.recalled += static_cast<int>(tracks.size() - before);
 }
 
@@ -46,9 +54,9 @@ void Frontend::Impl::begin_tracks(const FrameHints& hints, bool has_right, Front
     corners.erase(corners.begin(), rest);
 }
 
-void Frontend::Impl::match_queries() {
-    engine->match(left, right, {queries.data(), queries.size()}, median_inverse_depth(),
-                  {matches.data(), queries.size()}, {found.data(), queries.size()});
+void Frontend::Impl::match_queries(double usual) {
+    engine->match(left, right, {queries.data(), queries.size()}, usual, {matches.data(), queries.size()},
+                  {found.data(), queries.size()});
 }
 
 void Frontend::Impl::match_stereo(const FrameHints& hints) {
@@ -59,12 +67,12 @@ void Frontend::Impl::match_stereo(const FrameHints& hints) {
         // The camera has moved since the last keyframe: the smoother knows better than the old depth. What was never
         // matched is searched, so that the match is independent of what the smoother believes.
         const bool had_depth = track.has_depth;
-        const LandmarkPrediction* predicted = had_depth ? find_prediction(hints.landmarks, track.id) : nullptr;
+        const LandmarkPrediction* predicted = had_depth ? find_prediction(predict(hints), track.id) : nullptr;
         const bool is_predicted = predicted != nullptr && predicted->in_view;
         const double usual = had_depth ? track.inverse_depth : -1.0;
         queries.push_back({track.pose.uv, is_predicted ? predicted->inverse_depth : usual});
     }
-    match_queries();
+    match_queries(median_inverse_depth());
     for (std::size_t i = 0; i < tracks.size(); ++i) {
         Track& track = tracks[i];
         const StereoMatch& match = matches[i];
@@ -89,11 +97,15 @@ void Frontend::Impl::match_stereo(const FrameHints& hints) {
 
 /// Matches the corners at which no track begins: their position is known from this frame alone.
 void Frontend::Impl::match_surface(FrontendOutput& output) {
+    if (!corners_wait) {
+        return;
+    }
+    corners_wait = false;
     queries.clear();
     for (const Eigen::Vector2d& uv : corners) {
         queries.push_back({uv, -1.0});
     }
-    match_queries();
+    match_queries(usual_inverse_depth);
     for (std::size_t i = 0; i < queries.size() && output.surface.size() < output.surface.capacity(); ++i) {
         FeatureObservation o;
         if (found[i] == 0 || !ok(rig.left.unproject(queries[i].left_uv, o.left_xy))) {
@@ -127,7 +139,8 @@ void Frontend::Impl::make_keyframe(const FrameHints& hints, bool has_right, Fron
     begin_tracks(hints, has_right, output);
     if (has_right) {
         match_stereo(hints);
-        match_surface(output);
+        corners_wait = true;
+        usual_inverse_depth = median_inverse_depth();
     } else {
         for (Track& track : tracks) {
             track.has_depth = false;

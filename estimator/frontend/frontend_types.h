@@ -14,12 +14,22 @@
 
 namespace facet {
 
+/// Says where the smoother expects its landmarks in the frame.
+class LandmarkSource {
+public:
+    /// All of them, by increasing id; valid until the frame is done.
+    virtual std::span<const LandmarkPrediction> predict() = 0;
+
+protected:
+    ~LandmarkSource() = default;
+};
+
 /// What is known about a frame before looking at it.
 struct FrameHints {
     Eigen::Quaterniond q_Bp_B = Eigen::Quaterniond::Identity();  ///< body now to the previous frame: p_Bp = q * p_B
-    std::span<const LandmarkPrediction> landmarks;               ///< all of the smoother's, by increasing id
-    bool wants_keyframe = false;  ///< inertial data are poor: vision has to say where the vehicle is
-    double effort = 1.0;          ///< share of the configured number of features that a keyframe is filled up to
+    LandmarkSource* landmarks = nullptr;  ///< asked only at keyframes and where tracks are lost; nullptr: none
+    bool wants_keyframe = false;          ///< inertial data are poor: vision has to say where the vehicle is
+    double effort = 1.0;  ///< share of the configured number of features that a keyframe is filled up to
 };
 
 /// Whether an image can be tracked.
@@ -46,8 +56,8 @@ struct FrontendOutput {
     int detected = 0;  ///< new tracks begun in this frame
     int stereo = 0;    ///< observations with a right match
     boost::container::static_vector<FeatureObservation, kMaxFeatures> observations;
-    /// At a keyframe: corners between the tracks that have a right match. They are not tracked, and the smoother does
-    /// not see them; their ids differ from those of all tracks.
+    /// After Frontend::match_surface(): corners between the tracks that have a right match. They are not tracked, and
+    /// the smoother does not see them; their ids differ from those of all tracks.
     boost::container::static_vector<FeatureObservation, kMaxSurfacePoints> surface;
 
     /// Fills the fields of the health that come from images.

@@ -16,15 +16,21 @@ constexpr int kWidth = test::kAslWidth;
 constexpr int kHeight = test::kAslHeight;
 
 struct Collected final : LoopOutput {
+    std::vector<Timestamp> estimates;
     std::vector<Timestamp> frames;
     std::vector<Status> statuses;
     std::vector<SyncFault> reports;
     std::vector<Timestamp> beliefs;
-    void on_frame(const FrameResult& frame, std::span<const DepartedFace>, const Belief& belief,
-                  const Eigen::Vector3d&) override {
+    void on_estimate(const FrameResult& frame, const Belief& belief, const Eigen::Vector3d&) override {
+        CHECK(estimates.size() == frames.size());  // each frame is finished before the next one's estimate
+        CHECK_FALSE(frame.has_mesh);
+        estimates.push_back(frame.frame_stamp);
+        beliefs.push_back(belief.stamp);
+    }
+    void on_frame(const FrameResult& frame, std::span<const DepartedFace>) override {
         frames.push_back(frame.frame_stamp);
         statuses.push_back(frame.status);
-        beliefs.push_back(belief.stamp);
+        CHECK(frames == estimates);
     }
     void on_report(const SyncReport& report) override { reports.push_back(report.fault); }
 };

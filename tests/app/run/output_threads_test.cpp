@@ -21,6 +21,12 @@ FrameResult frame_in(TrackingState state, int k) {
     return frame;
 }
 
+/// A frame's estimate, and the frame when it is finished.
+void give(OutputThreads& output, const FrameResult& frame, const Belief& belief) {
+    output.on_estimate(frame, belief, Eigen::Vector3d::Zero());
+    output.on_frame(frame, {});
+}
+
 /// A pose a frame.
 const VehicleOdometry kByFrame{0.0, 0.0};
 
@@ -47,11 +53,11 @@ TEST_CASE("poses reach the sinks and frames the files, however early the stop co
                                                   recorder, std::vector<EventQueue*>{&events}, 3);
     (void)events.push(RunEvent::make("source_failed", "imu: {}", "gone"));
     output->on_report({SyncFault::kGap, SyncCamera::kLeft, {5}, 2});
-    output->on_frame(frame_in(TrackingState::kInit, 0), {}, Belief{}, Eigen::Vector3d::Zero());
+    give(*output, frame_in(TrackingState::kInit, 0), Belief{});
     for (int k = 1; k <= 5; ++k) {
-        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Belief{}, Eigen::Vector3d::Zero());
+        give(*output, frame_in(TrackingState::kTracking, k), Belief{});
     }
-    output->on_frame(frame_in(TrackingState::kLost, 6), {}, Belief{}, Eigen::Vector3d::Zero());
+    give(*output, frame_in(TrackingState::kLost, 6), Belief{});
     const std::atomic<bool> stopping{true};
     std::thread sender([&] { output->send_poses(stopping); });
     std::thread writer([&] { output->write_files(stopping); });
@@ -81,7 +87,7 @@ TEST_CASE("when nobody takes them, poses and frames are dropped and counted, and
     auto output = std::make_unique<OutputThreads>(clock, ProgramConfig{}, kByFrame, std::vector<OdometrySink*>{},
                                                   recorder, std::vector<EventQueue*>{}, 10);
     for (int k = 0; k < 100; ++k) {
-        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Belief{}, Eigen::Vector3d::Zero());
+        give(*output, frame_in(TrackingState::kTracking, k), Belief{});
     }
     for (int k = 0; k < 1030; ++k) {
         output->on_sample({{k * 5'000'000LL}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
@@ -109,7 +115,7 @@ TEST_CASE("between frames the newest estimate goes on with the inertial samples;
         Belief belief;
         belief.stamp = frame.frame_stamp;
         belief.state.p_W_B.x() = k;
-        output->on_frame(frame, {}, belief, Eigen::Vector3d::Zero());
+        give(*output, frame, belief);
         output->send_poses(stopping);
     }
     imu(1100, 1100);
@@ -148,7 +154,7 @@ TEST_CASE("an estimator that hangs is known within 200 ms, told, and its poses g
         const FrameResult result = frame_in(TrackingState::kTracking, k);
         Belief belief;
         belief.stamp = result.frame_stamp;
-        output->on_frame(result, {}, belief, Eigen::Vector3d::Zero());
+        give(*output, result, belief);
     };
     pass(500);  // nothing was ever heard of it: it is about to start
     frame(0);
@@ -247,7 +253,7 @@ TEST_CASE("a full disc ends the writing, not the run") {
     auto output = std::make_unique<OutputThreads>(clock, ProgramConfig{}, kByFrame, std::vector<OdometrySink*>{&sink},
                                                   recorder, std::vector<EventQueue*>{}, 10);
     for (int k = 0; k < 5; ++k) {
-        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Belief{}, Eigen::Vector3d::Zero());
+        give(*output, frame_in(TrackingState::kTracking, k), Belief{});
     }
     const std::atomic<bool> stopping{true};
     output->write_files(stopping);

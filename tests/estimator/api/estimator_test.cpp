@@ -60,6 +60,35 @@ TEST_CASE("too little inertial data before the first frame means INIT, not an er
     CHECK(estimate.health.state == TrackingState::kTracking);
 }
 
+TEST_CASE("the view of a keyframe is filled on demand, and estimates do not depend on it", "[estimator]") {
+    const StillVehicle vehicle;
+    Estimator asked;
+    Estimator plain;
+    REQUIRE(ok(asked.configure({}, vehicle.rig)));
+    REQUIRE(ok(plain.configure({}, vehicle.rig)));
+    vehicle.feed_imu(asked, 0.0, 2.1);
+    vehicle.feed_imu(plain, 0.0, 2.1);
+    Estimate a;
+    Estimate b;
+    for (int k = 0; k < 30; ++k) {
+        const StereoFrame frame = vehicle.moved_frame(0.5 + 0.05 * k, 4 * k);
+        REQUIRE(ok(asked.add_frame(frame, a)));
+        REQUIRE(ok(plain.add_frame(frame, b)));
+        const std::uint32_t before = asked.keyframe_view().number;
+        asked.complete_view();
+        const std::uint32_t number = asked.keyframe_view().number;
+        asked.complete_view();  // once
+        CHECK(asked.keyframe_view().number == number);
+        CHECK((number == before || a.health.is_keyframe));
+        CHECK(a.state.q_W_B.coeffs() == b.state.q_W_B.coeffs());
+        CHECK(a.state.p_W_B == b.state.p_W_B);
+        CHECK(a.covariance == b.covariance);
+    }
+    CHECK(asked.keyframe_view().number > 3);
+    CHECK_FALSE(asked.keyframe_view().landmarks.empty());
+    CHECK_FALSE(asked.keyframe_view().surface.empty());
+}
+
 TEST_CASE("a glide at constant speed, which the IMU takes for rest, starts as the motion that it is", "[estimator]") {
     const int step_px = GENERATE(1, 4, 8);  // 0.14 to 1.1 m/s
     CAPTURE(step_px);

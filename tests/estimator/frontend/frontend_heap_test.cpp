@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "estimator/frontend/frontend.h"
+#include "tests/estimator/frontend/given_landmarks.h"
 #include "tests/estimator/frontend/synthetic.h"
 #include "tests/support/allocation_guard.h"
 
@@ -31,12 +32,14 @@ TEST_CASE("front-end allocates nothing: keyframes, tracked frames, darkness, rec
             is_dark ? dark : synthetic::render(plane, texture, rig.right, T_W_B * rig.T_B_C1);
         FrameHints hints;
         hints.q_Bp_B = k == 0 ? Eigen::Quaterniond::Identity() : q_before.conjugate() * T_W_B.q;
-        hints.landmarks = predictions;
+        test::GivenLandmarks landmarks(predictions);
+        hints.landmarks = &landmarks;
         q_before = T_W_B.q;
         const StereoFrame frame{Timestamp{} + Duration::from_seconds(10.0 + s), left.view(), right.view()};
         FrontendOutput output;
         const test::AllocationGuard guard;
         const Status status = frontend.process(frame, hints, output);
+        frontend.match_surface(output);
         if (k == 5) {
             const LandmarkId first = output.observations.front().landmark;
             frontend.drop_tracks({&first, 1});

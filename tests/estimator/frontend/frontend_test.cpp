@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <set>
 #include <vector>
 
 #include "estimator/frontend/feature_engine.h"
+#include "tests/estimator/frontend/given_landmarks.h"
+#include "tests/estimator/frontend/same_output.h"
 #include "tests/estimator/frontend/synthetic.h"
 
 using namespace facet;
@@ -105,29 +106,6 @@ const Flight& flight() {
     return instance;
 }
 
-bool same(const FrontendOutput& a, const FrontendOutput& b) {
-    if (a.stamp != b.stamp || a.is_keyframe != b.is_keyframe || a.is_still != b.is_still || a.tracked != b.tracked ||
-        a.lost != b.lost || a.outliers != b.outliers || a.detected != b.detected || a.stereo != b.stereo ||
-        std::memcmp(&a.median_disparity_px, &b.median_disparity_px, sizeof(double)) != 0 ||
-        a.observations.size() != b.observations.size() || a.surface.size() != b.surface.size()) {
-        return false;
-    }
-    for (std::size_t i = 0; i < a.surface.size(); ++i) {
-        if (a.surface[i].landmark != b.surface[i].landmark || a.surface[i].right_xy != b.surface[i].right_xy) {
-            return false;
-        }
-    }
-    for (std::size_t i = 0; i < a.observations.size(); ++i) {
-        const FeatureObservation& p = a.observations[i];
-        const FeatureObservation& q = b.observations[i];
-        if (p.landmark != q.landmark || p.left_xy != q.left_xy || p.right_xy != q.right_xy || p.left_px != q.left_px ||
-            p.right_px != q.right_px || p.has_right != q.has_right || p.age_frames != q.age_frames) {
-            return false;
-        }
-    }
-    return true;
-}
-
 }  // namespace
 
 TEST_CASE("front-end tracks and matches a flight over a plane to a fraction of a pixel", "[frontend]") {
@@ -208,6 +186,12 @@ TEST_CASE("surface points are matched between the tracks at keyframes, and track
         hints.effort = k < 12 ? 1.0 : 0.67;  // late: no time for them
         REQUIRE(ok(frontend.process(f.frames[k].view(), hints, out)));
         REQUIRE(ok(without.process(f.frames[k].view(), hints, plain)));
+        CHECK(out.surface.empty());
+        frontend.match_surface(out);
+        without.match_surface(plain);
+        const std::size_t found = out.surface.size();
+        frontend.match_surface(out);
+        CHECK(out.surface.size() == found);  // once
         CHECK(plain.surface.empty());
         CHECK((out.surface.empty() || (out.is_keyframe && k < 12)));
         CHECK(out.surface.size() <= 100);
@@ -251,7 +235,9 @@ TEST_CASE("front-end gives the same output for the same input", "[frontend]") {
         FrontendOutput b;
         REQUIRE(ok(first.process(f.frames[k].view(), f.hints(k), a)));
         REQUIRE(ok(second.process(f.frames[k].view(), f.hints(k), b)));
-        CHECK(same(a, b));
+        first.match_surface(a);
+        second.match_surface(b);
+        CHECK(test::same(a, b));
     }
 }
 
@@ -272,7 +258,7 @@ TEST_CASE("front-end refuses bad input and goes on as if it had not come", "[fro
         FrontendOutput expected;
         REQUIRE(ok(undisturbed.process(f.frames[k].view(), f.hints(k), expected)));
         REQUIRE(ok(frontend.process(f.frames[k].view(), f.hints(k), out)));
-        CHECK(same(out, expected));
+        CHECK(test::same(out, expected));
         StereoFrame later = f.frames[k].view();
         later.stamp = later.stamp + Duration{1000};
         StereoFrame bad = later;
@@ -286,7 +272,7 @@ TEST_CASE("front-end refuses bad input and goes on as if it had not come", "[fro
         CHECK(frontend.process(later, impossible, out) == Status::kInvalidArgument);
         CHECK(frontend.process(f.frames[k].view(), f.hints(k), out) == Status::kOutOfOrder);
         CHECK(frontend.process(f.frames[0].view(), f.hints(k), out) == Status::kOutOfOrder);
-        CHECK(same(out, expected));
+        CHECK(test::same(out, expected));
     }
 }
 
@@ -339,7 +325,8 @@ TEST_CASE("front-end finds landmarks again after darkness where they are predict
     CAPTURE(off_px);
     FrameHints hints = f.hints(12);
     const auto predictions = f.predict(points, 12, Eigen::Vector2d(off_px, -off_px) / 200.0);
-    hints.landmarks = predictions;
+    test::GivenLandmarks landmarks(predictions);
+    hints.landmarks = &landmarks;
     REQUIRE(ok(frontend.process(f.frames[12].view(), hints, out)));
     CHECK(out.is_keyframe);
     CHECK(out.recalled > static_cast<int>(points.size()) / 2);
@@ -365,7 +352,8 @@ TEST_CASE("front-end forgets lost tracks whose landmarks the smoother has droppe
     REQUIRE(ok(frontend.process({f.frames[6].stamp, black.view(), black.view()}, f.hints(6), out)));
     FrameHints hints = f.hints(7);
     const LandmarkPrediction other{LandmarkId{newest.value + 1000}, false, Eigen::Vector2d::Zero(), 0.0};
-    hints.landmarks = {&other, 1};
+    test::GivenLandmarks landmarks({&other, 1});
+    hints.landmarks = &landmarks;
     hints.wants_keyframe = true;
     REQUIRE(ok(frontend.process(f.frames[7].view(), hints, out)));
     CHECK(out.recalled == 0);
