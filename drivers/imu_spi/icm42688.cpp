@@ -210,8 +210,8 @@ Status Icm42688::configure(SelfTest test, std::string& problem) {
 
 /// Which packet made the edge: the one that filled the watermark. But two edges that come before the kernel's thread
 /// has run are one event with the later one's stamp: if that packet's time is off by more than half a period and
-/// another one's fits, it was that one. If it was not, and the reader is late only, an edge follows that finds no packet:
-/// an assumption that meets this kMergedAtMost times in a row is dropped.
+/// another one's fits, it was that one. If it was not, and the reader is late only, an edge follows that finds no
+/// packet: an assumption that meets this kMergedAtMost times in a row is dropped.
 std::size_t Icm42688::packet_at(const TriggerEdge& edge, std::span<const std::int64_t> times_us) {
     const std::size_t usual = std::min<std::size_t>(options_.watermark, times_us.size()) - 1;
     // Beyond some periods the ratio of the clocks is not known well enough for a prediction.

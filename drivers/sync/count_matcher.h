@@ -25,10 +25,10 @@ struct CountMatcherOptions {
 
 /// Frame k belongs to event k + n with a constant n, as long as both sides count what they lose. n is found by time:
 /// `votes` consecutive frames must lie nearest to the events k + n, within 0.4 periods. From then on the count decides
-/// and time checks: a frame more than half a period from its event, or nearer to another one (as when a line bounces), is
-/// doubtful and not assigned; when `votes` doubtful
-/// frames agree on another n, that one is adopted and counted as a correction. Thus a stale frame in a camera's buffer,
-/// or an edge lost without a trace, costs `votes` frames but never gives a wrong stamp. Thread-bound. No heap.
+/// and time checks: a frame more than half a period from its event, or nearer to another one (as when a line bounces),
+/// is doubtful and not assigned; when `votes` doubtful frames agree on another n, that one is adopted and counted as a
+/// correction. Thus a stale frame in a camera's buffer, or an edge lost without a trace, costs `votes` frames but never
+/// gives a wrong stamp. Thread-bound. No heap.
 class CountMatcher {
 public:
     /// Events kept: more than frames can lag behind.
