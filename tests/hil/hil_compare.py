@@ -10,12 +10,18 @@ from pathlib import Path
 NANO = 1_000_000_000
 
 
+def written(folder, name):
+    """A file of a flight; under the name it had while it grew if the program was killed."""
+    path = Path(folder) / name
+    return path if path.exists() else Path(folder) / f"{name}.part"
+
+
 def read_poses(folder, shift_ns=0):
     """{stamp in the log's time: (x, y, z, qw, qx, qy, qz)} of trajectory.csv."""
     poses = {}
-    with open(Path(folder) / "trajectory.csv", encoding="utf-8") as file:
+    with open(written(folder, "trajectory.csv"), encoding="utf-8") as file:
         for row in csv.reader(file):
-            if row and not row[0].startswith("#"):
+            if len(row) >= 8 and not row[0].startswith("#"):
                 poses[int(row[0]) - shift_ns] = tuple(float(value) for value in row[1:8])
     return poses
 
@@ -78,8 +84,10 @@ def ate_mm(facet, log, poses, work):
 def read_health(folder, shift_ns=0):
     """[(stamp in the log's time, state, reasons)]"""
     rows = []
-    with open(Path(folder) / "health.csv", encoding="utf-8") as file:
+    with open(written(folder, "health.csv"), encoding="utf-8") as file:
         for row in csv.DictReader(file):
+            if row["reset_counter"] is None:
+                continue  # the last line, cut off
             reasons = row["reason_names"].split("|") if row["reason_names"] else []
             rows.append((int(row["stamp_ns"]) - shift_ns, row["state"], reasons, int(row["reset_counter"])))
     return rows

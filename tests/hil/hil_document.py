@@ -30,15 +30,6 @@ def virtual_table(rows):
         f"{row['ate_replay_mm']:.2f} mm", f"{row['ate_mm']:.2f} mm") for row in rows])  # fmt: skip
 
 
-def real_table(rows):
-    head = ("sensor", "frames used", "latency, median / p99", "injector late by up to", "ATE, replay",
-            "ATE, in the loop")  # fmt: skip
-    return table(head, [(
-        NAMES[row["sensor"]], f"{row['frames']} of {row['of']}",
-        f"{row['latency_ms']['median']:.0f} / {row['latency_ms']['p99']:.0f} ms", f"{row['late_ms']:.0f} ms",
-        f"{row['ate_replay_mm']:.2f} mm", f"{row['ate_mm']:.2f} mm") for row in rows])  # fmt: skip
-
-
 def faults_table(rows):
     head = ("sensor", "fault", "for", "states meanwhile", "reasons", "recovery", "longest gap", "ATE", "at the end",
             "found")  # fmt: skip
@@ -58,10 +49,8 @@ def records_table(rows):
 
 def update(document, results):
     """Puts every table that has rows between its marks."""
-    agreement = results["agreement"]
     parts = {
-        "virtual": (virtual_table, [row for row in agreement if row["time"] == "virtual"]),
-        "real": (real_table, [row for row in agreement if row["time"] == "real"]),
+        "virtual": (virtual_table, [row for row in results["agreement"] if row["time"] == "virtual"]),
         "faults": (faults_table, results["faults"]),
         "records": (records_table, results["records"]),
     }

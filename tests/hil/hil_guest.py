@@ -61,6 +61,7 @@ class Job:
     pixels: tuple = ("GREY", 0, False)  # format, significant bits, in the high bits
     record: str = ""  # "folder" or "mcap"
     watchdog_s: float = 0.0  # 0: not watched
+    command: tuple = ()  # of facet, instead of run; it does not say when it is ready
     mode: str = "spr"
     start_s: float = 0.0
     duration_s: float = 0.0
@@ -116,6 +117,9 @@ def write_job(programs, job):
     run = [str(programs.facet), "run", "--config", "/run/share/vehicle.yaml", "--quiet"]
     run += [] if job.watchdog_s else ["--out", "/run/share/out"]
     run += ["--record", "--format", job.record] if job.record else []
+    if job.command:
+        play.append("--at-once")
+        run = [str(programs.facet), *job.command]
     (share / "job.sh").write_text(
         f"{shlex.join(play)} {lines} -- {shlex.join(run)} > /run/share/run.log 2>&1\necho $? > /run/share/exit_code\n",
         encoding="utf-8",

@@ -11,6 +11,7 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 import hil_agreement  # noqa: E402
+import hil_bring_up  # noqa: E402
 import hil_broken_records  # noqa: E402
 import hil_document  # noqa: E402
 import hil_faults  # noqa: E402
@@ -38,6 +39,7 @@ def parse(arguments):
                         help="also the fault table; or only these kinds, with or without their length, "
                         "comma-separated; stopped: the program")
     parser.add_argument("--records", action="store_true", help="also recordings that are broken off")
+    parser.add_argument("--bring-up", action="store_true", help="also the steps of docs/bring_up.md")
     parser.add_argument("--document", type=Path, metavar="FILE", help="puts the tables between their marks there")
     parser.add_argument("--mode", default="spr")
     parser.add_argument("--start", type=float, default=0.0)
@@ -64,13 +66,19 @@ def main(arguments):
     try:
         hil = Hil(args)
         hil.out.mkdir(parents=True, exist_ok=True)
-        results = {"agreement": hil_agreement.agreement_rows(hil, hil_agreement.cases_of(args, times))}
         faults, restart = chosen_faults(args.faults)
-        results["faults"] = hil_faults.fault_rows(hil, faults, restart) if faults or restart else []
-        results["records"] = hil_broken_records.rows(hil) if args.records else []
-        (hil.out / "hil.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
-        if args.document:
-            hil_document.update(args.document, results)
+        parts = {
+            "agreement": lambda: hil_agreement.agreement_rows(hil, hil_agreement.cases_of(args, times)),
+            "records": lambda: hil_broken_records.rows(hil) if args.records else [],
+            "bring_up": lambda: hil_bring_up.rows(hil) if args.bring_up else [],
+            "faults": lambda: hil_faults.fault_rows(hil, faults, restart) if faults or restart else [],
+        }
+        results = {name: [] for name in parts}
+        for name, measure in parts.items():
+            results[name] = measure()
+            (hil.out / "hil.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
+            if args.document:
+                hil_document.update(args.document, results)
         return 0 if all(row["good"] for rows in results.values() for row in rows) else 1
     except (hil_guest.GuestError, OSError) as error:
         print(f"hil: {error}", file=sys.stderr)

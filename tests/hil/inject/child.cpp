@@ -47,6 +47,7 @@ void Child::start() {
         ::setenv("NOTIFY_SOCKET", kSocket, 1);
         if (watchdog_.ns > 0) {
             ::setenv("WATCHDOG_USEC", std::to_string(watchdog_.ns / 1000).c_str(), 1);
+            ::setenv("RUNTIME_DIRECTORY", "/run", 1);
         }
         ::execv(arguments[0], arguments.data());
         std::perror(arguments[0]);

@@ -27,6 +27,7 @@ struct Arguments {
     std::string out;
     std::string format = "GREY";
     double watchdog_s = 0.0;
+    bool at_once = false;
     std::vector<std::string> faults;
     InjectorOptions options;
     std::vector<std::string> command;
@@ -70,7 +71,7 @@ int play(Arguments& args) {
     Injector injector(options, recording, clock);
     become_punctual();
     Child child(args.command, Duration::from_seconds(args.watchdog_s));
-    if (!child.wait_ready()) {
+    if (!args.at_once && !child.wait_ready()) {
         fmt::print(stderr, "hil_inject: {} ended with code {} before it was ready\n", args.command.front(),
                    child.stop());
         return 2;
@@ -129,6 +130,7 @@ int main(int argc, char** argv) {
     play_command->add_option("--can", args.options.can_interface, "CAN interface")->capture_default_str();
     play_command->add_option("--report", args.out, "JSON file to write")->required();
     play_command->add_option("command", args.command, "Program and arguments, after --")->required();
+    play_command->add_flag("--at-once", args.at_once, "Do not wait until the program says READY=1");
     CLI::App* const encode_command =
         app.add_subcommand("encode", "Write the inertial samples as the sensor rounds them");
     add_common(*encode_command);

@@ -54,7 +54,9 @@ void Injector::plan() {
     for (std::size_t i = 0; i < options_.faults.faults().size(); ++i) {
         const Fault& fault = options_.faults.faults()[i];
         actions_.push_back({recording_.frames.front().stamp + fault.begin, What::kFaultBegin, i});
-        actions_.push_back({recording_.frames.front().stamp + fault.end, What::kFaultEnd, i});
+        if (const Timestamp end = recording_.frames.front().stamp + fault.end; end < recording_.frames.back().stamp) {
+            actions_.push_back({end, What::kFaultEnd, i});
+        }
     }
     std::stable_sort(actions_.begin(), actions_.end(), [](const Action& a, const Action& b) { return a.due < b.due; });
 }
@@ -290,7 +292,7 @@ InjectorReport Injector::play(Child& child) {
             break;
         }
     }
-    clock_.sleep(Duration::from_seconds(0.3));
+    clock_.sleep(Duration::from_seconds(0.1));  // for the last frame; a longer silence would be one of the sensor
     return report_;
 }
 
