@@ -292,7 +292,7 @@ InjectorReport Injector::play(Child& child) {
             break;
         }
     }
-    clock_.sleep(Duration::from_seconds(0.1));  // for the last frame; a longer silence would be one of the sensor
+    clock_.sleep(Duration::from_seconds(0.3));
     return report_;
 }
 
