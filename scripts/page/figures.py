@@ -6,7 +6,7 @@ import statistics
 from page.chart import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Chart, padded, picture
 
 STAGES = ["propagation", "tracking", "frame_update", "triangulation", "linearization", "solve", "marginalization",
-          "landmarks", "mesh", "planes"]
+          "landmarks", "mesh", "planes", "depth"]
 STATES = {"INIT": "state-init", "TRACKING": "state-tracking", "DEGRADED": "state-degraded", "LOST": "state-lost"}
 CM, DEG = 100.0, 57.29577951308232
 TIME = "time (s)"
@@ -199,9 +199,10 @@ def mesh_accuracy(sequence):
 
 
 def stage_means(run, keyframes):
-    """Mean time of each stage (ms) over keyframes, or over the other frames."""
+    """Mean time of each stage (ms) over keyframes, or over the other frames; 0 of stages that the run does not have."""
     chosen = [i for i, flag in enumerate(run.timing["is_keyframe"]) if bool(flag) == keyframes]
-    return [statistics.fmean([run.timing[f"{stage}_ms"][i] for i in chosen]) if chosen else 0.0 for stage in STAGES]
+    return [statistics.fmean([run.timing[f"{stage}_ms"][i] for i in chosen])
+            if chosen and f"{stage}_ms" in run.timing else 0.0 for stage in STAGES]
 
 
 def times(sequence):
