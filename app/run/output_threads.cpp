@@ -150,8 +150,8 @@ void OutputThreads::end_stall() {
     SinkNews::report(sinks_, outcome_.estimate.health.state, outcome_.estimate.health.reasons);
 }
 
-/// A thread that hangs cannot say so itself, nor be ended: see has_stalled(). Without readings no frame is ever complete,
-/// so that no estimate says so either.
+/// A thread that hangs cannot say so itself, nor be ended: see has_stalled(). Without readings no frame is ever
+/// complete, so that no estimate says so either.
 void OutputThreads::watch() {
     if (!watch_.is_awaited()) {
         return;
