@@ -218,7 +218,7 @@ bool FramePipeline::update_mesh(const StereoFrame& frame, const Health& health) 
 
 /// Before planes draw vertices to them: the grid has the surface as measured now and as it was shown before.
 void FramePipeline::update_grid(const KeyframeView& view, const Health& health) {
-    if (!grid_) {
+    if (!grid_ || !has_grid_reader_) {
         return;
     }
     if (health.reset_counter != grid_reset_counter_) {
@@ -241,7 +241,7 @@ void FramePipeline::end_depth() {
 
 /// A keyframe with a mesh begins; each frame after it does a part. Its last part is the grid's.
 void FramePipeline::update_depth(const StereoFrame& frame) {
-    if (!depth_ || !(mesh_is_new_ || depth_->has_begun())) {
+    if (!depth_ || !has_grid_reader_ || !(mesh_is_new_ || depth_->has_begun())) {
         return;
     }
     if (!mesh_is_new_ && !depth_->is_busy()) {

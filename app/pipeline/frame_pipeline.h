@@ -63,10 +63,20 @@ public:
     /// Distances to obstacles from now on, in FrameResult::ranges. Heap.
     void measure_ranges(const ObstacleOptions& options, const Se3& T_body_imu = {}) {
         obstacles_.emplace(options, T_body_imu);
+        keep_grid();
     }
 
     /// Mesh, planes and grid from now on after each keyframe that brings a mesh. Borrowed; nullptr: to nobody.
-    void stream_to(WorldServer* world) { world_ = world; }
+    void stream_to(WorldServer* world) {
+        world_ = world;
+        if (world != nullptr) {
+            keep_grid();
+        }
+    }
+
+    /// Fills the grid, and measures depth for it, from the next keyframe on. Without somebody who reads it, it costs
+    /// nothing: those who call measure_ranges() and stream_to() need not ask, those who read grid() do.
+    void keep_grid() { has_grid_reader_ = true; }
 
     /// Every frame from now on, to this viewer as well. Borrowed; nullptr: to nobody more. Heap.
     void show_to(FlightViewer* viewer) {
@@ -107,7 +117,7 @@ public:
 
     const Mesher& mesher() const { return *mesher_; }
     const PlaneFinder& planes() const { return *planes_; }
-    /// Free, occupied and unknown space; null if the configuration has no grid.
+    /// Free, occupied and unknown space, all unknown before keep_grid(); null if the configuration has no grid.
     const OccupancyGrid* grid() const { return grid_.get(); }
     /// Semi-dense depth; null if the configuration has none.
     const SemiDenseDepth* depth() const { return depth_.get(); }
@@ -149,6 +159,7 @@ private:
     Duration shift_;                          ///< of output stamps against the frames'
     double lost_after_s_ = 0.0;
     bool mesh_is_new_ = false;
+    bool has_grid_reader_ = false;
     StageTimer timer_;
     std::size_t imu_samples_ = 0;
     std::size_t imu_refused_ = 0;

@@ -28,7 +28,7 @@ struct DepthConfig {
 inline constexpr auto kDepthFields = std::to_array<ParameterField<DepthConfig>>({
     {FACET_FIELD(DepthConfig, enabled), "-", 0, 1,
      "Match pixels between the corners in stereo at each keyframe: more of the grid's space becomes free or occupied. "
-     "Without a grid nothing is matched."},
+     "Without a grid, or without anybody who reads it (--stream, --rays, OBSTACLE_DISTANCE), nothing is matched."},
     {FACET_FIELD(DepthConfig, bucket_px), "px", 4, 100,
      "One pixel is matched in each square of this side; images with more than 4096 squares use larger ones."},
     {FACET_FIELD(DepthConfig, pixels_per_frame), "-", 10, 4096,

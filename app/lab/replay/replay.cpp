@@ -317,6 +317,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     recorder_.open();
     start_check_.emplace(given.rig);
     if (options_.write_rays) {
+        pipeline_.keep_grid();
         rays_.emplace(options_.out);
         sweeps_.emplace(options_.out);
     }

@@ -211,7 +211,7 @@ TEST_CASE("an inertial sensor that falls silent is told, since no frame can come
     };
     const auto frame = [&](int k) {
         output->on_sample({{k * 50'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
-        output->on_frame(frame_in(TrackingState::kTracking, k), {}, Belief{}, Eigen::Vector3d::Zero());
+        give(*output, frame_in(TrackingState::kTracking, k), Belief{});
     };
     frame(0);
     pass(140);
