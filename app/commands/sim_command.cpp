@@ -58,13 +58,14 @@ private:
 int run(const sim::SimOptions& options) {
     std::unique_ptr<ProgressLine> line;  // its clock starts with the first image
     const auto progress = [&line](int done, int total) {
-        if (line == nullptr) {
+        if (total == 0) {
+            print_err("prepare scene, light and flight\n");
+        } else if (line == nullptr) {
             line = std::make_unique<ProgressLine>();
-            return;
+        } else {
+            line->show(done, total);
         }
-        line->show(done, total);
     };
-    print_err("prepare scene, light and flight\n");
     sim::SimSummary summary;
     std::string error;
     if (!ok(sim::simulate(options, progress, summary, error))) {

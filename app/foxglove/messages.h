@@ -44,8 +44,8 @@ struct MessageTime {
     double wall_ms = 0.0;
     double processor_ms = 0.0;
 };
-inline constexpr std::size_t kMessageTimes = 1 + static_cast<std::size_t>(Stage::kCount);
-/// The whole frame's, then each stage's, in the order of Stage.
+inline constexpr std::size_t kMessageTimes = 2 + static_cast<std::size_t>(Stage::kCount);
+/// The whole frame's, that until its estimate is given out, then each stage's, in the order of Stage.
 using MessageTimes = std::array<MessageTime, kMessageTimes>;
 
 /// facet.Timing: the columns of timing.csv.

@@ -94,7 +94,10 @@ void add(Json& schema, const std::string& name, Json type) {
 }
 
 /// "total", then the stages' names.
-const char* name_of_time(std::size_t place) { return place == 0 ? "total" : to_string(static_cast<Stage>(place - 1)); }
+const char* name_of_time(std::size_t place) {
+    constexpr std::array<const char*, 2> kFirst{"total", "estimate"};
+    return place < kFirst.size() ? kFirst[place] : to_string(static_cast<Stage>(place - kFirst.size()));
+}
 
 }  // namespace
 

@@ -34,10 +34,10 @@ ScenePlane to_scene(const TrackedPlane& plane) {
 }
 
 MessageTimes to_message_times(const FrameTiming& timing) {
-    static_assert(kMessageTimes == 1 + kStageCount);
+    static_assert(kMessageTimes == 2 + kStageCount);
     const auto to_time = [](const SpentTime& spent) { return MessageTime{spent.wall_ms, spent.processor_ms}; };
-    MessageTimes times{to_time(timing.total)};
-    std::ranges::transform(timing.stages, times.begin() + 1, to_time);
+    MessageTimes times{to_time(timing.total), to_time(timing.estimate)};
+    std::ranges::transform(timing.stages, times.begin() + 2, to_time);
     return times;
 }
 

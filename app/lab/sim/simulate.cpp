@@ -317,6 +317,9 @@ Status simulate(const SimOptions& options, const SimProgress& progress, SimSumma
     error.clear();
     FACET_TRY(check_options(options, error));
     FACET_TRY(prepare_folder(options, error));
+    if (progress) {
+        progress(0, 0);
+    }
     const Clock::time_point start = Clock::now();
     const Scene scene = make_scene(options.scene, scene_detail(options), options.seed);
     std::vector<Timestamp> stamps = image_stamps(options);

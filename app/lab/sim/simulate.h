@@ -50,7 +50,7 @@ struct SimSummary {
     double ms_per_image = 0.0;  ///< processor time, rendering and writing
 };
 
-/// Called after each image, by one thread at a time: images done and in all.
+/// Called with zeros when preparation begins, then after each image, by one thread at a time: images done and in all.
 using SimProgress = std::function<void(int done, int total)>;
 
 /// Runs the simulator. Same options, same bytes, except options.threads.

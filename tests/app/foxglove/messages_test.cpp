@@ -96,11 +96,13 @@ TEST_CASE("health, calibration and timing are found under the names of their fil
 
     MessageTimes times{};
     times[0] = {5.0, 4.5};
-    times[1 + static_cast<std::size_t>(Stage::kMesh)] = {1.0, 0.75};
+    times[1] = {3.0, 2.5};
+    times[2 + static_cast<std::size_t>(Stage::kMesh)] = {1.0, 0.75};
     const json timing = json::parse(timing_message(kStamp, true, times));
     CHECK(timing["is_keyframe"] == true);
     CHECK(timing["total_ms"] == 5.0);
     CHECK(timing["total_cpu_ms"] == 4.5);
+    CHECK(timing["estimate_ms"] == 3.0);
     CHECK(timing["mesh_cpu_ms"] == 0.75);
 }
 
