@@ -38,7 +38,8 @@ Status SemiDenseDepth::configure(const DepthConfig& config, const StereoRig& rig
         ++stride_;
     }
     for (int i = 0; i < squares_; ++i) {
-        const Eigen::Vector2d middle((i % columns_ + 0.5) * side_, (i / columns_ + 0.5) * side_);
+        const Eigen::Vector2i square(i % columns_, i / columns_);
+        const Eigen::Vector2d middle = (square.cast<double>().array() + 0.5) * side_;
         directions_[static_cast<std::size_t>(i)] = matcher_.epipolar_direction(middle);
     }
     return Status::kOk;
