@@ -136,7 +136,6 @@ void FramePipeline::finish_frame(const StereoFrame& frame, FrameResult& result) 
 
 /// Part of the frame's time.
 void FramePipeline::update_ranges(FrameResult& result) {
-    result.has_ranges = false;
     if (!obstacles_) {
         return;
     }
