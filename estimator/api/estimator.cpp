@@ -14,6 +14,9 @@ namespace {
 constexpr double kLateFeatures = 0.67;
 // The median of fewer tracks says nothing of rest.
 constexpr int kRestTracks = 8;
+// A window that has begun anew in place of an older one gets so many keyframes as fast as a start: until then only
+// inertial samples tell its velocity, and a vehicle that stands would show no other reason for one for a second.
+constexpr std::size_t kKeyframesOfStart = 3;
 
 /// The window's landmarks as seen from a state.
 class WindowLandmarks final : public LandmarkSource {
@@ -207,8 +210,9 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     predicted.reset_wanted = reset_wanted || rest_claim == RestClaim::kRefuted;
     predicted.inertial_data_poor = span.has_gap || span.clipped != 0;
     predicted.rests = rests;
-    predicted.is_starting = monitor.state() == TrackingState::kInit && is_confirmed && !frame.right.empty() &&
-                            rest_claim == RestClaim::kNone;
+    const bool begins_anew = has_trusted && window.state().keyframes.size() < kKeyframesOfStart;
+    predicted.is_starting = (monitor.state() == TrackingState::kInit || begins_anew) && is_confirmed &&
+                            !frame.right.empty() && rest_claim == RestClaim::kNone;
     predicted.keyframe_age_s = (stamp - newest.stamp).seconds();
     const Status tracked = track(frame, before, wants_keyframe(predicted));
     last_image = frame.stamp;

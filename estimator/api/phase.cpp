@@ -10,7 +10,7 @@ constexpr int kRestartStereo = 20;
 constexpr int kRestartFeatures = 20;
 // When a rest ends and the newest keyframe is this old, a new one follows at once: the prediction is too old.
 constexpr double kStaleKeyframe_s = 0.5;
-// A start in motion waits for the velocity and the tilt, which keyframes tell, at least this far apart.
+// A start waits for the velocity and the tilt, which keyframes tell, at least this far apart.
 constexpr double kStartSpacing_s = 0.09;
 
 }  // namespace

@@ -32,9 +32,10 @@ public:
         rig.T_B_C1.q = rig.T_B_C0.q;
         rig.T_B_C1.p.z() = rig.T_B_C0.p.z();
     }
-    void feed_imu(Estimator& estimator, double t0, double t1) const {
+    /// @param push_x  acceleration that the sensor shows and the vehicle does not have
+    void feed_imu(Estimator& estimator, double t0, double t1, double push_x = 0.0) const {
         for (double t = t0; t < t1 - 1e-9; t += imu_step_s_) {
-            REQUIRE(ok(estimator.add_imu({at(t), {0.001, -0.002, 0.003}, {0.0, 0.0, 9.81}})));
+            REQUIRE(ok(estimator.add_imu({at(t), {0.001, -0.002, 0.003}, {push_x, 0.0, 9.81}})));
         }
     }
     StereoFrame frame(double t, bool dark = false) const {

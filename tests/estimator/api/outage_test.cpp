@@ -49,7 +49,7 @@ struct Flight {
         return fly(duration_s, [](StereoFrame&) {});
     }
     void feed(double duration_s) {
-        vehicle.feed_imu(estimator, now_s, now_s + duration_s);
+        vehicle.feed_imu(estimator, now_s, now_s + duration_s, push_x);
         now_s += duration_s;
     }
     bool has(HealthReason reason) const { return (estimate.health.reasons & reason) != 0U; }
@@ -59,6 +59,7 @@ struct Flight {
     Estimator estimator;
     Estimate estimate;
     double now_s = 0.0;
+    double push_x = 0.0;  ///< m/s^2 that inertial samples are wrong by
 };
 
 }  // namespace
@@ -91,6 +92,25 @@ TEST_CASE("frames away for longer than the inertial history: lost, said so, and 
     for (int i = 0; i < 3; ++i) {
         CHECK(std::abs(error[i]) < 3.0 * std::sqrt(flight.estimate.covariance(3 + i, 3 + i)));
     }
+}
+
+TEST_CASE("a window that begins anew knows its velocity within a few frames, though nothing moves", "[outage]") {
+    Flight flight;
+    flight.feed(0.5);
+    flight.fly(1.5);
+    flight.wait(3.5);
+    flight.push_x = 0.3;
+    flight.wait(0.5);
+    flight.push_x = 0.0;
+    const std::vector<Estimate> reports = flight.wait(0.5);
+    REQUIRE(reports.back().health.state == TrackingState::kLost);
+    REQUIRE(reports.back().state.v_W_B.norm() > 0.1);
+    flight.fly(0.05);
+    const Eigen::Vector3d back = flight.estimate.state.p_W_B;
+    flight.fly(0.3);
+    CHECK(flight.estimate.health.reset_counter == 1);
+    CHECK(flight.estimate.state.v_W_B.norm() < 0.01);
+    CHECK((flight.estimate.state.p_W_B - back).norm() < 0.02);
 }
 
 TEST_CASE("a frame later than what was carried on without it is refused, the next ones are waited for", "[outage]") {
