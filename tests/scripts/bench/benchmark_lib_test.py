@@ -186,14 +186,14 @@ class Usage(unittest.TestCase):
             program = pathlib.Path(folder) / "facet"
             program.write_text("")
             nowhere = pathlib.Path(folder) / "none"
-            for script in ("benchmark_accuracy", "benchmark_robustness"):
+            for script in ("benchmark_accuracy", "benchmark_robustness", "benchmark_one_camera"):
                 self.assertIn(f"{nowhere}: no such program", self.complaint(script, "--facet", nowhere, folder))
                 self.assertIn(f"{nowhere}: no such folder", self.complaint(script, "--facet", program, nowhere))
                 self.assertIn("must be KEY=VALUE", self.complaint(script, "--facet", program, "--set", "x", folder))
             self.assertIn("unknown 'fog'", self.complaint("benchmark_robustness", "--facet", program, "--faults", "fog",
                                                           folder))
             self.assertIn("--runs", self.complaint("benchmark_consistency", "--facet", program, "--runs", "0"))
-            self.assertIn("--minutes", self.complaint("benchmark_hour", "--facet", program, "--minutes", "1"))
+            self.assertIn("--minutes", self.complaint("benchmark_hour", "--facet", program, "--minutes", "0.5"))
             for script in ("benchmark_accuracy", "benchmark_mesh", "benchmark_calibration", "benchmark_obstacles"):
                 self.assertIn("--factors", self.complaint(script, folder, "--facet", program, "--factors", "-1"))
                 self.assertIn("--duration", self.complaint(script, folder, "--facet", program, "--duration", "0"))
@@ -201,8 +201,8 @@ class Usage(unittest.TestCase):
 
     def test_help(self):
         for script in ("benchmark_accuracy", "benchmark_calibration", "benchmark_consistency", "benchmark_hour",
-                       "benchmark_mesh", "benchmark_obstacles", "benchmark_planes", "benchmark_robustness",
-                       "plot_consistency"):
+                       "benchmark_mesh", "benchmark_obstacles", "benchmark_one_camera", "benchmark_outages",
+                       "benchmark_planes", "benchmark_robustness", "plot_consistency"):
             done = subprocess.run([sys.executable, SCRIPTS / script, "--help"], capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
 
