@@ -18,7 +18,6 @@
 #include "app/commands/view_argument.h"
 #include "app/config/vehicle_file.h"
 #include "app/run/dry_run.h"
-#include "app/run/flight_mark.h"
 #include "app/run/hardware.h"
 #include "app/run/live_run.h"
 #include "app/run/reset_count.h"
@@ -147,9 +146,9 @@ std::string given_folder(const char* variable) {
     return given.substr(0, given.find(':'));
 }
 
-/// The state folder that systemd gives, or else the log's.
-std::string state_folder(const Vehicle& vehicle) {
-    const std::string given = given_folder("STATE_DIRECTORY");
+/// A folder that systemd gives, or else the log's.
+std::string folder_or_log(const char* variable, const Vehicle& vehicle) {
+    const std::string given = given_folder(variable);
     return given.empty() ? vehicle.log.folder : given;
 }
 
@@ -230,10 +229,10 @@ void keep_state(LiveRun& run, StateKeeper& keeper, const Clock& clock) {
     std::_Exit(kExitFailed);
 }
 
-int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, const FlightMark& mark,
+int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, StateKeeper& keeper,
         const RunArguments& args, const std::atomic<bool>& stop) {
     MavlinkLink* const mavlink = hardware.mavlink();
-    ResetCount resets(state_folder(vehicle));
+    ResetCount resets(folder_or_log("STATE_DIRECTORY", vehicle));
     const std::vector<OdometrySink*> sinks = open_sinks(hardware, resets);
     const bool is_terminal = isatty(STDOUT_FILENO) != 0 && !args.quiet;
     ServiceNotifier notifier(io, clock, environment("NOTIFY_SOCKET"), environment("WATCHDOG_USEC"),
@@ -249,11 +248,9 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     if (is_terminal) {
         run.set_quiet();
     }
-    StateKeeper keeper(state_folder(vehicle), vehicle.calibration, boot_id());
     resume(run, keeper, clock);
     run.keep_states();
     run.start();
-    mark.set();
     begin_pulses(hardware, vehicle, run.refusals());
     notifier.ready();
     StatusPrinter printer(clock, args.vehicle, is_terminal, args.quiet);
@@ -274,7 +271,6 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     end_pulses(hardware);
     const RunSummary summary = run.stop();
     keeper.forget();
-    mark.clear();
     print_sinks(hardware);
     if (view) {
         print_view(view->account());
@@ -293,8 +289,8 @@ int run_vehicle(const RunArguments& args) {
     if (args.record && vehicle.log.folder.empty()) {
         throw InputError("--record: no folder; say --out DIR, or sinks.log.folder in the vehicle file");
     }
-    const FlightMark mark(given_folder("RUNTIME_DIRECTORY"));
-    if (mark.is_continued()) {
+    StateKeeper keeper(folder_or_log("RUNTIME_DIRECTORY", vehicle), vehicle.calibration, boot_id());
+    if (keeper.is_in_flight()) {
         leave_out_self_test(vehicle);
     }
     LinuxClock clock;
@@ -304,7 +300,7 @@ int run_vehicle(const RunArguments& args) {
         return probe(hardware, clock, vehicle);
     }
     // SIGHUP: the terminal was closed.
-    return fly(hardware, clock, io, vehicle, mark, args, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
+    return fly(hardware, clock, io, vehicle, keeper, args, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));
 }
 
 }  // namespace

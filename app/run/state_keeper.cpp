@@ -58,11 +58,21 @@ bool read_row(std::istream& in, const char* name, Vector&& values) {
     return !in.fail() && word == name;
 }
 
-std::string read_word(std::istream& in, const char* name) {
-    std::string word;
-    std::string value;
-    in >> word >> value;
-    return word == name ? value : "";
+/// What stands before the state.
+struct Header {
+    std::string boot;
+    std::string calibration;
+    Timestamp stamp;
+};
+
+/// @return whether it was there
+bool read_header(std::istream& in, Header& out) {
+    std::string form;
+    std::string boot;
+    std::string rig;
+    std::string stamp_ns;
+    in >> form >> boot >> out.boot >> rig >> out.calibration >> stamp_ns >> out.stamp.ns;
+    return !in.fail() && form == kForm && boot == "boot" && rig == "rig" && stamp_ns == "stamp_ns";
 }
 
 bool read_state(std::istream& in, KeptState& out) {
@@ -92,26 +102,26 @@ std::optional<StateKeeper::Found> StateKeeper::load(Timestamp now, std::string& 
         return std::nullopt;
     }
     Found found;
-    Timestamp stamp;
-    std::string form;
-    std::string word;
-    in >> form;
-    const std::string boot = read_word(in, "boot");
-    const std::string calibration = read_word(in, "rig");
-    in >> word >> stamp.ns;
-    if (form != kForm || word != "stamp_ns" || !read_state(in, found.state)) {
+    Header header;
+    if (!read_header(in, header) || !read_state(in, found.state)) {
         refusal = path_ + ": not a whole state";
-    } else if (boot.empty() || boot != boot_) {
+    } else if (header.boot != boot_) {
         refusal = path_ + ": of another boot";
-    } else if (calibration != calibration_) {
+    } else if (header.calibration != calibration_) {
         refusal = path_ + ": of another calibration";
-    } else if (stamp > now || now.ns / 2 - stamp.ns / 2 > static_cast<std::int64_t>(kOldest_s * 0.5e9)) {
+    } else if (header.stamp > now || now.ns / 2 - header.stamp.ns / 2 > static_cast<std::int64_t>(kOldest_s * 0.5e9)) {
         refusal = fmt::format("{}: not of the last {:g} s", path_, kOldest_s);
     } else {
-        found.elapsed_s = (now - stamp).seconds();
+        found.elapsed_s = (now - header.stamp).seconds();
         return found;
     }
     return std::nullopt;
+}
+
+bool StateKeeper::is_in_flight() const {
+    std::ifstream in(path_);
+    Header header;
+    return !path_.empty() && read_header(in, header) && header.boot == boot_;
 }
 
 std::string StateKeeper::keep(const KeptState& state, Timestamp now) {

@@ -126,8 +126,17 @@ void Estimator::Impl::follow_doubt() {
     const Keyframe& i = keyframes[n - 3];
     const Keyframe& j = keyframes[n - 2];
     const Keyframe& k = keyframes[n - 1];
-    doubt.follow(i.state, j.state, k.state, j.imu_from_previous.preintegration(), k.imu_from_previous.preintegration(),
-                 imu.replaced(i.stamp, j.stamp), imu.replaced(j.stamp, k.stamp));
+    doubt.measure(i.state, j.state, k.state, j.imu_from_previous.preintegration(),
+                  k.imu_from_previous.preintegration());
+    Preintegration ij = preintegration_from(i.state.bias);
+    Preintegration jk = preintegration_from(j.state.bias);
+    imu.exchange_read();
+    const bool is_read = ok(imu.integrate_between(i.stamp, j.stamp, config.imu_noise, ij)) &&
+                         ok(imu.integrate_between(j.stamp, k.stamp, config.imu_noise, jk));
+    imu.exchange_read();
+    if (is_read) {
+        doubt.judge(i.state, j.state, k.state, ij, jk);
+    }
     reset_wanted = reset_wanted || doubt.tilt_rad() > 0.0;
 }
 

@@ -27,6 +27,18 @@ constexpr double kLeastInterval_s = 0.08;
 constexpr int kFew = 4;
 constexpr double kMostTilt_m_per_s2 = 5.0;  // half a radian's
 
+/// What the poses of three keyframes in a row can tell of readings (1 sigma).
+struct Resolution {
+    Resolution(const Preintegration& ij, const Preintegration& jk)
+        : is_known(ij.dt_s() >= kLeastInterval_s && jk.dt_s() >= kLeastInterval_s),
+          gyro(kTurn_rad / jk.dt_s()),
+          accel(2.0 * kSecondDifference * kPlace_m / (jk.dt_s() * (jk.dt_s() + ij.dt_s()))) {}
+
+    bool is_known;
+    double gyro;   ///< rad/s
+    double accel;  ///< m/s^2
+};
+
 StepNoise density(double gyro, double accel) {
     return {Eigen::Vector3d::Constant(gyro * gyro * kAlike_s), Eigen::Vector3d::Constant(accel * accel * kAlike_s)};
 }
@@ -86,24 +98,27 @@ void InertialDoubt::measure(const NavState& i, const NavState& j, const Preinteg
     accel_left_ = std::max(left.accel.norm(), 2.0 * kPlace_m / (h * h));
 }
 
-void InertialDoubt::follow(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
-                           const Preintegration& jk, const ImuBias& replaced_ij, const ImuBias& replaced_jk) {
-    const double h_ij = ij.dt_s();
-    const double h = jk.dt_s();
-    if (h < kLeastInterval_s || h_ij < kLeastInterval_s) {
+void InertialDoubt::measure(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
+                            const Preintegration& jk) {
+    const Resolution least(ij, jk);
+    if (least.is_known) {
+        const ImuBias left = inertial_error(i, j, k, ij, jk);
+        gyro_left_ = std::max(left.gyro.norm(), least.gyro);
+        accel_left_ = std::max(left.accel.norm(), least.accel);
+    }
+}
+
+void InertialDoubt::judge(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
+                          const Preintegration& jk) {
+    const Resolution least(ij, jk);
+    if (!least.is_known) {
         return;
     }
-    const ImuBias left = inertial_error(i, j, k, ij, jk);
-    const double gyro_resolution = kTurn_rad / h;
-    const double accel_resolution = 2.0 * kSecondDifference * kPlace_m / (h * (h + h_ij));
-    gyro_left_ = std::max(left.gyro.norm(), gyro_resolution);
-    accel_left_ = std::max(left.accel.norm(), accel_resolution);
-    const Eigen::Vector3d gyro_read = left.gyro + replaced_jk.gyro;
-    const Eigen::Vector3d accel_read = left.accel + 0.5 * (replaced_ij.accel + replaced_jk.accel);
-    const bool turns_alike = gyro_read.norm() < kConfidence * gyro_resolution;
-    const bool moves_alike = accel_read.norm() < kConfidence * accel_resolution;
+    const ImuBias off = inertial_error(i, j, k, ij, jk);
+    const bool turns_alike = off.gyro.norm() < kConfidence * least.gyro;
+    const bool moves_alike = off.accel.norm() < kConfidence * least.accel;
     agreements_ = turns_alike && moves_alike ? agreements_ + 1 : 0;
-    const bool is_tilt = is_same_tilt(j.q_W_B * accel_read, kConfidence * accel_resolution);
+    const bool is_tilt = is_same_tilt(j.q_W_B * off.accel, kConfidence * least.accel);
     tilts_ = turns_alike && !moves_alike && is_tilt ? tilts_ + 1 : 0;
     if (agreements_ == kAgreements || tilts_ == kTilts) {
         const double tilt = agreements_ == kAgreements ? 0.0 : force_W_.norm() / jk.gravity_m_per_s2();

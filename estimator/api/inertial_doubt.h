@@ -56,10 +56,12 @@ public:
     void measure(const NavState& i, const NavState& j, const Preintegration& ij);
     StepNoise noise() const;
 
-    /// After a keyframe k, with the two before it: measures again, and may end the doubt.
-    /// @param replaced_ij, replaced_jk  ImuBuffer::replaced() of the two intervals
-    void follow(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
-                const Preintegration& jk, const ImuBias& replaced_ij, const ImuBias& replaced_jk);
+    /// After a keyframe k, with the two before it: measures what replaced readings leave. @param ij, jk  as replaced
+    void measure(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
+                 const Preintegration& jk);
+    /// Then: may end the doubt. @param ij, jk  as read
+    void judge(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
+               const Preintegration& jk);
 
 private:
     bool is_same_tilt(const Eigen::Vector3d& force_W, double tolerance);

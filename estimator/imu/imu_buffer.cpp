@@ -195,17 +195,14 @@ void ImuBuffer::trust(Timestamp t0, Timestamp t1) {
     }
 }
 
-ImuBias ImuBuffer::replaced(Timestamp t0, Timestamp t1) const {
-    ImuBias sum;
-    int count = 0;
-    for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i, ++count) {
-        const Entry& e = entry(i);
+void ImuBuffer::exchange_read() {
+    for (int i = 0; i < size_; ++i) {
+        Entry& e = entry(i);
         if (e.doubted != 0) {
-            sum.gyro += e.w_read - e.sample.w_B;
-            sum.accel += e.a_read - e.sample.a_B;
+            e.sample.w_B.swap(e.w_read);
+            e.sample.a_B.swap(e.a_read);
         }
     }
-    return count == 0 ? sum : ImuBias{sum.gyro / count, sum.accel / count};
 }
 
 const ImuBuffer::Entry& ImuBuffer::entry(int index) const {

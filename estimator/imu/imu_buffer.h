@@ -140,8 +140,9 @@ public:
     void trust(Timestamp t0, Timestamp t1);
     /// Noise, beyond the sensor's own, of all readings that are doubted, and of those that will be.
     void set_doubt_noise(const StepNoise& noise) { doubt_noise_ = noise; }
-    /// Mean, over the samples after t0 up to t1, of what was read less what is believed in its place.
-    ImuBias replaced(Timestamp t0, Timestamp t1) const;
+    /// Exchanges what was read with what is believed in its place, wherever that differs: what is integrated now is as
+    /// read. A second call undoes it.
+    void exchange_read();
 
     bool empty() const { return size_ == 0; }
     int size() const { return size_; }

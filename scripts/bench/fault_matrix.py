@@ -31,7 +31,7 @@ class Cell:
     recovery_s: float = None   # from the end of the fault to TRACKING that stays
     ate_mm: float = None       # bound on the error over the whole flight; infinite: none, the state says it all
     end: tuple = ("TRACKING",)  # states that the flight may end in
-    estimates: float = None    # least share of the frames with an estimate
+    estimates: float = None    # least share with an estimate of the frames that can have one
     exit: tuple = (0,)         # of facet replay, one of these
     known: str = ""            # why the estimator is wrong here and does not say so; stands in the table
 
@@ -187,10 +187,16 @@ class Verdict:
 
 def during(flight, begin_s, end_s):
     """States and reasons of a fault's time, reasons up to a second later."""
-    states = sorted({row["state"] for t, row in seconds_of(flight.health) if begin_s <= t < end_s})
+    states = sorted({row["state"] for t, row in seconds_of(settled(flight)) if begin_s <= t < end_s})
     reasons = {reason for t, row in seconds_of(flight.health) if begin_s <= t < end_s + 1.0
                for reason in row["reasons"]}
     return states or ["none"], sorted(reasons | set(flight.warnings))
+
+
+def possible_share(cell, flight, begin_s):
+    """Share of a log's frames that can have an estimate: those before a fault that leaves nothing to estimate from."""
+    is_for_good = cell.when == "on" and "LOST" in cell.end
+    return min(1.0, begin_s / flight.duration_s) if is_for_good else 1.0
 
 
 def judge(cell, flight, limits, window):
@@ -213,7 +219,7 @@ def judge(cell, flight, limits, window):
     if math.isfinite(end_s) and math.isfinite(cell.recovery_s):
         demand(recovery is not None and recovery <= cell.recovery_s, "recovers " + (
             "never" if recovery is None else f"in {recovery:.2f} s"))
-    demand(share >= cell.estimates, f"{100 * share:.0f} % estimated")
+    demand(share >= cell.estimates * possible_share(cell, flight, begin_s), f"{100 * share:.0f} % estimated")
     demand(math.isinf(cell.ate_mm) or (flight.ate_mm is not None and flight.ate_mm <= cell.ate_mm),
            "no error known" if flight.ate_mm is None else f"ATE {flight.ate_mm:.1f} mm")
     demand(silent <= limits["silent_s"] or cell.known, f"wrong in silence for {silent:.1f} s")

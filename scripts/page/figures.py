@@ -10,6 +10,7 @@ STAGES = ["propagation", "tracking", "frame_update", "triangulation", "lineariza
 STATES = {"INIT": "state-init", "TRACKING": "state-tracking", "DEGRADED": "state-degraded", "LOST": "state-lost"}
 CM, DEG = 100.0, 57.29577951308232
 TIME = "time (s)"
+BAR_HEIGHT = 12  # at least, so that the figures behind neighbours stay apart
 
 
 @dataclasses.dataclass
@@ -215,7 +216,8 @@ def times(sequence):
         shown = [k for k in range(len(STAGES)) if any(of[k] > 0.004 for _, of in means)]
         most = max([of[k] for _, of in means for k in shown], default=1.0)
         rows = len(shown)
-        chart = Chart((0.0, 1.17 * most), (-0.5, rows - 0.5), "mean time (ms)", left=104,
+        height = max(HEIGHT, TOP + BOTTOM + BAR_HEIGHT * rows * len(means))
+        chart = Chart((0.0, 1.17 * most), (-0.5, rows - 0.5), "mean time (ms)", left=104, height=height,
                       y_names=[(rows - 1 - row, STAGES[k].replace("_", " ")) for row, k in enumerate(shown)])
         for number, (index, of) in enumerate(means):
             for row, k in enumerate(shown):
@@ -224,7 +226,7 @@ def times(sequence):
                 chart.bar(0.0, y - 0.92 * thickness, of[k], y, f"run{index}", f"{STAGES[k]}: {of[k]:.2f} ms")
                 chart.text(of[k], y - 0.46 * thickness, f"{of[k]:.2f}", dx=4, style="tiny" if rows > 4 else "")
         yield Figure(f"Time by stage, {name}", "the computer's own load is part of it",
-                     picture([chart], f"time by stage at {name}"))
+                     picture([chart], f"time by stage at {name}", height))
     every = sorted(ms for _, run in runs for ms in run.timing["total_ms"])
     chart = Chart(time_range(sequence), (0.0, 1.3 * quantile(every, 0.99) or 1.0), TIME, "time of a frame (ms)",
                   time=True)

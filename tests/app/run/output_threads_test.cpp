@@ -42,6 +42,29 @@ public:
     }
 };
 
+/// Poses at the inertial sensor's rate, as they are given to one sink; the sending thread's turns are the test's.
+struct FastOutput {
+    test::TempDir dir;
+    ManualClock clock{{3'000'000'000}};
+    FrameRecorder recorder{dir.path()};
+    RecordingSink sink;
+    OutputThreads output{clock, ProgramConfig{}, VehicleOdometry{200.0, 0.0, {}}, {&sink}, recorder, {}, 10};
+    const std::atomic<bool> stopping{true};
+
+    FastOutput() { recorder.open(); }
+    void add_sample(std::int64_t ms) {
+        output.on_sample({{ms * 1'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+    }
+    void add_frame(int k) {
+        const FrameResult frame = frame_in(TrackingState::kTracking, k);
+        Belief belief;
+        belief.stamp = frame.frame_stamp;
+        belief.state.p_W_B.x() = k;
+        give(output, frame, belief);
+    }
+    void send() { output.send_poses(stopping); }
+};
+
 TEST_CASE("poses reach the sinks and frames the files, however early the stop comes") {
     const test::TempDir dir;
     const ManualClock clock({3'000'000'000});
@@ -97,67 +120,46 @@ TEST_CASE("when nobody takes them, poses and frames are dropped and counted, and
 }
 
 TEST_CASE("between frames the newest estimate goes on with the inertial samples; latency is counted once a frame") {
-    const ManualClock clock({3'000'000'000});
-    FrameRecorder recorder("");
-    RecordingSink sink;
-    auto output =
-        std::make_unique<OutputThreads>(clock, ProgramConfig{}, VehicleOdometry{200.0, 0.0, {}},
-                                        std::vector<OdometrySink*>{&sink}, recorder, std::vector<EventQueue*>{}, 10);
+    const auto fast = std::make_unique<FastOutput>();
     const auto imu = [&](std::int64_t from_ms, std::int64_t to_ms) {
         for (std::int64_t ms = from_ms; ms <= to_ms; ms += 5) {
-            output->on_sample({{ms * 1'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+            fast->add_sample(ms);
         }
     };
-    const std::atomic<bool> stopping{true};
     for (int k = 0; k < 2; ++k) {
         imu(1000 + 50 * k, 1045 + 50 * k);
-        const FrameResult frame = frame_in(TrackingState::kTracking, k);
-        Belief belief;
-        belief.stamp = frame.frame_stamp;
-        belief.state.p_W_B.x() = k;
-        give(*output, frame, belief);
-        output->send_poses(stopping);
+        fast->add_frame(k);
+        fast->send();
     }
     imu(1100, 1100);
-    output->send_poses(stopping);
-    REQUIRE(sink.sent.size() == 11);
-    for (std::size_t i = 0; i < sink.sent.size(); ++i) {
-        CHECK(sink.sent[i].stamp == Timestamp{(1050 + 5 * static_cast<std::int64_t>(i)) * 1'000'000});
-        CHECK(sink.sent[i].p_W_B.x() == Approx(i < 10 ? 0.0 : 1.0));
+    fast->send();
+    const std::vector<Odometry>& sent = fast->sink.sent;
+    REQUIRE(sent.size() == 11);
+    for (std::size_t i = 0; i < sent.size(); ++i) {
+        CHECK(sent[i].stamp == Timestamp{(1050 + 5 * static_cast<std::int64_t>(i)) * 1'000'000});
+        CHECK(sent[i].p_W_B.x() == Approx(i < 10 ? 0.0 : 1.0));
     }
-    CHECK(output->counters().poses_sent == 11);
-    REQUIRE(output->latencies_ms().size() == 2);
-    CHECK(output->latencies_ms()[0] == Approx(2000.0));
-    CHECK(output->latencies_ms()[1] == Approx(1950.0));
+    CHECK(fast->output.counters().poses_sent == 11);
+    REQUIRE(fast->output.latencies_ms().size() == 2);
+    CHECK(fast->output.latencies_ms()[0] == Approx(2000.0));
+    CHECK(fast->output.latencies_ms()[1] == Approx(1950.0));
 }
 
 TEST_CASE("an estimator that hangs is known within 200 ms, told, and its poses go on as what they are") {
-    const test::TempDir dir;
-    ManualClock clock({3'000'000'000});
-    FrameRecorder recorder(dir.path());
-    recorder.open();
-    RecordingSink sink;
-    auto output =
-        std::make_unique<OutputThreads>(clock, ProgramConfig{}, VehicleOdometry{200.0, 0.0},
-                                        std::vector<OdometrySink*>{&sink}, recorder, std::vector<EventQueue*>{}, 10);
-    const std::atomic<bool> stopping{true};
+    const auto fast = std::make_unique<FastOutput>();
+    const OutputThreads& output = fast->output;
+    const RecordingSink& sink = fast->sink;
     std::int64_t sample_ms = 1000;
     // What the sensors and the sending thread do for so long, the estimator's thread hanging.
     const auto pass = [&](std::int64_t ms) {
-        clock.advance(Duration{ms * 1'000'000});
+        fast->clock.advance(Duration{ms * 1'000'000});
         for (const std::int64_t end = sample_ms + ms; sample_ms < end; sample_ms += 5) {
-            output->on_sample({{sample_ms * 1'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+            fast->add_sample(sample_ms);
         }
-        output->send_poses(stopping);
-    };
-    const auto frame = [&](int k) {
-        const FrameResult result = frame_in(TrackingState::kTracking, k);
-        Belief belief;
-        belief.stamp = result.frame_stamp;
-        give(*output, result, belief);
+        fast->send();
     };
     pass(500);  // nothing was ever heard of it: it is about to start
-    frame(0);
+    fast->add_frame(0);
     pass(5);  // a frame counts from the next sample on
     pass(140);
     REQUIRE_FALSE(sink.sent.empty());
@@ -168,50 +170,43 @@ TEST_CASE("an estimator that hangs is known within 200 ms, told, and its poses g
     CHECK(sink.sent.back().quality == 30);
     REQUIRE(sink.told.size() == 2);
     CHECK(sink.told.back() == "facet: DEGRADED stalled");
-    CHECK_FALSE(output->has_stalled());  // poses are good for a while
+    CHECK_FALSE(output.has_stalled());  // poses are good for a while
     pass(2900);
-    CHECK(output->has_stalled());
+    CHECK(output.has_stalled());
     CHECK(sink.sent.back().quality == -1);
     REQUIRE(sink.told.size() == 3);
     CHECK(sink.told.back() == "facet: LOST stalled");
 
-    frame(61);
-    CHECK_FALSE(output->has_stalled());
+    fast->add_frame(61);
+    CHECK_FALSE(output.has_stalled());
     pass(5);
     pass(5);
     CHECK(sink.sent.back().quality == 70);
     CHECK(sink.told.back() == "facet: TRACKING");
-    output->on_end();  // what has ended is not expected to say anything
+    fast->output.on_end();  // what has ended is not expected to say anything
     pass(1000);
     CHECK(sink.sent.back().quality == 70);
     pass(5000);
-    CHECK_FALSE(output->has_stalled());
-    output->write_files(stopping);
-    const FrameStatus status = output->status();
+    CHECK_FALSE(output.has_stalled());
+    fast->output.write_files(fast->stopping);
+    const FrameStatus status = fast->output.status();
     REQUIRE(status.events.size() == 2);
     CHECK(status.events[0] == "estimator: no sign of life for 195 ms; poses go on without it");
     CHECK(status.events[1] == "estimator: works again");
 }
 
 TEST_CASE("an inertial sensor that falls silent is told, since no frame can come that would") {
-    const test::TempDir dir;
-    ManualClock clock({3'000'000'000});
-    FrameRecorder recorder(dir.path());
-    recorder.open();
-    RecordingSink sink;
-    auto output =
-        std::make_unique<OutputThreads>(clock, ProgramConfig{}, VehicleOdometry{200.0, 0.0},
-                                        std::vector<OdometrySink*>{&sink}, recorder, std::vector<EventQueue*>{}, 10);
-    const std::atomic<bool> stopping{true};
+    const auto fast = std::make_unique<FastOutput>();
+    const RecordingSink& sink = fast->sink;
     // The estimator's thread is alive, and waits.
     const auto pass = [&](std::int64_t ms) {
-        clock.advance(Duration{ms * 1'000'000});
-        output->on_beat();
-        output->send_poses(stopping);
+        fast->clock.advance(Duration{ms * 1'000'000});
+        fast->output.on_beat();
+        fast->send();
     };
     const auto frame = [&](int k) {
-        output->on_sample({{k * 50'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
-        give(*output, frame_in(TrackingState::kTracking, k), Belief{});
+        fast->add_sample(50 * k);
+        fast->add_frame(k);
     };
     frame(0);
     pass(140);
@@ -221,11 +216,11 @@ TEST_CASE("an inertial sensor that falls silent is told, since no frame can come
     pass(3000);
     CHECK(sink.told.back() == "facet: LOST imu_gap");
     Health last;
-    output->add_end(last);
+    fast->output.add_end(last);
     CHECK(last.state == TrackingState::kLost);
     CHECK(last.reasons == kReasonImuGap);
 
-    output->on_sample({{50'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+    fast->add_sample(50);
     pass(5);  // readings alone do not say where the vehicle is
     CHECK(sink.told.back() == "facet: LOST imu_gap");
     frame(1);
@@ -233,9 +228,9 @@ TEST_CASE("an inertial sensor that falls silent is told, since no frame can come
     pass(5);
     CHECK(sink.told.back() == "facet: TRACKING");
     CHECK(sink.told.size() == 4);
-    output->on_end();
-    clock.advance({1'000'000'000});
-    output->send_poses(stopping);
+    fast->output.on_end();
+    fast->clock.advance({1'000'000'000});
+    fast->send();
     CHECK(sink.told.size() == 4);
 }
 

@@ -85,5 +85,29 @@ TEST_CASE("stamps of a hardware clock come onto the monotonic clock by their ear
     }
 }
 
+TEST_CASE("a hardware clock that jumps ahead or back for good costs a few samples, since arrival tells the step") {
+    for (const double step_s : {3600.0, 1.0, -1.0, -3600.0}) {
+        CAPTURE(step_s);
+        ManualClock clock({9'000'000'000'000});
+        StampMapper mapper(clock, ClockDomain::kHardware);
+        int refused = 0;
+        double worst_s = 0.0;
+        for (int i = 0; i < 2000; ++i) {
+            clock.advance({5'000'000});
+            const Timestamp measured = clock.now();
+            clock.advance({50'000 + (i % 7 == 0 ? 2'000'000 : 0)});  // seldom late
+            Timestamp stamp{measured.ns - 4'000'000'000'000};
+            stamp = i < 1000 ? stamp : stamp + Duration::from_seconds(step_s);
+            if (!ok(mapper.map(stamp))) {
+                refused += i > 100 ? 1 : 0;
+            } else if (i > 100) {
+                worst_s = std::max(worst_s, std::abs((stamp - measured).seconds()));
+            }
+        }
+        CHECK(refused <= 5);
+        CHECK(worst_s < 0.5e-3);
+    }
+}
+
 }  // namespace
 }  // namespace facet

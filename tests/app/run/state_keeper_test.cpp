@@ -100,6 +100,25 @@ TEST_CASE("a state cut anywhere, or with a word that is no number, is none") {
     CHECK_FALSE(keeper.load(kNow, refusal));
 }
 
+TEST_CASE("a run knows whether the one before it was broken off, on this boot") {
+    const test::TempDir dir;
+    const std::string folder = dir.file("runtime");
+    StateKeeper first(folder, calibration_of(400.0), "boot-1");
+    CHECK_FALSE(first.is_in_flight());
+    REQUIRE(first.keep(some_state(), kNow).empty());
+    const StateKeeper second(folder, calibration_of(401.0), "boot-1");  // the first one was killed
+    CHECK(second.is_in_flight());
+    std::string refusal;
+    CHECK_FALSE(second.load(kNow + Duration::from_seconds(600.0), refusal));
+    CHECK(second.is_in_flight());  // the second one, too, before it had a state
+    CHECK_FALSE(StateKeeper(folder, calibration_of(400.0), "boot-2").is_in_flight());
+    CHECK_FALSE(StateKeeper("", calibration_of(400.0), "boot-1").is_in_flight());
+    second.forget();
+    CHECK_FALSE(second.is_in_flight());
+    std::ofstream(folder + "/last_state") << "facet_state_1\nboot ";
+    CHECK_FALSE(second.is_in_flight());
+}
+
 TEST_CASE("a folder that cannot be written is told once, and no folder is no fault") {
     const test::TempDir dir;
     std::ofstream(dir.file("file")) << "in the way";

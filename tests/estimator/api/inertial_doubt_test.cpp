@@ -37,11 +37,9 @@ struct Faulty {
     }
     Preintegration readings(double t0, double t1) { return flight.preintegrate(t0, t1, {}, ImuNoise{}); }
     void begin(InertialDoubt& doubt) { doubt.begin(state(1.0), state(1.1), readings(1.0, 1.1)); }
-    /// A keyframe at t, two tenths of a second after the one before it, at which the readings are replaced by
-    /// themselves: what was read less what is believed is nothing.
-    void follow(InertialDoubt& doubt, double t) {
-        doubt.follow(state(t - 0.4), state(t - 0.2), state(t), readings(t - 0.4, t - 0.2), readings(t - 0.2, t), {},
-                     {});
+    /// A keyframe at t, two tenths of a second after the one before it.
+    void judge(InertialDoubt& doubt, double t) {
+        doubt.judge(state(t - 0.4), state(t - 0.2), state(t), readings(t - 0.4, t - 0.2), readings(t - 0.2, t));
     }
 
     SyntheticFlight flight;
@@ -93,14 +91,14 @@ TEST_CASE("the doubt ends when the readings have agreed at two keyframes in a ro
     Faulty faulty(kGyroFault);
     Faulty right({});
     faulty.begin(doubt);
-    faulty.follow(doubt, 1.6);
+    faulty.judge(doubt, 1.6);
     CHECK(doubt.is_active());
-    right.follow(doubt, 1.8);
+    right.judge(doubt, 1.8);
     CHECK(doubt.is_active());
-    faulty.follow(doubt, 2.0);
-    right.follow(doubt, 2.2);
+    faulty.judge(doubt, 2.0);
+    right.judge(doubt, 2.2);
     CHECK(doubt.is_active());
-    right.follow(doubt, 2.4);
+    right.judge(doubt, 2.4);
     CHECK_FALSE(doubt.is_active());
     CHECK(doubt.tilt_rad() == 0.0);
 }
@@ -120,8 +118,8 @@ TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "
     for (int k = 0; k < 5; ++k) {
         CHECK(doubt.is_active());
         const double t = 1.6 + 0.2 * k;
-        doubt.follow(leaning(t - 0.4), leaning(t - 0.2), leaning(t), right.readings(t - 0.4, t - 0.2),
-                     right.readings(t - 0.2, t), {}, {});
+        doubt.judge(leaning(t - 0.4), leaning(t - 0.2), leaning(t), right.readings(t - 0.4, t - 0.2),
+                    right.readings(t - 0.2, t));
     }
     CHECK_FALSE(doubt.is_active());
     CHECK(doubt.tilt_rad() == Approx(0.1).epsilon(0.05));

@@ -76,6 +76,7 @@ class Verdicts(unittest.TestCase):
     def test_the_last_frames_of_a_log_say_nothing(self):
         cut = with_rows(FRAMES - 1, FRAMES, "DEGRADED", 60, ["imu_gap"])
         self.assertEqual(broken(cell(), flight(health=cut)), [])
+        self.assertEqual(broken(cell(when="on"), flight(health=cut)), [])
 
     def test_error_coverage_and_exit(self):
         self.assertEqual(broken(cell(), flight(ate_mm=5.1)), ["ATE 5.1 mm"])
@@ -83,6 +84,10 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(broken(cell(ate_mm=math.inf), flight(ate_mm=None)), [])
         self.assertEqual(broken(cell(), flight(estimates=100)), ["50 % estimated"])
         self.assertEqual(broken(cell(), flight(exit=1)), ["exit 1 instead of 0"])
+        lost = {"when": "on", "states": ("TRACKING", "LOST"), "end": ("LOST",)}  # from the middle of the flight on
+        health = with_rows(110, FRAMES, "LOST", 0)
+        self.assertEqual(broken(cell(**lost), flight(health=health, estimates=95)), [])
+        self.assertEqual(broken(cell(**lost), flight(health=health, estimates=80)), ["40 % estimated"])
 
     def test_crash_hang_memory_and_output(self):
         self.assertEqual(broken(cell(), flight(trouble="replay ended by signal 11")), ["replay ended by signal 11"])
