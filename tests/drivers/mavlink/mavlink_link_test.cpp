@@ -36,7 +36,7 @@ TEST_CASE("odometry goes out with a heartbeat a second, sequence numbers and wit
     options.time = MavlinkTime::kStamps;
     options.channel.udp_local_port = 14550;
     Scene scene(options);
-    CHECK(scene.kernel.port == 14540);
+    CHECK(scene.kernel.port == 14580);
     CHECK(scene.kernel.local_port == 14550);
     scene.kernel.sent.reserve(100);
     for (int i = 0; i < 40; ++i) {
