@@ -78,7 +78,7 @@ def main(arguments):
             results[name] = measure()
             (hil.out / "hil.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
             if args.document:
-                hil_document.update(args.document, results)
+                hil_document.update(args, results)
         return 0 if all(row["good"] for rows in results.values() for row in rows) else 1
     except (hil_guest.GuestError, OSError) as error:
         print(f"hil: {error}", file=sys.stderr)
