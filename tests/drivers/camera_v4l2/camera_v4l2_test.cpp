@@ -365,7 +365,7 @@ TEST_CASE("buffers that are slow to read are told of once they have been read fo
         CameraV4l2 camera(kernel, clock, options);
         REQUIRE(ok(camera.start()));
         CameraFrame frame;
-        for (int i = 0; i < 50; ++i) {
+        for (std::int64_t i = 0; i < 50; ++i) {
             kernel.expose(1, 1'000'000'000 + i * 50'000'000);
             (void)camera.next({}, frame);
             frame = {};
