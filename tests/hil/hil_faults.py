@@ -98,9 +98,9 @@ def fault_row(hil, fault, plain):
         "found": {key: count for key, count in found.items() if count != usual.get(key)},
         "exit_code": flight["report"]["exit_code"],
     }  # fmt: skip
-    # Without readings no frame is complete: only the end of the flight tells.
-    row["reasons"] += [why for why in flight["summary"]["final"]["reasons"].split("|")
-                       if why and why not in row["reasons"]]  # fmt: skip
+    if fault.is_for_ever:  # without readings no frame is complete: only the end of the flight tells
+        row["reasons"] += [why for why in flight["summary"]["final"]["reasons"].split("|")
+                           if why and why not in row["reasons"]]  # fmt: skip
     row["good"] = (
         row["ends"] == fault.ends and fault.reason in row["reasons"] + [""]
         and (fault.is_for_ever or (row["exit_code"] == 0 and row["recovery_s"] <= fault.max_recovery_s))
