@@ -337,7 +337,7 @@ TEST_CASE("an address that is none is refused in words") {
     MavlinkLink link(kernel, clock, options);
     std::string problem;
     CHECK(link.open(problem) == Status::kInvalidArgument);
-    CHECK(problem == "mavlink: 'autopilot:14540' is not an IPv4 address and port");
+    CHECK(problem == "mavlink: 'autopilot:14580' is not an IPv4 address and port");
 }
 
 }  // namespace
