@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """The steps of docs/bring_up.md that virtual hardware can take: dry run, also of devices that fail, and recording."""
 import re
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import hil_guest
@@ -57,15 +58,16 @@ def heap_files(log):
 
 
 def rows(hil):
-    results = [row_of(hil, step) for step in STEPS]
-    results.append(row_of(hil, HEAP, heap_files(hil.log)))
+    steps = [(step, {}) for step in STEPS] + [(HEAP, heap_files(hil.log))]
+    with ThreadPoolExecutor(hil.args.jobs) as guests:
+        results = list(guests.map(lambda step: row_of(hil, *step), steps))
     results.append(checked_calibration(hil))
     return results
 
 
-def row_of(hil, step, files=None):
+def row_of(hil, step, files):
     job = hil_guest.Job(log=hil.log, folder=hil.out / f"bring_up_{step.name}", command=step.command,
-                        faults=list(step.faults), files=files or {}, timeout_s=hil.args.timeout)  # fmt: skip
+                        faults=list(step.faults), files=files, timeout_s=hil.args.timeout)  # fmt: skip
     report = hil_guest.fly(hil.programs, job)
     said = (job.folder / "run.log").read_text(encoding="utf-8", errors="replace")
     missing = [words for words in step.says if words not in said]

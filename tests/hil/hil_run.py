@@ -44,7 +44,7 @@ def parse(arguments):
     parser.add_argument("--mode", default="spr")
     parser.add_argument("--start", type=float, default=0.0)
     parser.add_argument("--duration", type=float, default=0.0)
-    parser.add_argument("--jobs", type=int, default=1, help="guests at a time, of flights with faults")
+    parser.add_argument("--jobs", type=int, default=1, help="guests at a time, of flights in virtual time")
     parser.add_argument("--timeout", type=float, default=900.0, help="of one flight, in the host's seconds")
     return parser.parse_args(arguments)
 
