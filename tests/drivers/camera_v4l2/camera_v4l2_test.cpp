@@ -370,7 +370,7 @@ TEST_CASE("buffers that are slow to read are told of once they have been read fo
             (void)camera.next({}, frame);
             frame = {};
         }
-        CHECK(camera.counters().delivered == 25);
+        CHECK(camera.counters().delivered == 50);
         return std::string(camera.warning());
     };
     CHECK(warning({1'000'000}).empty());  // 307 kB in 1 ms
