@@ -98,7 +98,8 @@ def fault_row(hil, fault, plain):
         "found": {key: count for key, count in found.items() if count != usual.get(key)},
         "exit_code": flight["report"]["exit_code"],
     }  # fmt: skip
-    if fault.is_for_ever:  # without readings no frame is complete: only the end of the flight tells
+    if fault.reason and fault.reason not in row["reasons"]:
+        # Without readings no frame is complete: only the end of the flight tells.
         row["reasons"] += [why for why in flight["summary"]["final"]["reasons"].split("|")
                            if why and why not in row["reasons"]]  # fmt: skip
     row["good"] = (
