@@ -27,16 +27,19 @@ help_if_asked() {
 
 known_preset() {
     case "$1" in
-        dev | release | asan | tsan | aarch64) ;;
-        *) die "unknown preset '$1' (dev, release, asan, tsan, aarch64)" ;;
+        dev | release | asan | tsan | aarch64 | armv7) ;;
+        *) die "unknown preset '$1' (dev, release, asan, tsan, aarch64, armv7)" ;;
     esac
 }
+
+# Where the cross build for an architecture of Debian finds the target's libraries; toolchains/debian_cross.cmake has
+# the same default.
+sysroot_of() { echo "${FACET_SYSROOT:-${XDG_CACHE_HOME:-$HOME/.cache}/facet/sysroot-$1}"; }
 
 # shellcheck disable=SC2034  # for the scripts that source this one
 {
     JOBS="${FACET_JOBS:-$(nproc)}"
-    # Where the cross build finds the target's libraries; toolchains/aarch64-linux-gnu.cmake has the same default.
-    SYSROOT="${FACET_SYSROOT:-${XDG_CACHE_HOME:-$HOME/.cache}/facet/sysroot-arm64}"
+    SYSROOT="$(sysroot_of arm64)"
     # Debian packages that the program, or its tests, are compiled and linked with: on the host and in the sysroot.
     # Two single OpenCV modules: libopencv-dev, or features2d alone, would pull in several hundred packages.
     LIBRARY_PACKAGES=(

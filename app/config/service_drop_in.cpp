@@ -27,6 +27,11 @@ std::set<std::string> devices_of(const Vehicle& vehicle) {
             devices.insert(line.chip);
         }
     };
+    for (const CameraV4l2Options* camera : {&vehicle.cameras.left, &vehicle.cameras.right}) {
+        if (!camera->capture.heap.empty()) {
+            devices.insert(camera->capture.heap);
+        }
+    }
     if (vehicle.trigger) {
         add_line(vehicle.trigger->input.line);
     }

@@ -43,6 +43,9 @@ constexpr std::array kKeys{
     VehicleKey{"cameras.msb_aligned", "", "Y10, Y12 and Y16 stand in the high bits of their 16."},
     VehicleKey{"cameras.controls_device", "", "The sensor's own node, if the camera's has no controls."},
     VehicleKey{"cameras.buffers", "", "Images that the kernel and the program hold together."},
+    VehicleKey{"cameras.heap", "",
+               "DMA heap that these images lie in, such as /dev/dma_heap/linux,cma, if the driver's own memory is slow "
+               "to read."},
     VehicleKey{"cameras.exposure_s", "s", "Exposure as set below, for the exposure's midpoint; 0: unknown."},
     VehicleKey{"cameras.readout_s", "s", "From first to last row, for stamps of the end of a frame."},
     VehicleKey{"cameras.stamps", "", "What the driver's stamps are of, if its flags are wrong."},

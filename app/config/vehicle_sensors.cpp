@@ -38,6 +38,7 @@ void read_camera(YamlSection& section, CameraV4l2Options& camera) {
     section.read("msb_aligned", camera.msb_aligned);
     section.read("controls_device", camera.controls_device);
     section.read("buffers", camera.capture.buffers, 2, 8);
+    section.read("heap", camera.capture.heap);
     read_duration(section, "exposure_s", camera.exposure, 0.0, 1.0);
     read_duration(section, "readout_s", camera.readout, 0.0, 1.0);
     constexpr std::array<std::string_view, 4> kStamps{"as_flagged", "start_of_exposure", "end_of_frame",

@@ -9,9 +9,9 @@
 
 #include "app/run/pairing_proof.h"
 #include "app/run/stamp_mapper.h"
+#include "app/run/system_probe.h"
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
-#include "platform/linux/memory_lock.h"
 
 namespace facet {
 namespace {
@@ -64,6 +64,7 @@ public:
     void add(Finding finding, const std::string& device, const std::string& text) {
         lines_.push_back({finding, device, text});
     }
+    void add(ProbeLine line) { lines_.push_back(std::move(line)); }
     template <class Source, class Sample, class Use, class Judge>
     void source(Source& source, const std::string& device, Use use, Judge judge) {
         if (!ok(source.start())) {
@@ -90,7 +91,6 @@ public:
     void sink(Sink& sink, const char* device);
     void sinks(MavlinkLink* mavlink, CanOut* can);
     void log_folder();
-    void system();
 
     bool is_good_so_far() const {
         return std::none_of(lines_.begin(), lines_.end(),
@@ -263,34 +263,6 @@ void Probe::log_folder() {
     }
 }
 
-void Probe::system() {
-    const VehicleRealtime& wanted = vehicle_.realtime;
-    std::string refusals;
-    if (wanted.lock_memory) {
-        std::string words;
-        (void)lock_memory(words);
-        refusals += words.empty() ? "" : words + ". ";
-    }
-    const std::pair<const char*, ThreadOptions> threads[] = {{"estimator", wanted.estimator},
-                                                             {"cameras", wanted.cameras},
-                                                             {"imu", wanted.imu},
-                                                             {"trigger", wanted.trigger},
-                                                             {"output", wanted.output}};
-    for (const auto& [name, options] : threads) {
-        LinuxWorker worker;
-        WorkerReport report;
-        if (ok(worker.start(
-                {name, options.cpu, options.priority}, [](const std::atomic<bool>&) {}, report))) {
-            refusals += report.refusals;
-        }
-    }
-    if (refusals.empty()) {
-        add(Finding::kGood, "system", "grants what 'realtime' asks for");
-    } else {
-        add(Finding::kDoubtful, "system", refusals);
-    }
-}
-
 }  // namespace
 
 std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& vehicle, Duration listen) {
@@ -316,7 +288,7 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
     }
     probe.sinks(hardware.mavlink(), hardware.can_out());
     probe.log_folder();
-    probe.system();
+    probe.add(probe_system(vehicle.realtime));
     return probe.take();
 }
 

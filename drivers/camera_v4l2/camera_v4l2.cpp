@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/camera_v4l2/camera_v4l2.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
 namespace facet {
+namespace {
+
+// Cached memory is read at a GB/s and more by the slowest processors in question, uncached memory at 0.1 to 0.2.
+constexpr double kSlowBytesPerSecond = 3e8;
+constexpr int kCopiesJudged = 20;  // the fastest counts: the others may have been interrupted
+
+}  // namespace
 
 CameraV4l2::CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options, SharedExposure* automatic,
                        std::size_t camera)
     : options_(std::move(options)),
+      clock_(clock),
       capture_(io),
       controls_(io),
       life_(*this, clock, options_.retry_period, counters_, options_.silence),
@@ -27,6 +36,7 @@ Status CameraV4l2::open(std::string& problem) {
         return Status::kInvalidArgument;
     }
     any_sequence_ = false;  // drivers count from zero again
+    copies_ = 0;
     FACET_TRY(capture_.prepare(options_.capture, problem));
     FACET_TRY(set_controls(problem));
     return capture_.start(problem);
@@ -134,6 +144,20 @@ Status CameraV4l2::take_all(Duration timeout, V4l2Buffer& newest) {
     return Status::kOk;
 }
 
+/// Uncached buffers cost the reader's core milliseconds an image: whoever sets up the vehicle is told.
+void CameraV4l2::judge_copy(Duration took, std::size_t bytes) {
+    if (copies_ == kCopiesJudged) {
+        return;
+    }
+    fastest_copy_ = copies_ == 0 ? took : std::min(fastest_copy_, took);
+    ++copies_;
+    if (copies_ == kCopiesJudged && static_cast<double>(bytes) < kSlowBytesPerSecond * fastest_copy_.seconds()) {
+        warning_ += (warning_.empty() ? "" : "; ") + options_.capture.device + ": an image takes " +
+                    std::to_string(fastest_copy_.ns / 1000) +
+                    " us to copy out of its buffer, which is not cached: set cameras.heap";
+    }
+}
+
 Timestamp CameraV4l2::midpoint(const V4l2Buffer& buffer, Duration exposure) const {
     const Duration half{exposure.ns / 2};
     StampSource source = options_.stamp_source;
@@ -163,7 +187,9 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     std::uint8_t* const out = pixels_.get() + static_cast<std::size_t>(slot.slot()) * image_bytes_;
     const RawImage image{buffer.bytes,      options_.capture.format,   options_.capture.width, options_.capture.height,
                          capture_.stride(), options_.significant_bits, options_.msb_aligned};
+    const Timestamp begin = clock_.now();
     FACET_TRY(unpack(image, {out, image_bytes_}));
+    judge_copy(clock_.now() - begin, buffer.bytes.size());
     life_.works();
     order_.delivered(stamp);
     ++counters_.delivered;

@@ -76,7 +76,7 @@ public:
     ClockDomain clock() const override { return ClockDomain::kMonotonic; }
     SourceCounters counters() const override { return counters_; }
     std::string_view problem() const override { return life_.problem(); }
-    /// Controls that the camera does not have, and which it has.
+    /// Controls that the camera does not have, and which it has; buffers that are slow to read.
     std::string_view warning() const override { return warning_; }
     const CameraV4l2Counters& camera_counters() const { return camera_counters_; }
 
@@ -90,12 +90,14 @@ private:
     Status take_all(Duration timeout, V4l2Buffer& newest);
     bool is_good(const V4l2Buffer& buffer);
     void follow_sequence(std::uint32_t sequence);
+    void judge_copy(Duration took, std::size_t bytes);
     Timestamp midpoint(const V4l2Buffer& buffer, Duration exposure) const;
     Status set_exposure(const ExposureSetting& setting, std::uint32_t first_sequence, std::string& problem);
     void follow_exposure(const V4l2Buffer& buffer, const ImageView& image);
     Status deliver(const V4l2Buffer& buffer, CameraFrame& frame);
 
     CameraV4l2Options options_;
+    const Clock& clock_;
     V4l2Capture capture_;
     V4l2Controls controls_;
     std::string warning_;
@@ -110,6 +112,8 @@ private:
     bool any_sequence_ = false;
     SharedExposure* automatic_;
     std::size_t camera_;
+    int copies_ = 0;  ///< of images, since the node was opened
+    Duration fastest_copy_;
     ExposureSetting set_;  ///< by automatic exposure
     ExposureHistory exposures_;
 };

@@ -29,7 +29,7 @@ Status V4l2Capture::prepare(const V4l2CaptureOptions& options, std::string& prob
         return fail("cannot be opened", fd_, problem);
     }
     Status status = negotiate(options, problem);
-    status = ok(status) ? map_buffers(options, problem) : status;
+    status = ok(status) ? acquire_buffers(options, problem) : status;
     if (!ok(status)) {
         close();
     }
@@ -97,43 +97,18 @@ Status V4l2Capture::negotiate(const V4l2CaptureOptions& options, std::string& pr
     }
     stride_ = multiplanar_ ? many.plane_fmt[0].bytesperline : one.bytesperline;
     stride_ = std::max(stride_, row_bytes(options.format, options.width));
+    image_bytes_ = multiplanar_ ? many.plane_fmt[0].sizeimage : one.sizeimage;
+    image_bytes_ = std::max(image_bytes_, stride_ * static_cast<std::size_t>(options.height));
     return Status::kOk;
 }
 
-Status V4l2Capture::map_buffers(const V4l2CaptureOptions& options, std::string& problem) {
-    v4l2_requestbuffers request{};
-    request.count = static_cast<std::uint32_t>(std::clamp(options.buffers, 2, static_cast<int>(kMaxBuffers)));
-    request.type = type();
-    request.memory = V4L2_MEMORY_MMAP;
-    // Cached where the driver can (it clears the flag if not): on ARM uncached memory is read at a tenth of the speed.
-    request.flags = V4L2_MEMORY_FLAG_NON_COHERENT;
-    int result = io_.ioctl(fd_, VIDIOC_REQBUFS, &request);
-    if (result < 0 || request.count < 2) {
-        return fail("provides no buffers", result < 0 ? result : -ENOMEM, problem);
+Status V4l2Capture::acquire_buffers(const V4l2CaptureOptions& options, std::string& problem) {
+    std::string what;
+    const int result = memory_.acquire({fd_, type(), options.buffers, image_bytes_, options.heap.c_str()}, what);
+    if (result < 0) {
+        return fail(what, result, problem);
     }
-    const std::uint32_t count = std::min(request.count, kMaxBuffers);
-    for (std::uint32_t i = 0; i < count; ++i) {
-        v4l2_buffer buffer{};
-        v4l2_plane plane{};
-        buffer.type = type();
-        buffer.memory = V4L2_MEMORY_MMAP;
-        buffer.index = i;
-        if (multiplanar_) {
-            buffer.m.planes = &plane;
-            buffer.length = 1;
-        }
-        result = io_.ioctl(fd_, VIDIOC_QUERYBUF, &buffer);
-        if (result < 0) {
-            return fail("does not describe its buffers", result, problem);
-        }
-        const std::size_t length = multiplanar_ ? plane.length : buffer.length;
-        void* address = nullptr;
-        result = io_.map(fd_, length, multiplanar_ ? plane.m.mem_offset : buffer.m.offset, address);
-        if (result < 0) {
-            return fail("buffers cannot be mapped", result, problem);
-        }
-        mapped_[i] = {static_cast<std::uint8_t*>(address), length};
-        buffer_count_ = i + 1;
+    for (std::uint32_t i = 0; i < memory_.count(); ++i) {
         FACET_TRY(queue(i, problem));
     }
     return Status::kOk;
@@ -148,24 +123,16 @@ void V4l2Capture::close() {
         (void)io_.ioctl(fd_, VIDIOC_STREAMOFF, &stream_type);
         streaming_ = false;
     }
-    for (std::uint32_t i = 0; i < buffer_count_; ++i) {
-        (void)io_.unmap(mapped_[i].data(), mapped_[i].size());
-    }
-    buffer_count_ = 0;
+    memory_.release();
     (void)io_.close(fd_);
     fd_ = -1;
 }
 
 Status V4l2Capture::queue(std::uint32_t index, std::string& problem) {
+    (void)memory_.end_reading(index);  // nothing was written: whatever it says, the buffer can go back
     v4l2_buffer buffer{};
     v4l2_plane plane{};
-    buffer.type = type();
-    buffer.memory = V4L2_MEMORY_MMAP;
-    buffer.index = index;
-    if (multiplanar_) {
-        buffer.m.planes = &plane;
-        buffer.length = 1;
-    }
+    memory_.describe(index, buffer, plane);
     const int result = io_.ioctl(fd_, VIDIOC_QBUF, &buffer);
     return result < 0 ? fail("does not accept a buffer back", result, problem) : Status::kOk;
 }
@@ -177,18 +144,15 @@ Status V4l2Capture::dequeue(Duration timeout, V4l2Buffer& buffer, std::string& p
     }
     v4l2_buffer raw{};
     v4l2_plane plane{};
-    raw.type = type();
-    raw.memory = V4L2_MEMORY_MMAP;
-    if (multiplanar_) {
-        raw.m.planes = &plane;
-        raw.length = 1;
-    }
-    const int result = ready < 0 ? ready : io_.ioctl(fd_, VIDIOC_DQBUF, &raw);
+    memory_.describe(kMaxBuffers, raw, plane);  // of no buffer: which one it is comes back
+    int result = ready < 0 ? ready : io_.ioctl(fd_, VIDIOC_DQBUF, &raw);
     if (result == -EAGAIN) {
         return Status::kNotReady;
     }
-    if (result < 0 || raw.index >= buffer_count_) {
-        (void)fail("delivers no frames", result < 0 ? result : -EINVAL, problem);
+    result = result < 0 || raw.index < memory_.count() ? result : -EINVAL;
+    result = result < 0 ? result : memory_.begin_reading(raw.index);
+    if (result < 0) {
+        (void)fail("delivers no frames", result, problem);
         return Status::kIo;
     }
     const std::size_t used = multiplanar_ ? plane.bytesused : raw.bytesused;
@@ -199,7 +163,8 @@ Status V4l2Capture::dequeue(Duration timeout, V4l2Buffer& buffer, std::string& p
     buffer.error = (raw.flags & V4L2_BUF_FLAG_ERROR) != 0;
     buffer.start_of_exposure = (raw.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
     buffer.monotonic = (raw.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-    const std::span<std::uint8_t> whole = mapped_[raw.index].first(std::min(used, mapped_[raw.index].size()));
+    const std::span<std::uint8_t> all = memory_.bytes(raw.index);
+    const std::span<std::uint8_t> whole = all.first(std::min(used, all.size()));
     buffer.bytes = whole.subspan(std::min(offset, whole.size()));
     return Status::kOk;
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A V4L2 capture node: negotiation, memory-mapped buffers, streaming.
+// A V4L2 capture node: negotiation, buffers, streaming.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "drivers/camera_v4l2/unpack.h"
+#include "drivers/camera_v4l2/v4l2_memory.h"
 #include "platform/port/kernel_io.h"
 
 namespace facet {
@@ -18,7 +18,8 @@ struct V4l2CaptureOptions {
     int width = 0;
     int height = 0;
     PixelFormat format = PixelFormat::kGrey;
-    int buffers = 4;  ///< 2 to 8; the driver may give more or fewer
+    int buffers = 4;   ///< 2 to 8; the driver may give more or fewer
+    std::string heap;  ///< DMA heap that they are of, such as /dev/dma_heap/linux,cma; empty: the driver's own memory
 };
 
 /// One filled buffer.
@@ -32,13 +33,13 @@ struct V4l2Buffer {
     std::span<const std::uint8_t> bytes;
 };
 
-/// The V4L2 streaming protocol (kernel documentation "Streaming I/O (Memory Mapping)"), with the single-planar or the
+/// The V4L2 streaming protocol (kernel documentation "Streaming I/O"), with the single-planar or the
 /// multi-planar API, whichever the node has. Thread-bound. Heap on failure.
 class V4l2Capture {
 public:
-    static constexpr std::uint32_t kMaxBuffers = 8;
+    static constexpr std::uint32_t kMaxBuffers = V4l2Memory::kMaxBuffers;
 
-    explicit V4l2Capture(KernelIo& io) : io_(io) {}
+    explicit V4l2Capture(KernelIo& io) : io_(io), memory_(io) {}
     ~V4l2Capture() { close(); }
     V4l2Capture(const V4l2Capture&) = delete;
     V4l2Capture& operator=(const V4l2Capture&) = delete;
@@ -64,7 +65,7 @@ public:
 private:
     Status fail(std::string_view what, int result, std::string& problem);
     Status negotiate(const V4l2CaptureOptions& options, std::string& problem);
-    Status map_buffers(const V4l2CaptureOptions& options, std::string& problem);
+    Status acquire_buffers(const V4l2CaptureOptions& options, std::string& problem);
     std::uint32_t type() const;
 
     KernelIo& io_;
@@ -73,8 +74,8 @@ private:
     bool multiplanar_ = false;
     bool streaming_ = false;
     std::size_t stride_ = 0;
-    std::uint32_t buffer_count_ = 0;
-    std::array<std::span<std::uint8_t>, kMaxBuffers> mapped_{};
+    std::size_t image_bytes_ = 0;  ///< of a buffer
+    V4l2Memory memory_;
 };
 
 }  // namespace facet

@@ -13,9 +13,9 @@ namespace facet {
 
 struct MavlinkChannelOptions {
     std::string udp_host = "127.0.0.1";  ///< IPv4 address in digits
-    std::uint16_t udp_port = 14540;
-    std::uint16_t udp_local_port = 0;  ///< that datagrams are sent from and received at; 0: any
-    std::string serial;                ///< device such as /dev/ttyS1, 8N1 without flow control; empty: UDP
+    std::uint16_t udp_port = 14580;      ///< where PX4 in simulation listens; 14540 is what it sends to
+    std::uint16_t udp_local_port = 0;    ///< that datagrams are sent from and received at; 0: any
+    std::string serial;                  ///< device such as /dev/ttyS1, 8N1 without flow control; empty: UDP
     int baud = 921600;
 };
 

@@ -55,12 +55,12 @@ def commit_of(facet):
     return found.group(1) if found else "unknown"
 
 
-def measured_by(facet):
+def measured_by(facet, script=None, local_options=LOCAL_OPTIONS):
     """What made a table: the command without what is of this machine, logs by their names, and the program's commit."""
-    words, given = [script_name()], iter(sys.argv[1:])
+    words, given = [script or script_name()], iter(sys.argv[1:])
     for word in given:
         option, equals, _ = word.partition("=")
-        if option in LOCAL_OPTIONS:
+        if option in local_options:
             if not equals:
                 next(given, None)
             continue

@@ -82,6 +82,14 @@ Vehicle vehicle_of(const std::string& log, const std::string& out) {
     vehicle.config.regularity.mode = RegularityMode::kSpr;
     vehicle.cameras.side_by_side = true;
     vehicle.log.folder = out;
+    // What is kept of a run is full after a minute, so that memory that grows later on is lost memory.
+    vehicle.log.timed_frames = 1'000;
+    vehicle.log.mesh_faces = 10'000;
+    // As in app/config/examples: the recorder gets what all others leave.
+    vehicle.realtime.estimator.priority = 10;
+    vehicle.realtime.output.priority = 20;
+    vehicle.realtime.cameras.priority = 35;
+    vehicle.realtime.imu.priority = 45;
     return vehicle;
 }
 
@@ -131,6 +139,7 @@ nlohmann::ordered_json play(const std::string& log, std::optional<LogForm> form,
         missing += drop.name == "pairs_not_recorded" ? drop.value : 0;
     }
     result["pairs"] = form ? summary.frames_listed - missing : 0;
+    result["refusals"] = summary.live->refusals;
     result["failure"] = run.failure();
     return result;
 }

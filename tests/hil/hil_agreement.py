@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """Flights without a fault: what drivers, threads and synchroniser do to the data, which is to be nothing."""
+from concurrent.futures import ThreadPoolExecutor
+
 import hil_compare
 
 # Virtual time: samples against those that were sent. Every look at the clock moves it on by a nanosecond. The forces of
@@ -113,11 +115,17 @@ def print_row(row):
 def agreement_rows(hil, cases):
     """@param cases  of agreement()'s arguments"""
     rows = []
-    if cases:
-        print(HEAD)
-    for sensor, virtual_time, options in cases:
-        rows.append(agreement(hil, sensor, virtual_time, **options))
-        print_row(rows[-1])
+    if not cases:
+        return rows
+    print(HEAD)
+    hil.replay()
+    for sensor in sorted({sensor for sensor, _, _ in cases}):
+        hil.replay(sensor)
+    jobs = hil.args.jobs if all(virtual_time for _, virtual_time, _ in cases) else 1
+    with ThreadPoolExecutor(jobs) as guests:
+        for row in guests.map(lambda case: agreement(hil, case[0], case[1], **case[2]), cases):
+            rows.append(row)
+            print_row(row)
     return rows
 
 

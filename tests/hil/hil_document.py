@@ -5,12 +5,13 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-from bench.marked_document import put_between_marks  # noqa: E402
+from bench.marked_document import LOCAL_OPTIONS, measured_by, put_between_marks  # noqa: E402
 
 import hil_faults  # noqa: E402
 
 NAMES = {"icm42688": "ICM-42688-P", "adis16475": "ADIS16475-2", "bmi088": "BMI088", "dronecan": "DroneCAN",
          "openimu300": "OpenIMU300"}  # fmt: skip
+SIMULATED_LOG = "log_room"  # of scripts/hil
 
 
 def table(head, rows):
@@ -47,13 +48,31 @@ def records_table(rows):
                          f"{row['max_mm']:.3f} mm") for row in rows])  # fmt: skip
 
 
-def update(document, results):
-    """Puts every table that has rows between its marks."""
+def real_table(rows):
+    head = ("sensor", "frames used", "latency, median / p99", "injector late by up to", "ATE, replay",
+            "ATE, in the loop")  # fmt: skip
+    return table(head, [(
+        NAMES[row["sensor"]], f"{row['frames']} of {row['of']}",
+        f"{row['latency_ms']['median']:.0f} / {row['latency_ms']['p99']:.0f} ms", f"{row['late_ms']:.0f} ms",
+        f"{row['ate_replay_mm']:.2f} mm", f"{row['ate_mm']:.2f} mm") for row in rows])  # fmt: skip
+
+
+def made_by(args):
+    """The command that a reader can repeat: scripts/hil finds the programs, and by default simulates the log."""
+    local = LOCAL_OPTIONS | {"--kernel", "--inject"} | ({"--log"} if Path(args.log).name == SIMULATED_LOG else set())
+    return measured_by(args.facet, "scripts/hil", local)
+
+
+def update(args, results):
+    """Puts every table that has rows between its marks in args.document."""
+    agreement = {time: [row for row in results["agreement"] if row["time"] == time] for time in ("virtual", "real")}
     parts = {
-        "virtual": (virtual_table, [row for row in results["agreement"] if row["time"] == "virtual"]),
+        "virtual": (virtual_table, agreement["virtual"]),
+        "real": (real_table, agreement["real"]),
         "faults": (faults_table, results["faults"]),
         "records": (records_table, results["records"]),
     }
     for name, (make, rows) in parts.items():
-        if rows and not put_between_marks(document, f"scripts/hil: {name}", make(rows)):
-            print(f"hil: {document} has no marks for the table '{name}'", file=sys.stderr)
+        text = f"{make(rows)}\n\n{made_by(args)}" if rows else ""
+        if rows and not put_between_marks(args.document, f"scripts/hil: {name}", text):
+            print(f"hil: {args.document} has no marks for the table '{name}'", file=sys.stderr)

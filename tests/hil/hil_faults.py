@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """Flights with faults: how each showed, how long it took to get over it, and what it cost."""
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import hil_compare
@@ -97,9 +98,10 @@ def fault_row(hil, fault, plain):
         "found": {key: count for key, count in found.items() if count != usual.get(key)},
         "exit_code": flight["report"]["exit_code"],
     }  # fmt: skip
-    # Without readings no frame is complete: only the end of the flight tells.
-    row["reasons"] += [why for why in flight["summary"]["final"]["reasons"].split("|")
-                       if why and why not in row["reasons"]]  # fmt: skip
+    if fault.reason and fault.reason not in row["reasons"]:
+        # Without readings no frame is complete: only the end of the flight tells.
+        row["reasons"] += [why for why in flight["summary"]["final"]["reasons"].split("|")
+                           if why and why not in row["reasons"]]  # fmt: skip
     row["good"] = (
         row["ends"] == fault.ends and fault.reason in row["reasons"] + [""]
         and (fault.is_for_ever or (row["exit_code"] == 0 and row["recovery_s"] <= fault.max_recovery_s))
@@ -137,21 +139,22 @@ def restart_row(hil, plain):
 def fault_rows(hil, faults, restart):
     print("  fault                                    states         ends     recovery  gap s  ATE mm (without)  "
           "reasons; found")
-    plain = {}
 
     def plain_flight(sensor):
-        if sensor not in plain:
-            plain[sensor] = hil.fly(sensor, f"{sensor}_plain")
-            plain[sensor]["ate_mm"] = hil.ate(plain[sensor]["poses"], f"{sensor}_plain")
-        return plain[sensor]
+        flight = hil.fly(sensor, f"{sensor}_plain")
+        flight["ate_mm"] = hil.ate(flight["poses"], flight["name"])
+        return flight
 
-    rows = []
-    for fault in faults:
-        rows.append(fault_row(hil, fault, plain_flight(fault.sensor)))
-        print_row(rows[-1])
-    if restart:
-        rows.append(restart_row(hil, plain_flight("icm42688")))
-        print_row(rows[-1])
+    sensors = sorted({fault.sensor for fault in faults} | ({"icm42688"} if restart else set()))
+    with ThreadPoolExecutor(hil.args.jobs) as guests:
+        plain = dict(zip(sensors, guests.map(plain_flight, sensors)))
+        flown = [guests.submit(fault_row, hil, fault, plain[fault.sensor]) for fault in faults]
+        if restart:
+            flown.append(guests.submit(restart_row, hil, plain["icm42688"]))
+        rows = []
+        for row in flown:
+            rows.append(row.result())
+            print_row(rows[-1])
     return rows
 
 

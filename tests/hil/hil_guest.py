@@ -39,10 +39,10 @@ RESTARTING_SINKS = "sinks: {log: {folder: /run/share/flights}, can: {interface: 
 REALTIME = """realtime:
   threads:
     estimator: {priority: 10}
-    imu: {priority: 80}
-    cameras: {priority: 70}
-    trigger: {priority: 75}
-    output: {priority: 60}
+    imu: {priority: 45}
+    cameras: {priority: 35}
+    trigger: {priority: 40}
+    output: {priority: 20}
 """
 
 
@@ -62,6 +62,7 @@ class Job:
     record: str = ""  # "folder" or "mcap"
     watchdog_s: float = 0.0  # 0: not watched
     command: tuple = ()  # of facet, instead of run; it does not say when it is ready
+    files: dict = field(default_factory=dict)  # name: text, below /run/share
     mode: str = "spr"
     start_s: float = 0.0
     duration_s: float = 0.0
@@ -108,6 +109,9 @@ def write_job(programs, job):
         ),
         encoding="utf-8",
     )
+    for name, text in job.files.items():
+        (share / name).parent.mkdir(parents=True, exist_ok=True)
+        (share / name).write_text(text, encoding="utf-8")
     play = [str(programs.inject), "play", "--log", str(job.log), *job.part(), "--imu", job.sensor]
     play += pixel_options(job.pixels) + ["--watchdog", str(job.watchdog_s)]
     for fault in job.faults:
@@ -145,6 +149,9 @@ def fly(programs, job):
         "con=null", "con0=fd:0,fd:1", "ssl=null", "quiet", f"HIL_SHARE={job.folder}", f"HIL_INJECT={programs.inject}",
         "v4l2loopback.devices=2", "v4l2loopback.video_nr=40,41", "v4l2loopback.exclusive_caps=1,1",
         "v4l2loopback.max_buffers=4", f"spi_imu.chip={job.sensor}",
+        # Two capture nodes with the sizes of webcams.
+        "vivid.n_devs=2", "vivid.node_types=1,1", "vivid.num_inputs=1,1", "vivid.input_types=0,0",
+        "vivid.vid_cap_nr=50,51",
     ]  # fmt: skip
     if job.virtual_time:
         command.append("time-travel=inf-cpu")

@@ -44,6 +44,7 @@ def parse(arguments):
     parser.add_argument("--mode", default="spr")
     parser.add_argument("--start", type=float, default=0.0)
     parser.add_argument("--duration", type=float, default=0.0)
+    parser.add_argument("--jobs", type=int, default=1, help="guests at a time, of flights in virtual time")
     parser.add_argument("--timeout", type=float, default=900.0, help="of one flight, in the host's seconds")
     return parser.parse_args(arguments)
 
@@ -78,7 +79,7 @@ def main(arguments):
             results[name] = measure()
             (hil.out / "hil.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
             if args.document:
-                hil_document.update(args.document, results)
+                hil_document.update(args, results)
         return 0 if all(row["good"] for rows in results.values() for row in rows) else 1
     except (hil_guest.GuestError, OSError) as error:
         print(f"hil: {error}", file=sys.stderr)

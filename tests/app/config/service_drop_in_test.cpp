@@ -40,8 +40,10 @@ TEST_CASE("the service may use the devices that the vehicle file names, and no o
     vehicle.imu_spi->chip = SpiChip::kBmi088;
     vehicle.imu_spi->accel_device = "/dev/spidev1.1";
     vehicle.mavlink->channel.serial = "/dev/ttyUSB0";
+    vehicle.cameras.left.capture.heap = vehicle.cameras.right.capture.heap = "/dev/dma_heap/linux,cma";
     const std::string text = service_drop_in(vehicle);
     CHECK(has(text, "DeviceAllow=/dev/spidev1.1 rw"));
+    CHECK(has(text, "DeviceAllow=/dev/dma_heap/linux,cma rw"));
     CHECK(has(text, "DeviceAllow=char-ttyUSB rw"));  // plugged in again it may be ttyUSB1
 }
 

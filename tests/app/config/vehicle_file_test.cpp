@@ -76,7 +76,7 @@ TEST_CASE("the SPI example is a whole vehicle") {
     CHECK(v.log.keep_mb == 4096);
     CHECK(v.realtime.lock_memory);
     CHECK(v.realtime.estimator.cpu == 3);
-    CHECK(v.realtime.imu.priority == 80);
+    CHECK(v.realtime.imu.priority == 45);
 }
 
 TEST_CASE("the CAN example is a whole vehicle, its paths beside the file") {

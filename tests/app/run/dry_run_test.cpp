@@ -107,7 +107,7 @@ TEST_CASE("what is not there is named, device by device") {
     CHECK(line_of(lines, "system").finding == Finding::kGood);
     const std::string text = to_text(lines);
     CHECK(text.find("WRONG     left camera:  /dev/video0: cannot be opened") != std::string::npos);
-    CHECK(text.find("ok        mavlink:      127.0.0.1:14540") != std::string::npos);
+    CHECK(text.find("ok        mavlink:      127.0.0.1:14580") != std::string::npos);
 }
 
 TEST_CASE("no permission, no camera, and a chip that does not answer are told apart") {
@@ -143,6 +143,19 @@ TEST_CASE("a CAN interface and a log folder that are not there") {
     const std::vector<ProbeLine> good = probe(kernel, vehicle);
     CHECK(line_of(good, "log").finding != Finding::kWrong);
     CHECK_FALSE(std::filesystem::exists(dir.file("log/dry_run.tmp")));
+}
+
+TEST_CASE("threads that could hold up those of the interrupts are doubtful") {
+    FakeBench kernel;
+    Vehicle vehicle = spi_vehicle();
+    vehicle.realtime.imu.priority = 49;
+    const std::vector<ProbeLine> below = probe(kernel, vehicle);
+    CHECK(line_of(below, "system").text.find("interrupt threads") == std::string::npos);
+    vehicle.realtime.imu.priority = 50;
+    vehicle.realtime.output.priority = 60;
+    const std::vector<ProbeLine> above = probe(kernel, vehicle);
+    CHECK(line_of(above, "system").finding == Finding::kDoubtful);
+    CHECK(line_of(above, "system").text.find("priority of imu, output is not below 50") != std::string::npos);
 }
 
 }  // namespace

@@ -305,12 +305,104 @@ TEST_CASE("a node that cannot do what is asked says what it can") {
     CHECK(few.camera.start() == Status::kIo);
 }
 
+TEST_CASE("buffers of a DMA heap are lent to the driver, read in brackets and given back") {
+    for (const bool multiplanar : {false, true}) {
+        CameraV4l2Options options = small_options();
+        options.capture.heap = "/dev/dma_heap/system";
+        CameraV4l2Harness h(multiplanar, options);
+        h.kernel.one_by_one = false;
+        REQUIRE(ok(h.camera.start()));
+        CHECK(h.kernel.dmabufs_open == 4);
+        CHECK(h.kernel.mapped == 4);
+        CameraFrame frame;
+        for (std::uint8_t round = 1; round < 20; ++round) {  // two at a time: the older one is not looked at
+            h.kernel.expose(0, round * 100'000'000 - 50'000'000);
+            h.kernel.expose(round, round * 100'000'000);
+            REQUIRE(h.camera.next({}, frame) == Status::kOk);
+            CHECK(frame.image.at(7, 3) == round);
+        }
+        CHECK(h.kernel.synchronised == 19 * 4);
+        CHECK(h.kernel.starved == 0);
+        h.kernel.present = false;
+        CHECK(h.camera.next({}, frame) == Status::kIo);
+        CHECK(h.kernel.dmabufs_open == 0);
+        h.kernel.present = true;
+        h.pass_time();
+        CHECK(h.camera.next({}, frame) == Status::kNotReady);
+        CHECK(h.kernel.dmabufs_open == 4);
+        h.camera.stop();
+        CHECK(h.kernel.dmabufs_open == 0);
+        CHECK(h.kernel.mapped == 0);
+    }
+}
+
+/// Each look at it takes a while, as copying does.
+class SlowClock final : public Clock {
+public:
+    explicit SlowClock(Duration look) : look_(look) {}
+    Timestamp now() const override {
+        now_ = now_ + look_;
+        return now_;
+    }
+    ClockPair read_pair() const override { return {}; }
+    void sleep_until(Timestamp) override {}
+
+private:
+    Duration look_;
+    mutable Timestamp now_;
+};
+
+TEST_CASE("buffers that are slow to read are told of once they have been read for a while") {
+    const auto warning = [](Duration copy) {
+        SlowClock clock(copy);
+        ManualClock manual;
+        test::FakeCamera kernel(manual);
+        kernel.width = kernel.stride = 640;
+        kernel.height = 480;
+        CameraV4l2Options options = small_options();
+        options.capture.width = 640;
+        options.capture.height = 480;
+        CameraV4l2 camera(kernel, clock, options);
+        REQUIRE(ok(camera.start()));
+        CameraFrame frame;
+        for (std::int64_t i = 0; i < 50; ++i) {
+            kernel.expose(1, 1'000'000'000 + i * 50'000'000);
+            (void)camera.next({}, frame);
+            frame = {};
+        }
+        CHECK(camera.counters().delivered == 50);
+        return std::string(camera.warning());
+    };
+    CHECK(warning({1'000'000}).empty());  // 307 kB in 1 ms
+    CHECK(warning({1'100'000}) ==
+          "/dev/video0: an image takes 1100 us to copy out of its buffer, which is not cached: set cameras.heap");
+}
+
+TEST_CASE("a heap that is not there, is exhausted or is not wanted is named, and nothing is left of it") {
+    CameraV4l2Options options = small_options();
+    options.capture.heap = "/dev/dma_heap/nowhere";
+    CameraV4l2Harness missing(false, options);
+    CHECK(missing.camera.start() == Status::kNotFound);
+    CHECK(missing.camera.problem() == "/dev/video0: /dev/dma_heap/nowhere cannot be opened: No such file or directory");
+    options.capture.heap = "/dev/dma_heap/system";
+    CameraV4l2Harness full(false, options);
+    full.kernel.heap_room = 2;
+    CHECK(full.camera.start() == Status::kIo);
+    CHECK(full.camera.problem() == "/dev/video0: the heap gives no memory: Cannot allocate memory");
+    CHECK(full.kernel.dmabufs_open == 0);
+    CHECK(full.kernel.mapped == 0);
+    CameraV4l2Harness refused(false, options);
+    refused.kernel.takes_dmabuf = false;
+    CHECK(refused.camera.start() == Status::kIo);
+    CHECK(refused.camera.problem() == "/dev/video0: takes no buffers of a heap: Invalid argument");
+}
+
 TEST_CASE("waiting for a buffer lasts as long as asked") {
     ManualClock clock;
     test::FakeCamera kernel(clock);
     V4l2Capture capture(kernel);
     std::string problem;
-    REQUIRE(ok(capture.prepare({"/dev/video0", 8, 4, PixelFormat::kGrey, 4}, problem)));
+    REQUIRE(ok(capture.prepare({"/dev/video0", 8, 4, PixelFormat::kGrey, 4, ""}, problem)));
     REQUIRE(ok(capture.start(problem)));
     V4l2Buffer buffer;
     CHECK(capture.dequeue({3'000'000}, buffer, problem) == Status::kNotReady);

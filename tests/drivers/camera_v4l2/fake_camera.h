@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A kernel with one V4L2 capture node that behaves as the streaming protocol says, and can be unplugged.
+// A kernel with a V4L2 capture node that behaves as the streaming protocol says and can be unplugged, and a DMA heap.
 #pragma once
 
+#include <linux/dma-buf.h>
+#include <linux/dma-heap.h>
 #include <linux/videodev2.h>
 
 #include <algorithm>
@@ -9,6 +11,7 @@
 
 #include <cstring>
 #include <deque>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +24,8 @@ class FakeCamera final : public FakeKernel {
 public:
     static constexpr int kFd = 9;
     static constexpr int kControlsFd = 10;
+    static constexpr int kHeapFd = 11;
+    static constexpr int kDmabufFd = 20;  ///< of the heap's first allocation
 
     explicit FakeCamera(ManualClock& clock) : clock_(clock) {}
 
@@ -38,7 +43,11 @@ public:
     std::string controls_at = "/dev/video0";  ///< the node that has the controls
     int set_while_streaming = 0;              ///< controls
     bool asked_for_cached = false;            ///< buffers
-    int controls_open = 0;                    ///< nodes open for their controls only
+    bool takes_dmabuf = true;
+    int heap_room = 8;      ///< allocations that the heap can give
+    int dmabufs_open = 0;   ///< allocations in use
+    int synchronised = 0;   ///< beginnings and ends of reading a buffer of the heap
+    int controls_open = 0;  ///< nodes open for their controls only
     int opened = 0;
     int mapped = 0;
     bool streaming = false;
@@ -53,6 +62,7 @@ public:
         }
         const std::uint32_t index = queued_.front();
         queued_.pop_front();
+        REQUIRE(reading_.count(index) == 0);
         std::fill(memory_[index].begin(), memory_[index].end(), value);
         filled_.push_back({index, sequence, stamp_ns, flags | extra_flags, plane_offset + stride * height - cut});
     }
@@ -63,12 +73,19 @@ public:
             ++controls_open;
             return kControlsFd;
         }
+        if (std::string(path) == "/dev/dma_heap/system") {
+            return kHeapFd;
+        }
         ++opened;
         return present && std::string(path) == "/dev/video0" ? kFd : -ENOENT;
     }
     int close(int fd) override {
         if (fd == kControlsFd) {
             --controls_open;
+            return 0;
+        }
+        if (fd >= kHeapFd) {
+            dmabufs_open -= fd >= kDmabufFd ? 1 : 0;
             return 0;
         }
         streaming = false;
@@ -88,7 +105,8 @@ public:
         }
         return 1;
     }
-    int map(int, std::size_t length, std::int64_t offset, void*& address) override {
+    int map(int fd, std::size_t length, std::int64_t offset, void*& address) override {
+        offset = fd >= kDmabufFd ? fd - kDmabufFd : offset;
         REQUIRE(length == memory_[static_cast<std::size_t>(offset)].size());
         address = memory_[static_cast<std::size_t>(offset)].data();
         ++mapped;
@@ -99,6 +117,12 @@ public:
         return 0;
     }
     int ioctl(int fd, unsigned long request, void* argument) override {
+        if (request == DMA_HEAP_IOCTL_ALLOC) {
+            return allocate(*static_cast<dma_heap_allocation_data*>(argument));
+        }
+        if (request == DMA_BUF_IOCTL_SYNC) {
+            return synchronise(fd, *static_cast<dma_buf_sync*>(argument));
+        }
         if (!present) {
             return -ENODEV;
         }
@@ -144,19 +168,44 @@ private:
             wanted.fmt.pix_mp.pixelformat = format;
             wanted.fmt.pix_mp.num_planes = 1;
             wanted.fmt.pix_mp.plane_fmt[0].bytesperline = stride;
+            wanted.fmt.pix_mp.plane_fmt[0].sizeimage = plane_offset + stride * height;
         } else {
             wanted.fmt.pix.width = width;
             wanted.fmt.pix.height = height;
             wanted.fmt.pix.pixelformat = format;
             wanted.fmt.pix.bytesperline = stride;
+            wanted.fmt.pix.sizeimage = plane_offset + stride * height;
         }
         return 0;
     }
     int request_buffers(v4l2_requestbuffers& wanted) {
+        if (wanted.memory == V4L2_MEMORY_DMABUF && !takes_dmabuf) {
+            return -EINVAL;
+        }
+        memory_kind_ = wanted.memory;
         asked_for_cached = (wanted.flags & V4L2_MEMORY_FLAG_NON_COHERENT) != 0;
         wanted.flags = 0;  // as a driver without them answers
         wanted.count = std::min(wanted.count, max_buffers);
         memory_.assign(wanted.count, std::vector<std::uint8_t>(plane_offset + stride * height));
+        allocated_ = 0;
+        reading_.clear();
+        return 0;
+    }
+    int allocate(dma_heap_allocation_data& wanted) {
+        REQUIRE(wanted.len == memory_[0].size());
+        if (dmabufs_open == heap_room) {
+            return -ENOMEM;
+        }
+        ++dmabufs_open;
+        wanted.fd = static_cast<std::uint32_t>(kDmabufFd + allocated_++);
+        return 0;
+    }
+    int synchronise(int fd, const dma_buf_sync& sync) {
+        const auto index = static_cast<std::uint32_t>(fd - kDmabufFd);
+        const bool ends = (sync.flags & DMA_BUF_SYNC_END) != 0;
+        REQUIRE(reading_.count(index) == (ends ? 1U : 0U));
+        ends ? (void)reading_.erase(index) : (void)reading_.insert(index);
+        ++synchronised;
         return 0;
     }
     int describe(v4l2_buffer& buffer) const {
@@ -172,6 +221,13 @@ private:
     }
     int enqueue(const v4l2_buffer& buffer) {
         REQUIRE(std::find(queued_.begin(), queued_.end(), buffer.index) == queued_.end());
+        REQUIRE(buffer.memory == memory_kind_);
+        if (memory_kind_ == V4L2_MEMORY_DMABUF) {
+            REQUIRE(reading_.count(buffer.index) == 0);
+            const int dmabuf = multiplanar ? buffer.m.planes[0].m.fd : buffer.m.fd;
+            CHECK(dmabuf == kDmabufFd + static_cast<int>(buffer.index));
+            CHECK((multiplanar ? buffer.m.planes[0].length : buffer.length) == memory_[buffer.index].size());
+        }
         queued_.push_back(buffer.index);
         return 0;
     }
@@ -182,6 +238,7 @@ private:
         const Filled frame = filled_.front();
         filled_.pop_front();
         pause_ = true;
+        REQUIRE(buffer.memory == memory_kind_);
         buffer.index = frame.index;
         buffer.sequence = frame.sequence;
         buffer.flags = frame.flags;
@@ -220,6 +277,9 @@ private:
 
     ManualClock& clock_;
     bool pause_ = false;
+    std::uint32_t memory_kind_ = V4L2_MEMORY_MMAP;
+    int allocated_ = 0;
+    std::set<std::uint32_t> reading_;  ///< buffers of the heap that the program has announced to read
     std::vector<std::vector<std::uint8_t>> memory_;
     std::deque<std::uint32_t> queued_;
     std::deque<Filled> filled_;

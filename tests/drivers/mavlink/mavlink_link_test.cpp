@@ -36,7 +36,7 @@ TEST_CASE("odometry goes out with a heartbeat a second, sequence numbers and wit
     options.time = MavlinkTime::kStamps;
     options.channel.udp_local_port = 14550;
     Scene scene(options);
-    CHECK(scene.kernel.port == 14540);
+    CHECK(scene.kernel.port == 14580);
     CHECK(scene.kernel.local_port == 14550);
     scene.kernel.sent.reserve(100);
     for (int i = 0; i < 40; ++i) {
@@ -337,7 +337,7 @@ TEST_CASE("an address that is none is refused in words") {
     MavlinkLink link(kernel, clock, options);
     std::string problem;
     CHECK(link.open(problem) == Status::kInvalidArgument);
-    CHECK(problem == "mavlink: 'autopilot:14540' is not an IPv4 address and port");
+    CHECK(problem == "mavlink: 'autopilot:14580' is not an IPv4 address and port");
 }
 
 }  // namespace

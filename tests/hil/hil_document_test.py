@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-2-Clause
+"""Tables of docs/hil.md: each between its marks, with the command and the commit that made it."""
+import argparse
+import contextlib
+import io
+import math
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+sys.dont_write_bytecode = True
+import hil_document  # noqa: E402
+
+FAULT = {"sensor": "icm42688", "words": "silent", "length_s": 0.3, "states": ["DEGRADED"], "reasons": ["imu_gap"],
+         "recovery_s": math.nan, "longest_gap_s": 0.3, "ate_mm": 1.03, "ends": "TRACKING", "found": {"gap": 1}}
+FLIGHT = {"sensor": "dronecan", "time": "real", "frames": 240, "of": 241, "late_ms": 5.2, "ate_replay_mm": 1.1,
+          "ate_mm": 1.2, "latency_ms": {"median": 28.4, "p99": 55.6}}
+NOTHING = {"agreement": [], "faults": [], "records": []}
+
+
+class Document(unittest.TestCase):
+    def update(self, text, **results):
+        with tempfile.TemporaryDirectory() as folder:
+            document, facet = Path(folder, "hil.md"), Path(folder, "facet")
+            document.write_text(text, encoding="utf-8")
+            facet.write_text("#!/bin/sh\necho 'commit  0123abc'\n", encoding="utf-8")
+            facet.chmod(0o755)
+            words = ["hil_run.py", "--kernel", "linux", "--facet", str(facet), "--inject", "hil_inject", "--log",
+                     f"{folder}/log_room", "--out", folder, "--jobs", "2", "--time", "none", "--faults",
+                     "--document", str(document)]  # fmt: skip
+            args = argparse.Namespace(document=document, facet=facet, log=f"{folder}/log_room")
+            with mock.patch.object(sys, "argv", words), contextlib.redirect_stderr(io.StringIO()) as said:
+                hil_document.update(args, {**NOTHING, **results})
+            return document.read_text(encoding="utf-8"), said.getvalue()
+
+    def test_a_table_says_what_made_it_and_leaves_the_others_alone(self):
+        before = "<!-- scripts/hil: faults -->\nold\n<!-- end -->\n<!-- scripts/hil: real -->\nkept\n<!-- end -->\n"
+        after, _ = self.update(before, faults=[FAULT])
+        self.assertNotIn("old", after)
+        self.assertIn("kept", after)
+        row = "| ICM-42688-P | silent | 0.30 s | DEGRADED | imu_gap | - | 0.30 s | 1.03 mm | TRACKING | gap 1 |"
+        self.assertIn(row, after)
+        self.assertIn("`scripts/hil --time none --faults`, commit 0123abc.", after)
+
+    def test_latencies_of_flights_in_real_time(self):
+        after, _ = self.update("<!-- scripts/hil: real -->\n<!-- end -->\n", agreement=[FLIGHT])
+        self.assertIn("| DroneCAN | 240 of 241 | 28 / 56 ms | 5 ms | 1.10 mm | 1.20 mm |", after)
+
+    def test_a_table_without_a_place_is_told(self):
+        after, said = self.update("nothing\n", faults=[FAULT])
+        self.assertEqual(after, "nothing\n")
+        self.assertIn("no marks for the table 'faults'", said)
+
+
+if __name__ == "__main__":
+    unittest.main()
