@@ -60,6 +60,8 @@ def measured_by(facet):
     words, given = [script_name()], iter(sys.argv[1:])
     for word in given:
         option, equals, _ = word.partition("=")
+        if word == "--resume":
+            continue
         if option in LOCAL_OPTIONS:
             if not equals:
                 next(given, None)
