@@ -268,11 +268,12 @@ def markdown_table(columns, rows):
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
-def write_tables(arguments, heading, tables, notes, results, left=1):
+def write_tables(arguments, heading, tables, notes, results, left=1, part=None):
     """Writes table.txt, table.md and results.json into the output folder, prints table.txt and puts table.md into the
     document, if one was given.
 
     `tables` are pairs of columns and rows, of which the first `left` columns hold text. table.md says what made it.
+    A `part` has a mark of its own in the document: the script's name, a colon and the part.
     """
     texts = [text_table(columns, rows, left) for columns, rows in tables]
     (arguments.out / "table.txt").write_text("\n".join([heading, "\n\n".join(texts)] + notes) + "\n")
@@ -283,7 +284,7 @@ def write_tables(arguments, heading, tables, notes, results, left=1):
     (arguments.out / "results.json").write_text(json.dumps(results, indent=2) + "\n")
     print((arguments.out / "table.txt").read_text(), end="")
     if arguments.document:
-        put_between_marks(arguments.document, script_name(), marked)
+        put_between_marks(arguments.document, script_name() + (f": {part}" if part else ""), marked)
     print(f"written: {arguments.out}/table.txt, table.md, results.json", file=sys.stderr)
 
 

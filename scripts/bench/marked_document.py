@@ -60,6 +60,8 @@ def measured_by(facet, script=None, local_options=LOCAL_OPTIONS):
     words, given = [script or script_name()], iter(sys.argv[1:])
     for word in given:
         option, equals, _ = word.partition("=")
+        if word == "--resume":
+            continue
         if option in local_options:
             if not equals:
                 next(given, None)
