@@ -13,8 +13,8 @@
 namespace facet {
 
 /// Three sections through a point, four pixels a cell, a pixel for each part of one: from above (x to the right, y up),
-/// below it from the front (x to the right, z up), right of it from the side (z to the right, y up). White is free, light
-/// grey unknown; in an occupied cell its surface is black, the rest dark grey. A cross marks the point.
+/// below it from the front (x to the right, z up), right of it from the side (z to the right, y up). White is free,
+/// light grey unknown; in an occupied cell its surface is black, the rest dark grey. A cross marks the point.
 class GridPicture {
 public:
     static constexpr int kPixels = 4;  ///< of a cell along each axis
