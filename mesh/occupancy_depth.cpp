@@ -34,8 +34,8 @@ void OccupancyGrid::add_depth(std::span<const DepthPoint> points) {
     for (const DepthPoint& point : points) {
         carve(point.p_W, point.sigma_m, kPointWeight);
     }
-    // A cell that became occupied as a whole, by a landmark, stays so. Rays that pass between the points of a surface end
-    // behind it, where nothing has been seen: unknown.
+    // A cell that became occupied as a whole, by a landmark, stays so. Rays that pass between the points of a surface
+    // end behind it, where nothing has been seen: unknown.
     for (const DepthPoint& point : points) {
         const Eigen::Vector3i c = cell_of(point.p_W);
         if (!is_sharp(point) || !holds(c)) {

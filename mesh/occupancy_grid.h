@@ -72,10 +72,10 @@ struct GridSector {
 /// thus known from one keyframe; where it has left, space is free after four to seven keyframes that see through it
 /// (movers), and never while nothing is seen behind it.
 ///
-/// An occupied cell also knows which of its 4 x 4 x 4 parts hold a surface: those where faces and depth points have been
-/// since something first spoke for it, and that no line of sight has passed since it is occupied. A ray is ended by
-/// parts, so that it may pass a true surface closely, as a planner's does along a wall; space between the parts counts
-/// as free. All other questions are answered by whole cells. Deterministic. Thread-bound. No heap. About 12 MB.
+/// An occupied cell also knows which of its 4 x 4 x 4 parts hold a surface: those where faces and depth points have
+/// been since something first spoke for it, and that no line of sight has passed since it is occupied. A ray is ended
+/// by parts, so that it may pass a true surface closely, as a planner's does along a wall; space between the parts
+/// counts as free. All other questions are answered by whole cells. Deterministic. Thread-bound. No heap. About 12 MB.
 class OccupancyGrid {
 public:
     static constexpr int kGridX = 128;
