@@ -6,7 +6,7 @@
 
 namespace facet {
 
-/// Half a face's evidence: two keyframes make an obstacle.
+/// Half a face's evidence: two keyframes make an obstacle. Its parts are those of both.
 void OccupancyGrid::hint(const Eigen::Vector3d& p_W) {
     const Eigen::Vector3i c = cell_of(p_W);
     if (!holds(c)) {
@@ -16,7 +16,7 @@ void OccupancyGrid::hint(const Eigen::Vector3d& p_W) {
     Cell& cell = cells_[index];
     if (cell.tick != tick_ || cell.evidence < 0) {
         const int before = std::max<int>(cell.evidence, 0);
-        if (before < kOccupied) {
+        if (before == 0) {
             surface_[index] = 0;
         }
         cell.evidence = static_cast<std::int8_t>(std::min(before + 1, kMostOccupied));
@@ -34,11 +34,17 @@ void OccupancyGrid::add_depth(std::span<const DepthPoint> points) {
     for (const DepthPoint& point : points) {
         carve(point.p_W, point.sigma_m, kPointWeight);
     }
-    // Points leave gaps: a cell that no face has marked stays occupied as a whole.
+    // A cell that became occupied as a whole, by a landmark, stays so. Rays that pass between the points of a surface
+    // end behind it, where nothing has been seen: unknown.
     for (const DepthPoint& point : points) {
         const Eigen::Vector3i c = cell_of(point.p_W);
-        if (is_sharp(point) && holds(c) && surface_[index_of(c)] != 0) {
-            surface_[index_of(c)] |= part_bit(part_of(point.p_W));
+        if (!is_sharp(point) || !holds(c)) {
+            continue;
+        }
+        const std::size_t index = index_of(c);
+        const bool is_new = cells_[index].evidence == 1;
+        if (is_new || (cells_[index].evidence > 1 && surface_[index] != 0)) {
+            surface_[index] |= part_bit(part_of(point.p_W));
         }
     }
 }

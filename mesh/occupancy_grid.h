@@ -72,10 +72,10 @@ struct GridSector {
 /// thus known from one keyframe; where it has left, space is free after four to seven keyframes that see through it
 /// (movers), and never while nothing is seen behind it.
 ///
-/// An occupied cell also knows which of its 4 x 4 x 4 parts hold a surface: those where faces have been since it became
-/// occupied and that no line of sight has passed after that. A ray is ended by parts, so that it may pass a true
-/// surface closely, as a planner's does along a wall; space between the parts counts as free. All other questions are
-/// answered by whole cells. Deterministic. Thread-bound. No heap. About 12 MB.
+/// An occupied cell also knows which of its 4 x 4 x 4 parts hold a surface: those where faces and depth points have
+/// been since something first spoke for it, and that no line of sight has passed since it is occupied. A ray is ended
+/// by parts, so that it may pass a true surface closely, as a planner's does along a wall; space between the parts
+/// counts as free. All other questions are answered by whole cells. Deterministic. Thread-bound. No heap. About 12 MB.
 class OccupancyGrid {
 public:
     static constexpr int kGridX = 128;
@@ -97,6 +97,12 @@ public:
 
     /// State of the space at a point.
     GridState at(const Eigen::Vector3d& p_W) const { return describe(find(cell_of(p_W))); }
+    /// Whether a ray ends there: in an occupied cell, in a part of it that holds a surface.
+    bool has_surface(const Eigen::Vector3d& p_W) const {
+        const Eigen::Vector3i c = cell_of(p_W);
+        const std::uint64_t surface = holds(c) ? surface_[index_of(c)] : 0;
+        return space_of(find(c)) == Space::kOccupied && (surface == 0 || (surface & part_bit(part_of(p_W))) != 0);
+    }
     /// Along a ray. @param direction  of any length but zero
     GridRay cast(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction, double max_range_m) const;
     /// Nearest occupied and unknown cells. The time grows with the cube of the distance to them.
@@ -221,7 +227,7 @@ private:
     int layer_ = 0;           ///< next one of forget_layer
     static constexpr std::size_t kCells = static_cast<std::size_t>(kGridX) * kGridY * kGridZ;
     std::array<Cell, kCells> cells_;
-    std::array<std::uint64_t, kCells> surface_;  ///< of occupied cells: the parts that hold a surface, or 0: all
+    std::array<std::uint64_t, kCells> surface_;  ///< of cells with e > 0: parts that hold a surface, or 0: all
 };
 
 }  // namespace facet

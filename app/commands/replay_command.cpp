@@ -279,8 +279,8 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_option("--stream", args->stream, kStreamHelp);
     command->add_flag(
         "--rays", args->write_rays,
-        "Also write rays.csv and sweeps.csv: what the live grid says along rays, and the distances all around, at "
-        "each keyframe, for facet eval --scene");
+        "Also write grid.png, a picture of the live grid at the end, and rays.csv and sweeps.csv: what it says along "
+        "rays, and the distances all around, at each keyframe, for facet eval --scene");
     command->add_flag("--log-calibration", args->write_calibration,
                       "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
     add_view_options(*command, args->view);

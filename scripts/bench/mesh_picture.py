@@ -12,8 +12,8 @@ TYPES = {"char": "i1", "uchar": "u1", "int8": "i1", "uint8": "u1", "short": "<i2
 SIZE = (1000, 750)
 
 
-def read_ply(path):
-    """Vertices (n, 3), triangles (m, 3) and plane ids (m; -1 none) of a binary little-endian PLY file of triangles."""
+def read_elements(path):
+    """Elements of a binary little-endian PLY file of triangles, as structured arrays by name."""
     with path.open("rb") as stream:
         elements = []
         while True:
@@ -34,6 +34,12 @@ def read_ply(path):
         for name, count, fields in elements:
             dtype = np.dtype(fields)
             found[name] = np.frombuffer(stream.read(dtype.itemsize * count), dtype)
+    return found
+
+
+def read_ply(path):
+    """Vertices (n, 3), triangles (m, 3) and plane ids (m; -1 none) of a PLY file as above."""
+    found = read_elements(path)
     vertex = found["vertex"]
     face = found["face"]
     planes = face["plane_id"].astype(int) if "plane_id" in face.dtype.names else np.full(len(face), -1)
@@ -104,6 +110,16 @@ def by_normal(points, normal, _):
     light = 0.35 + 0.65 * abs(normal @ np.array([0.36, -0.48, 0.8]))
     colour = light * (0.6 + 0.4 * np.abs(normal))
     return np.broadcast_to(colour, points.shape)
+
+
+def by_certainty(sigmas):
+    """Blue for faces that are known exactly, green at 2.5 cm, red at 5 cm (standard deviation) and more."""
+    def shade(points, normal, index):
+        share = min(float(sigmas[index]) / 0.05, 1.0)
+        low, middle, high = np.array([0.1, 0.2, 0.9]), np.array([0.2, 0.8, 0.2]), np.array([0.9, 0.1, 0.1])
+        colour = low + 2 * share * (middle - low) if share < 0.5 else middle + (2 * share - 1) * (high - middle)
+        return np.broadcast_to((0.6 + 0.4 * abs(normal @ np.array([0.36, -0.48, 0.8]))) * colour, points.shape)
+    return shade
 
 
 def by_plane(planes):

@@ -10,6 +10,7 @@
 #include <memory>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "tests/mesh/mesh_world.h"
 #include "tests/support/allocation_guard.h"
@@ -306,6 +307,44 @@ TEST_CASE("a face seen at a grazing angle leaves its place unknown: it may bridg
     config.obstacle_grazing_deg = 90.0;
     REQUIRE(ok(grid->configure(config)));
     CHECK(turned_to(70.0) == Space::kOccupied);
+}
+
+TEST_CASE("a ray is ended by the parts that the depth points of two keyframes are in, not by their whole cells") {
+    const auto grid = std::make_unique<OccupancyGrid>();
+    const auto view = std::make_unique<KeyframeView>();
+    const HorizonMesh nothing;
+    view->T_W_C0 = kHere;
+    std::vector<Vector3d> seen;
+    for (int k = 0; k < 2; ++k) {
+        // GIVEN points on a wall, 10 cm apart, elsewhere on it at each keyframe
+        std::vector<DepthPoint> points;
+        for (int i = -6; i <= 6; ++i) {
+            for (int j = -4; j <= 4; ++j) {
+                points.push_back({{3.06, 0.1 * i + 0.03 + 0.04 * k, 0.1 * j + 0.03}, 0.01});
+                seen.push_back(points.back().p_W);
+            }
+        }
+        view->stamp = Timestamp{} + Duration::from_seconds(10.0 + 0.25 * k);
+        grid->update(*view, nothing, static_cast<std::uint32_t>(k + 1));
+        CHECK(std::isinf(grid->cast(kEye, Vector3d::UnitX(), 6.0).obstacle_m));
+        grid->add_depth({points.data(), points.size()});
+    }
+    // THEN a ray to a point of either ends within a part's diagonal of it
+    for (const Vector3d& p : seen) {
+        const Vector3d ray = p - kEye;
+        const double obstacle_m = grid->cast(kEye, ray, 6.0).obstacle_m;
+        CHECK(obstacle_m == Approx(ray.norm()).margin(0.045));
+        CHECK(grid->has_surface(p));
+    }
+    // THEN one along the wall passes 5 cm before it, in the same cells
+    const Vector3d before(3.01, -0.55, 0.03);
+    CHECK(std::isinf(grid->cast(before, Vector3d::UnitY(), 1.1).obstacle_m));
+    CHECK(grid->at(before).space == Space::kOccupied);
+    CHECK(!grid->has_surface(before));
+    // THEN one between the points is not told that there is nothing behind
+    const GridRay between = grid->cast(kEye, Vector3d(3.06, 0.305, 0.405) - kEye, 6.0);
+    CHECK(between.end.space != Space::kFree);
+    CHECK(between.free_m < 3.06 + 0.2);
 }
 
 TEST_CASE("nearest cells agree with a search over all of them") {

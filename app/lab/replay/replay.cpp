@@ -16,6 +16,7 @@
 #include "app/lab/faults/fault_injector.h"
 #include "app/lab/faults/image_faults.h"
 #include "app/lab/replay/calibration_log.h"
+#include "app/lab/replay/grid_picture.h"
 #include "app/lab/replay/log_options.h"
 #include "app/lab/replay/ray_log.h"
 #include "app/lab/replay/replay_output.h"
@@ -369,6 +370,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     if (rays_) {
         rays_->close();
         sweeps_->close();
+        if (pipeline_.grid() != nullptr) {
+            write_grid_picture(*pipeline_.grid(), result_.estimate.state.p_W_B, options_.out + "/grid.png");
+        }
     }
     if (corrections_) {
         corrections_->close();

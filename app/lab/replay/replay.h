@@ -41,7 +41,7 @@ struct ReplayOptions {
     int passes = 1;                    ///< how often the log is played, one pass after the other
     std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
     TruthSelection truth;              ///< what is replaced by the dataset's ground truth
-    bool write_rays = false;           ///< also rays.csv and sweeps.csv (RayLog, SweepLog)
+    bool write_rays = false;           ///< also rays.csv, sweeps.csv and grid.png (RayLog, SweepLog, GridPicture)
     bool write_calibration = false;    ///< also calibration.csv (CalibrationLog)
     bool show_progress = true;
     OdometrySink* sink = nullptr;        ///< is given every line of the trajectory, and is serviced; or nobody is
