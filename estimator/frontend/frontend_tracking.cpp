@@ -56,81 +56,31 @@ double Frontend::Impl::median_inverse_depth() {
     return median();
 }
 
-void Frontend::Impl::age_tracks() {
+void Frontend::Impl::follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output) {
+    FrameMotion motion;
+    motion.q_C_Cp = (rig.T_B_C0.q.conjugate() * q_Bp_B.conjugate() * rig.T_B_C0.q).normalized();
+    motion.dt_s = dt_s;
     // New tracks have no velocity of their own: it is computed from the camera's velocity and their depth.
     const double usual = median_inverse_depth();
     const Eigen::Vector3d v = camera_velocity();
     for (Track& track : tracks) {
-        ++track.unseen;
         track.has_right = false;
         if (!track.has_velocity) {
             const double rho = track.has_depth ? track.inverse_depth : usual;
             track.velocity = rho * (v.z() * track.xy - v.head<2>());
         }
     }
-}
-
-FrameMotion Frontend::Impl::motion_since(int frames) const {
-    const Sight& then = sights[static_cast<std::size_t>(frames)];
-    const Eigen::Quaterniond q_B_Bt = sights[0].q_B0_B.conjugate() * then.q_B0_B;
-    return {(rig.T_B_C0.q.conjugate() * q_B_Bt * rig.T_B_C0.q).normalized(), (sights[0].stamp - then.stamp).seconds()};
-}
-
-int Frontend::Impl::turns() const {
-    constexpr int kEnough = 100;  // tracks in a frame: its pose hardly gains from more
-    return std::clamp(static_cast<int>(tracks.size()) / kEnough, 1, engine->reach());
-}
-
-template <class Predicate>
-void Frontend::Impl::follow_tracks(Predicate is_due, FrontendOutput& output) {
-    found.fill(1);
-    for (int frames = 1; frames <= kMaxTurns; ++frames) {
-        group.clear();
-        group_tracks.clear();
-        for (std::size_t i = 0; i < tracks.size(); ++i) {
-            if (tracks[i].unseen == frames && is_due(tracks[i])) {
-                group.push_back(tracks[i]);
-                group_tracks.push_back(static_cast<std::uint16_t>(i));
-            }
-        }
-        if (group.empty()) {
-            continue;
-        }
-        engine->follow(sights[static_cast<std::size_t>(frames)].image, left, motion_since(frames),
-                       {group.data(), group.size()}, {group_found.data(), group.size()});
-        for (std::size_t k = 0; k < group.size(); ++k) {
-            found[group_tracks[k]] = group_found[k];
-            if (group_found[k] != 0) {
-                group[k].age_frames += static_cast<std::uint32_t>(frames - 1);  // the engine counts one
-                group[k].unseen = 0;
-                tracks[group_tracks[k]] = group[k];
-            }
-        }
-    }
+    engine->follow(previous_left, left, motion, {tracks.data(), tracks.size()}, {found.data(), tracks.size()});
     std::size_t kept = 0;
     for (std::size_t i = 0; i < tracks.size(); ++i) {
         if (found[i] != 0) {
             tracks[kept++] = tracks[i];
         } else {
-            dormant.add(tracks[i], sights[static_cast<std::size_t>(tracks[i].unseen)].q_B0_B, *engine);
+            dormant.add(tracks[i], q_B0_Bp, *engine);
             ++output.lost;
         }
     }
     tracks.resize(kept);
-}
-
-void Frontend::Impl::follow_in_turns(FrontendOutput& output) {
-    const int every = turns();
-    follow_tracks(
-        [this, every](const Track& track) {
-            const bool is_its_turn = (track.id.value + frame_number) % static_cast<std::uint32_t>(every) == 0;
-            return is_its_turn || track.unseen >= every || !track.has_velocity;
-        },
-        output);
-}
-
-void Frontend::Impl::follow_rest(FrontendOutput& output) {
-    follow_tracks([](const Track&) { return true; }, output);
 }
 
 void Frontend::Impl::reject_mono_outliers(FrontendOutput& output) {
@@ -138,7 +88,7 @@ void Frontend::Impl::reject_mono_outliers(FrontendOutput& output) {
     pair_tracks.clear();
     const Eigen::Matrix3d R = q_C_Ck().toRotationMatrix();
     for (std::size_t i = 0; i < tracks.size(); ++i) {
-        if (tracks[i].in_keyframe && tracks[i].unseen == 0) {
+        if (tracks[i].in_keyframe) {
             mono_pairs.push_back({R * tracks[i].keyframe_xy.homogeneous(), tracks[i].xy});
             pair_tracks.push_back(static_cast<std::uint16_t>(i));
         }
@@ -163,8 +113,7 @@ void Frontend::Impl::measure_disparity(FrontendOutput& output) {
         values.clear();
         for (const Track& track : tracks) {
             Eigen::Vector2d uv;
-            if (track.in_keyframe && track.unseen == 0 &&
-                ok(rig.left.project(R * track.keyframe_xy.homogeneous(), uv))) {
+            if (track.in_keyframe && ok(rig.left.project(R * track.keyframe_xy.homogeneous(), uv))) {
                 values.push_back((uv - track.pose.uv).norm());
             }
         }
