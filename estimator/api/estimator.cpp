@@ -14,8 +14,8 @@ namespace {
 constexpr double kLateFeatures = 0.67;
 // The median of fewer tracks says nothing of rest.
 constexpr int kRestTracks = 8;
-// A window that has begun anew in place of an older one gets so many keyframes as fast as a start: until then only
-// inertial samples tell its velocity, and a vehicle that stands would show no other reason for one for a second.
+// A window that has begun anew in flight gets so many keyframes as fast as a start: until then only inertial samples tell
+// its velocity, and a vehicle that stands would show no other reason for one for a second.
 constexpr std::size_t kKeyframesOfStart = 3;
 
 /// The window's landmarks as seen from a state.
@@ -52,7 +52,7 @@ void Estimator::Impl::reset() {
     rests = reset_wanted = is_late = is_blind = has_carried = false;
     has_frame = has_primary = false;
     is_confirmed = true;
-    awaits_answer = has_trusted = false;
+    awaits_answer = has_trusted = is_renewed = false;
     trusted = {};
     gauge.setZero();
     q_Bf_B.setIdentity();
@@ -210,7 +210,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     predicted.reset_wanted = reset_wanted || rest_claim == RestClaim::kRefuted;
     predicted.inertial_data_poor = span.has_gap || span.clipped != 0;
     predicted.rests = rests;
-    const bool begins_anew = has_trusted && window.state().keyframes.size() < kKeyframesOfStart;
+    const bool begins_anew = is_renewed && window.state().keyframes.size() < kKeyframesOfStart;
     predicted.is_starting = (monitor.state() == TrackingState::kInit || begins_anew) && is_confirmed &&
                             !frame.right.empty() && rest_claim == RestClaim::kNone;
     predicted.keyframe_age_s = (stamp - newest.stamp).seconds();

@@ -67,6 +67,7 @@ struct Estimator::Impl {
     Timestamp last_primary;     ///< when the last one was
     Timestamp last_pair;        ///< the last frame with both images, or the first frame
     bool has_trusted = false;   ///< there has been an estimate to be used
+    bool is_renewed = false;    ///< a window has begun anew in flight
     Belief trusted;             ///< the newest one
     /// Covariance of [yaw p] that a window began with, about `gauge_origin`. Nothing in a window tells either, so
     /// that inside it they are known, and this is added to what is reported.

@@ -234,6 +234,7 @@ void Estimator::Impl::restart_in_flight() {
     fix_gauge();
     rests = reset_wanted = false;
     rest_claim = RestClaim::kNone;
+    is_renewed = true;
     ++reset_counter;
     // What has led the state astray may have led the calibration astray.
     begin_window(inverse(now.covariance), is_worthless ? CalibrationStart::kAsGiven : CalibrationStart::kAsKnown);
