@@ -14,8 +14,8 @@ namespace {
 constexpr double kLateFeatures = 0.67;
 // The median of fewer tracks says nothing of rest.
 constexpr int kRestTracks = 8;
-// A window that has begun anew in flight gets so many keyframes as fast as a start: until then only inertial samples tell
-// its velocity, and a vehicle that stands would show no other reason for one for a second.
+// A window that has begun anew in flight gets so many keyframes as fast as a start: until then only inertial samples
+// tell its velocity, and a vehicle that stands would show no other reason for one for a second.
 constexpr std::size_t kKeyframesOfStart = 3;
 
 /// The window's landmarks as seen from a state.
