@@ -60,13 +60,7 @@ int V4l2Memory::request_buffers(const Request& request, std::string& what) {
 int V4l2Memory::map_own(std::uint32_t index, std::string& what) {
     v4l2_buffer buffer{};
     v4l2_plane plane{};
-    buffer.type = type_;
-    buffer.memory = V4L2_MEMORY_MMAP;
-    buffer.index = index;
-    if (is_multiplanar()) {
-        buffer.m.planes = &plane;
-        buffer.length = 1;
-    }
+    describe(index, buffer, plane);
     int result = io_.ioctl(fd_, VIDIOC_QUERYBUF, &buffer);
     if (result < 0) {
         what = "does not describe its buffers";
