@@ -46,6 +46,17 @@ std::string value_text(const ConfigEntry& entry, const ProgramConfig& config) {
     return fmt::format("{}", value);
 }
 
+std::map<std::string, std::string> changed_parameters(const ProgramConfig& config) {
+    const ProgramConfig defaults;
+    std::map<std::string, std::string> changed;
+    for (const ConfigEntry& entry : config_table()) {
+        if (entry.value(config) != entry.value(defaults)) {
+            changed[entry.key()] = value_text(entry, config);
+        }
+    }
+    return changed;
+}
+
 std::string describe_fault(const ProgramConfig& config) {
     for (const ConfigEntry& entry : config_table()) {
         if (!in_range(entry.value(config), entry.min, entry.max)) {

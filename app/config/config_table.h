@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -54,6 +55,9 @@ const std::vector<ConfigEntry>& config_table();
 
 /// The value as it is written in a file.
 std::string value_text(const ConfigEntry& entry, const ProgramConfig& config);
+
+/// Keys and values, as in a file, of the parameters that differ from their defaults.
+std::map<std::string, std::string> changed_parameters(const ProgramConfig& config);
 
 /// Why a configuration is invalid, in one line: the first parameter outside its range, or else the first condition
 /// between parameters that does not hold. Empty if it is valid.

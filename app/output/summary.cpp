@@ -211,6 +211,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
     }
     Json json = {{"dataset", summary.dataset},
                  {"mode", summary.mode},
+                 {"parameters", Json(summary.parameters)},
                  {"version", FACET_VERSION},
                  {"calibration", summary.calibration},
                  {"start_s", summary.start_s},

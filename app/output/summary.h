@@ -26,6 +26,7 @@ struct RunSummary {
 
     std::string dataset;
     std::string mode;
+    std::map<std::string, std::string> parameters;  ///< that differ from their defaults, by key
     std::string calibration;
     double start_s = 0.0;
     std::vector<std::string> faults;                     ///< put between log and estimator, as the user wrote them

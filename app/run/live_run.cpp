@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include "app/config/config_table.h"
 #include "app/output/flight_folders.h"
 #include "app/support/input_error.h"
 #include "platform/linux/memory_lock.h"
@@ -30,6 +31,7 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
     RunSummary& summary = recorder_.summary();
     summary.dataset = "live: " + vehicle.source;
     summary.mode = to_string(vehicle.config.regularity.mode);
+    summary.parameters = changed_parameters(vehicle.config);
     summary.calibration = vehicle.calibration.source;
     output_ = std::make_unique<OutputThreads>(clock, vehicle.config, vehicle.odometry, std::move(sinks), recorder_,
                                               sensors_.events(), static_cast<std::size_t>(vehicle.log.timed_frames));

@@ -11,6 +11,7 @@
 #include <optional>
 #include <variant>
 
+#include "app/config/config_table.h"
 #include "app/lab/check/start_check.h"
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault_injector.h"
@@ -63,6 +64,7 @@ public:
           output_(clock_, options.sink, options.in_real_time) {
         summary_.dataset = options.dataset;
         summary_.mode = to_string(options.config.regularity.mode);
+        summary_.parameters = changed_parameters(options.config);
         summary_.calibration = options.calibration.source;
         summary_.start_s = options.start_s;
         for (const Fault& fault : options.faults) {

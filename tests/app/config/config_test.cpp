@@ -47,6 +47,17 @@ TEST_CASE("a fault is described by name, value and range, NaN included") {
     CHECK(describe_fault(config) == "frontend: window_px must be odd");
 }
 
+TEST_CASE("parameters that differ from their defaults are named as in a file") {
+    ProgramConfig config;
+    CHECK(changed_parameters(config).empty());
+    set_config("regularity.use_pairs=false", config);
+    set_config("frontend.max_features=50", config);
+    CHECK(changed_parameters(config) ==
+          std::map<std::string, std::string>{{"frontend.max_features", "50"}, {"regularity.use_pairs", "false"}});
+    set_config("frontend.max_features=" + std::to_string(ProgramConfig{}.frontend.max_features), config);
+    CHECK(changed_parameters(config).size() == 1);
+}
+
 TEST_CASE(
     "every parameter refuses a value outside its range, in a file by its line and on the command line by the option") {
     const test::TempDir dir;

@@ -70,6 +70,18 @@ TEST_CASE("a replay writes one row a frame and gives the same bytes twice") {
     CHECK(a == b);
 }
 
+TEST_CASE("the summary names the parameters that were changed") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 3);
+    const std::atomic<bool> stop{false};
+    ReplayOptions options = options_for(dir, "a");
+    run_replay(options, stop);
+    CHECK_FALSE(summary_of(options.out)["parameters"].contains("regularity.use_pairs"));
+    options.config.regularity.use_pairs = false;
+    run_replay(options, stop);
+    CHECK(summary_of(options.out)["parameters"]["regularity.use_pairs"] == "false");
+}
+
 TEST_CASE("the calibration's log has a row for each keyframe with an estimate, and a name for each number") {
     const test::TempDir dir;
     CalibrationLog log(dir.path());
