@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import tempfile
 
-from page import figures, scene, tables
+from page import faults, figures, scene, tables
 
 HERE = pathlib.Path(__file__).resolve().parent
 NO_THREE = ("The interactive 3D view is left out: three.js and esbuild are not installed below out/npm "
@@ -121,10 +121,10 @@ def tables_html(sequences):
     return "".join([*shown, tables.mesh_table(sequences), tables.time_table(sequences)])
 
 
-def write(path, title, sequences, pictures, modules, notes):
+def write(path, title, sequences, pictures, modules, notes, matrix=None):
     """Writes the report; returns sentences about what is not in it: `notes`, and why there is no 3D view.
 
-    pictures: for each sequence its still pictures. Raises OSError.
+    pictures: for each sequence its still pictures; matrix: a FaultMatrix. Raises OSError.
     """
     script, problem = bundled_view(modules) if modules else (None, "The 3D view was not asked for.")
     view = ""
@@ -134,6 +134,7 @@ def write(path, title, sequences, pictures, modules, notes):
                 f"{data}</script><script>{as_script(script)}</script>")
     links = "".join(f"<a href='#s{number}'>{html.escape(sequence.name)}</a>"
                     for number, sequence in enumerate(sequences))
+    links += "<a href='#faults'>When sensors fail</a>" if matrix else ""
     programs = "; ".join(dict.fromkeys(run.program for sequence in sequences for run in sequence.runs))
     made = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
     notes = [*notes, *([problem] if problem else [])]
@@ -147,6 +148,7 @@ def write(path, title, sequences, pictures, modules, notes):
 <main><script>{as_script((HERE / 'page.js').read_text())}</script>
 {view}{said}<h2 id="tables">Tables</h2>{tables_html(sequences)}
 {''.join(section_html(n, *pair) for n, pair in enumerate(zip(sequences, pictures)))}
+{faults.section_html(matrix)}
 </main><footer>Made by scripts/report from the files of facet replay and facet eval. World: z up, metres.</footer>
 </body></html>
 """

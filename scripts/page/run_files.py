@@ -13,6 +13,8 @@ import struct
 TEXT_COLUMNS = {"state", "reason_names", "kind"}
 TRAJECTORY = ["stamp_ns", "px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "gx", "gy", "gz", "ax", "ay",
               "az"]
+# Planes as the paper has them: landmarks on one plane are co-planar, and nothing is said of planes and gravity.
+PUBLISHED_FORM = {"regularity.use_gravity": "false", "regularity.use_pairs": "false"}
 PLY_TYPES = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I", "float": "f",
              "double": "d", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I",
              "float32": "f", "float64": "d"}
@@ -116,6 +118,15 @@ class Run:
         self.label = self.mode
 
     @property
+    def form(self):
+        """The mode and what was set differently; the noise of the log's own IMU is no setting."""
+        changed = {key: value for key, value in self.summary.get("parameters", {}).items()
+                   if not key.startswith("imu_noise.")}
+        if self.mode == "spr" and changed == PUBLISHED_FORM:
+            return "spr as published"
+        return ", ".join([self.mode, *(f"{key}={value}" for key, value in changed.items())])
+
+    @property
     def dataset(self):
         """The log as it was given."""
         return self.summary["dataset"]
@@ -173,7 +184,7 @@ class Sequence:
         seen = {}
         for run in runs:
             faults = " ".join(run.summary.get("faults", []))
-            run.label = run.mode + (f", {faults}" if faults else "")
+            run.label = run.form + (f", {faults}" if faults else "")
             seen.setdefault(run.label, []).append(run)
         for same in seen.values():
             for run in same if len(same) > 1 else []:

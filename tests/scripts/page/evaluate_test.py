@@ -32,7 +32,8 @@ elif arguments[0] == "sim":
 elif arguments[0] == "replay":
     if "broken" in arguments[1]:
         sys.exit("replay: error: no such thing")
-    write_run(Path(value("--out")), value("--mode"), arguments[1])
+    changed = [arguments[i + 1].split("=") for i, word in enumerate(arguments) if word == "--set"]
+    write_run(Path(value("--out")), value("--mode"), arguments[1], parameters=dict(changed))
     sys.exit(1 if "lost" in arguments[1] else 0)
 elif arguments[0] == "eval":
     write_truth(Path(value("--estimate")), [0.02] * FRAMES)
@@ -73,17 +74,19 @@ class Evaluate(unittest.TestCase):
     def page(self):
         return (self.root / "out/report.html").read_text(encoding="utf-8")
 
-    def test_simulated_flights_are_rendered_once_and_flown_in_both_modes(self):
+    def test_simulated_flights_are_rendered_once_and_flown_in_every_form(self):
         done = self.run_it("--scenes", "room")
         self.assertIn("] the report", done.stderr)
-        self.assertRegex(done.stderr, r"\[4/6, about .* left\] ")
+        self.assertRegex(done.stderr, r"\[4/8, about .* left\] ")
         self.assertIn("| sim_room | 6.4 m | `s` | 20.0 mm | 20.0 mm | 12.3 mm |", done.stdout)
+        self.assertIn("| sim_room | 6.4 m | `spr` as published | 20.0 mm |", done.stdout)
+        self.assertIn("ATE RMSE, spr as published<", self.page())
         self.assertIn("at commit 0123456789ab", (self.root / "out/table.md").read_text())
         self.assertIn("commit 0123456789ab", self.page())
         self.run_it("--scenes", "room")
         calls = self.calls.read_text().splitlines()
         self.assertEqual(calls.count("sim --scene"), 1)
-        self.assertEqual(sum(call.startswith("replay") for call in calls), 4)
+        self.assertEqual(sum(call.startswith("replay") for call in calls), 6)
         self.run_it("--scenes", "room", "--duration", "5")
         self.assertEqual(self.calls.read_text().splitlines().count("sim --scene"), 2)
 
@@ -141,6 +144,15 @@ class Evaluate(unittest.TestCase):
         self.assertIn("<h2>good</h2>", self.page())
         self.assertIn("<h2>lost</h2>", self.page())
         self.assertNotIn("<h2>broken</h2>", self.page())
+
+    def test_the_matrix_of_faults_is_flown_and_shown_if_asked(self):
+        log = self.log("own")
+        self.run_it(log, "--modes", "s")
+        self.assertNotIn("When sensors fail", self.page())
+        self.run_it(log, "--modes", "s", "--faults", "left camera: dies")
+        self.assertRegex(self.page(), r"When sensors fail.*of 2 cells as expected")
+        done = self.run_it(log, "--modes", "s", "--faults", "no such cell", code=2)
+        self.assertIn("no such cell", done.stderr)
 
     def test_wrong_usage_is_refused(self):
         (self.root / "empty").mkdir()

@@ -139,6 +139,38 @@ class Report(unittest.TestCase):
             (folder / name).write_bytes(whole)
         self.assertIn("no summary.json", self.make(self.root / "empty", code=2))
 
+    def test_the_matrix_of_faults_is_shown_with_what_is_wrong_in_it(self):
+        folder = self.root / "faults"
+        folder.mkdir()
+        row = {"sensor": "left camera", "fault": "dies", "log": "room", "states": ["DEGRADED", "TRACKING"],
+               "reasons": ["no_images"], "recovery_s": None, "ate_mm": 2.75, "estimated": 0.98, "end": "DEGRADED",
+               "silent_s": 0.0, "kept": True, "verdict": "as expected", "span": "to the end"}
+        rows = [row, {**row, "sensor": "IMU", "fault": "wrong <axes>", "silent_s": 1.25},
+                {**row, "sensor": "IMU", "fault": "freezes", "kept": False, "verdict": "ATE 90 mm > 50 mm"}]
+        (folder / "results.json").write_text(json.dumps(rows))
+        (folder / "table.md").write_text("| a |\n\n`scripts/benchmark_faults`, commit 0123456789ab.\n")
+        run = write_run(self.root / "a")
+        options = ("--no-pictures", "--no-view", "--faults", folder)
+        text = self.make(run, options=options)
+        page = Elements(text)
+        self.assertIn("2 of 3 cells as expected, wrong in silence for 1.2 s in all", page.said)
+        self.assertIn("Made by scripts/benchmark_faults, commit 0123456789ab.", page.said)
+        self.assertIn("wrong &lt;axes&gt; \u26a0 1.2 s", text)
+        self.assertIn("ATE 90 mm &gt; 50 mm", text)
+        self.assertRegex(text, r"class='chip broken'[^>]*>freezes")
+        self.assertIn("#faults", page.addresses)
+        del rows[1]["ate_mm"]
+        for content in ("[]", "{", json.dumps(rows)):
+            (folder / "results.json").write_text(content)
+            self.assertIn("results.json", self.make(run, code=2, options=options))
+
+    def test_what_was_set_differently_is_part_of_a_runs_name(self):
+        runs = [write_run(self.root / str(number), "spr", parameters=changed) for number, changed in enumerate((
+            {"imu_noise.gyro_noise_density": "0.001"},
+            {"regularity.use_gravity": "false", "regularity.use_pairs": "false"}, {"frontend.max_features": "50"}))]
+        self.assertEqual([run.label for run in load_sequences(runs)[0].runs],
+                         ["spr", "spr as published", "spr, frontend.max_features=50"])
+
     def test_runs_of_one_mode_are_told_apart_by_their_folders(self):
         sequences = load_sequences([write_run(self.root / "a"), write_run(self.root / "b"),
                                     write_run(self.root / "c", dataset="/logs/hall")])

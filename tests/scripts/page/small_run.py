@@ -56,18 +56,18 @@ def write_truth(folder, errors):
                  "by_trajectory": {"accuracy_m": shares, "completeness_m": shares}}}))
 
 
-def write_run(folder, mode="s", dataset="/logs/ring/mav0", errors=None):
-    """Fills a folder; with ground truth if there are errors."""
+def write_run(folder, mode="s", dataset="/logs/ring/mav0", errors=None, parameters=None):
+    """Fills a folder; with ground truth if there are errors, with `parameters` that differ from their defaults."""
     folder.mkdir(parents=True, exist_ok=True)
     keyframes = range(0, FRAMES, EVERY)
     write_table(folder / "trajectory.csv", ["#stamp"] + ["-"] * 16,
                 [(stamp(i), math.cos(0.04 * i), math.sin(0.04 * i), 1.0, 1, 0, 0, 0, 0.1, 0.2, 0, *[0.01] * 6)
                  for i in range(FRAMES)])
     health = ["stamp_ns", "state", "quality", "is_keyframe", "tracked", "landmarks", "calibration_stretch",
-              "calibration_scale", "time_offset_s", "time_offset_sigma_s"]
+              "calibration_scale", "time_offset_s", "time_offset_sigma_s", "reset_counter", "reason_names"]
     write_table(folder / "health.csv", health,
                 [(stamp(i), "DEGRADED" if 50 < i < 70 else "TRACKING", 90, int(i % EVERY == 0), 150, 300, 0.5, 1.0,
-                  1e-3, 1e-4) for i in range(FRAMES)])
+                  1e-3, 1e-4, 0, "few_features" if 50 < i < 70 else "") for i in range(FRAMES)])
     write_table(folder / "timing.csv", ["stamp_ns", "is_keyframe", "total_ms", *(f"{name}_ms" for name in STAGES)],
                 [(stamp(i), int(i % EVERY == 0), 5.0, *[0.5] * len(STAGES)) for i in range(FRAMES)])
     write_table(folder / "planes.csv", ["stamp_ns", "id", "kind", "is_held", "area_m2"],
@@ -84,7 +84,8 @@ def write_run(folder, mode="s", dataset="/logs/ring/mav0", errors=None):
     camera = {"intrinsics_px": [450, 450, 376, 240], "p_B_C_m": [0, 0, 0], "q_B_C_xyzw": [0, 0, 0, 1]}
     (folder / "summary.json").write_text(json.dumps({
         "dataset": dataset, "mode": mode, "version": "0.1.0", "frames": FRAMES, "keyframes": len(keyframes),
-        "frames_by_state": {"TRACKING": FRAMES - 19, "DEGRADED": 19}, "path_m": 6.4, "warnings": 0, "faults": [],
+        "frames_by_state": {"TRACKING": FRAMES - 19, "DEGRADED": 19}, "path_m": 6.4, "warnings": 0,
+        "warnings_by_kind": {}, "faults": [], "parameters": parameters or {}, "estimates": FRAMES,
         "mesh": {"run_faces": FACES}, "cameras": {"given": {"cam0": camera}}, "timing": {"all": {"mean": 5.0}}}))
     if errors:
         write_truth(folder, errors)
