@@ -59,8 +59,8 @@ def full_table(matrix):
     """What docs/faults.md has, as HTML."""
     columns = ["sensor", "fault", *(["log"] if matrix.has_logs else []), "for", "verdict", "states meanwhile",
                "reasons", "recovery (s)", "ATE (mm)", "estimated (%)", "end", "silent (s)"]
-    rows = [[row["sensor"], row["fault"], *([row["log"]] if matrix.has_logs else []), row["span"],
-             row["verdict"], " ".join(row["states"]), ", ".join(row["reasons"]) or "\u2013", tables.cell(row["recovery_s"], 2),
+    rows = [[row["sensor"], row["fault"], *([row["log"]] if matrix.has_logs else []), row["span"], row["verdict"],
+             " ".join(row["states"]), ", ".join(row["reasons"]) or "\u2013", tables.cell(row["recovery_s"], 2),
              tables.cell(row["ate_mm"], 1), tables.cell(row["estimated"], 0, 100.0), row["end"],
              tables.cell(row["silent_s"] or None, 1)] for row in matrix.rows]
     return tables.table(columns, rows, "<b>Every cell</b>; recovery: from the end of the fault to TRACKING that stays; "

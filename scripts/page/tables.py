@@ -111,7 +111,8 @@ def mesh_table(sequences):
         rows.append([sequence.name, run.label, str(run.summary.get("mesh", {}).get("run_faces", "\u2013")),
                      cell(accuracy and accuracy["median"], 2, CM), cell(accuracy and accuracy["p90"], 1, CM),
                      cell(at[0], 1, 100.0), cell(at[1], 1, 100.0), "\u2013" if found is None else str(found),
-                     cell(planes["precision"] if planes and planes["found"] else None, 2), cell(planes and planes["recall"], 2)])
+                     cell(planes["precision"] if planes and planes["found"] else None, 2),
+                     cell(planes and planes["recall"], 2)])
     return table(["sequence", "mode", "faces", "median (cm)", "p90 (cm)", "within 5 cm (%)", "complete to 5 cm (%)",
                   "planes", "precision", "recall"], rows,
                  "<b>Mesh and planes</b>: distance to the true surface, aligned by the trajectory", left=2)
