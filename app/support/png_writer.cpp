@@ -10,7 +10,12 @@
 namespace facet {
 namespace {
 
+// The noise of a camera leaves nothing that repeats: what deflate saves is in the frequencies of differences between
+// neighbours, and its search for strings costs half of the time. Runs of one value, as in the dark, are still found.
+// Against level 1 with differences to the left, 752 x 480, real and rendered: 0.6 of the time, 0.87 of the bytes.
 constexpr int kCompression = 1;
+constexpr int kRunsOnly = 3;  // Z_RLE of zlib.h
+constexpr int kFilter = PNG_FILTER_AVG;
 
 /// Errors are reported by the return value alone: libpng's own messages are dropped.
 void on_error(png_structp png, png_const_charp /*message*/) { png_longjmp(png, 1); }
@@ -45,7 +50,8 @@ bool encode(const ImageView& image, png_rw_ptr write, void* target) {
     png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
                  PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_compression_level(png, kCompression);
-    png_set_filter(png, 0, PNG_FILTER_SUB);
+    png_set_compression_strategy(png, kRunsOnly);
+    png_set_filter(png, 0, kFilter);
     png_write_info(png, info);
     for (int v = 0; v < image.height; ++v) {
         png_write_row(png, image.row(v));

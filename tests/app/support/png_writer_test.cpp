@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <iterator>
+#include <random>
 
 #include "tests/support/temp_dir.h"
 
@@ -27,6 +28,20 @@ TEST_CASE("a PNG in memory is that of the file") {
     CHECK(made.size() > 100);
     CHECK(encode_png({}, made) == Status::kInvalidArgument);
     CHECK(made == written);
+}
+
+TEST_CASE("runs of one value and the noise of a camera are both compressed") {
+    constexpr int kSide = 256;
+    std::vector<std::uint8_t> pixels(kSide * kSide);
+    std::vector<std::uint8_t> made;
+    REQUIRE(ok(encode_png({pixels.data(), kSide, kSide, kSide}, made)));
+    CHECK(made.size() < pixels.size() / 100);
+    std::minstd_rand draw(1);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {  // a ramp, and noise of three bits
+        pixels[i] = static_cast<std::uint8_t>(i % kSide / 2 + i / kSide / 4 + draw() / 7 % 8);
+    }
+    REQUIRE(ok(encode_png({pixels.data(), kSide, kSide, kSide}, made)));
+    CHECK(made.size() < pixels.size() / 2);
 }
 
 }  // namespace
