@@ -28,7 +28,7 @@ std::string text_in(const McapTexts& texts, const std::string& key) {
 }  // namespace
 
 bool is_inner_path(const std::string& path) {
-    if (path.empty() || path.size() > 4096 || std::ranges::any_of(path, [](char c) { return c >= 0 && c < ' '; })) {
+    if (path.empty() || path.size() > 4096 || std::ranges::any_of(path, [](unsigned char c) { return c < ' '; })) {
         return false;
     }
     for (std::size_t begin = 0; begin <= path.size();) {
