@@ -28,6 +28,8 @@ elif words[0] == "replay":
         count.write("1")
     after("--out").joinpath("trajectory.tum").write_text("0 0 0 0 0 0 0 1\n1 2 0 0 0 0 0 1\n")
     after("--out").joinpath("mode").write_text(str(after("--mode")))
+    with pathlib.Path(__file__).with_suffix(".faults").open("a") as faults:
+        faults.write(words[words.index("--inject") + 1] + "\n")
 elif words[0] == "eval":
     holds_planes = after("--estimate").joinpath("mode").read_text() == "spr"
     found = {"ate_se3": {"translation_m": {"rmse": 0.001 if holds_planes else 0.002}, "rotation_deg": {"rmse": 0.1}},
@@ -57,6 +59,10 @@ class Cells(unittest.TestCase):
         self.assertEqual(few[1:], ["1.10", "1.10"])
         self.assertEqual(hard.error_cells({1: drawn(*[0.9] * 9), 2: drawn(*[1.1] * 9)}), few)
         self.assertEqual(hard.error_cells({1: drawn(0.5, 2.0)}), ["1.000", "1.00", "2.00"])
+
+    def test_scale_is_compared_with_the_truth_and_between_modes(self):
+        pairs = {1: [({"scale": 1.003}, {"scale": 1.001}), ({"scale": 0.996}, {"scale": 0.998})]}
+        self.assertEqual(hard.scale_cell(pairs), "0.354, 0.158, 0.200")
 
     def test_recall_counts_where_something_is_asked_for(self):
         planes = [{"found": 3, "right": 2, "wanted": 4, "area_recall": 0.5},
@@ -88,6 +94,8 @@ class Table(unittest.TestCase):
             self.assertEqual(self.command(folder), (0, 12))  # two and one buildings, two draws, two modes
             self.assertEqual(self.command(folder, "--resume", "--jobs", "2", "--document", str(document)), (0, 12))
             self.assertEqual(self.command(folder), (0, 24))
+            faults = set((folder / "facet.faults").read_text().split())
+            self.assertEqual(faults, {f"calibration=1,{seed}" for seed in (10001, 10002, 10101, 10102)})
             table = document.read_text()
             self.assertIn("-->\nkept\n<!-- end -->", table)
             self.assertIn("| nominal | 2 + 2 | 2.00 | 0.500 [0.500, 0.500] | 0.50 | 0.50 |", table)
