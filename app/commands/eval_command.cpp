@@ -259,7 +259,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
         "RPE: relative pose error over stretches of the true path.\n"
         "NEES: if the folder has covariance.csv, errors squared over claimed covariance, after yaw and position were "
         "made\n"
-        "equal at the first common stamp; a consistent estimator's mean is the number of components.\n"
+        "equal where the place is claimed best; a consistent estimator's mean is the number of components.\n"
         "Mesh: distances of 1000 samples/m^2 to the true surface (accuracy), and of the true surface seen from nearer "
         "than\n"
         "5 m to the mesh (completeness), aligned by the trajectory and by ICP.\n"

@@ -17,6 +17,36 @@ using Eigen::Vector3d;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
+struct Pair {
+    GroundTruthState truth;
+    const UncertainState* estimate;
+};
+
+std::vector<Pair> pair_up(std::span<const GroundTruthState> truth, std::span<const UncertainState> estimate,
+                          Duration max_gap) {
+    std::vector<Pair> pairs;
+    for (const UncertainState& state : estimate) {
+        if (const std::optional<GroundTruthState> at = interpolate(truth, state.stamp, max_gap)) {
+            pairs.push_back({*at, &state});
+        }
+    }
+    return pairs;
+}
+
+/// The earliest pair whose place is claimed as well as anyone's; the first one if none has a usable claim.
+const Pair* best_placed(const std::vector<Pair>& pairs) {
+    const Pair* best = pairs.empty() ? nullptr : &pairs.front();
+    double least_m2 = std::numeric_limits<double>::infinity();
+    for (const Pair& pair : pairs) {
+        const Vector3d variance = pair.estimate->covariance.diagonal().segment<3>(3);
+        if ((variance.array() > 0.0).all() && variance.sum() < least_m2) {
+            least_m2 = variance.sum();
+            best = &pair;
+        }
+    }
+    return best;
+}
+
 /// T_E_W from the true world W to the estimate's world E: a turn about z and a shift, exact at this pair.
 Se3 gauge(const GroundTruthState& truth, const UncertainState& estimate) {
     const double yaw = nearest_yaw((estimate.T_W_B.q * truth.q_W_B.conjugate()).toRotationMatrix());
@@ -98,19 +128,18 @@ ChiSquareBand chi_square_band(int dof) {
 Consistency evaluate_consistency(std::span<const GroundTruthState> truth, std::span<const UncertainState> estimate,
                                  Duration max_gap) {
     Consistency result;
-    std::optional<Se3> T_E_W;
-    for (const UncertainState& state : estimate) {
-        const std::optional<GroundTruthState> at = interpolate(truth, state.stamp, max_gap);
-        if (!at.has_value()) {
-            continue;
+    const std::vector<Pair> pairs = pair_up(truth, estimate, max_gap);
+    const Pair* const best = best_placed(pairs);
+    if (best == nullptr) {
+        return result;
+    }
+    result.gauge_stamp = best->estimate->stamp;
+    const Se3 T_E_W = gauge(best->truth, *best->estimate);
+    for (const Pair& pair : pairs) {
+        if (&pair != best) {
+            result.samples.push_back(compare(pair.truth, *pair.estimate, T_E_W));
+            result.unusable += std::isnan(result.samples.back().nees[0]) ? 1 : 0;
         }
-        if (!T_E_W.has_value()) {
-            T_E_W = gauge(*at, state);
-            result.gauge_stamp = state.stamp;
-            continue;
-        }
-        result.samples.push_back(compare(*at, state, *T_E_W));
-        result.unusable += std::isnan(result.samples.back().nees[0]) ? 1 : 0;
     }
     for (std::size_t k = 0; k < kClaimPartCount; ++k) {
         result.parts[k] = statistics(k, result.samples);

@@ -47,12 +47,15 @@ struct Consistency {
 
 /// Compares claims with the truth, interpolated at their stamps (not over holes longer than `max_gap`).
 ///
-/// Gauge. Yaw and position of the world are unobservable: the estimator chooses them at its first state, and its
+/// Gauge. Yaw and position of the world are unobservable: the estimator chooses them where its window begins, and its
 /// covariance describes the errors that have been added since. So the true world is turned about z and shifted until
-/// yaw and position agree at the first common stamp, and only there. A best fit over all stamps would remove drift that
-/// the covariance accounts for, and NEES would be far too small. The first state's own uncertainty in yaw and position
-/// (its prior) stays in the covariance although the error no longer contains it. This makes NEES a little too small,
-/// the less the tighter that prior is. Tilt is observable and is not aligned.
+/// yaw and position agree at one common stamp, and only there: the one whose place is claimed best, the first of these.
+/// Mostly that is soon after the start. A start in motion reports its first state long after the window's beginning,
+/// and that state may be wrong by centimetres, as it says; with the gauge there, every later one would be charged with
+/// its error. A best fit over all stamps would remove drift that the covariance accounts for, and NEES would be far too
+/// small. The gauge state's own uncertainty in yaw and position stays in the covariances although the errors no longer
+/// contain it, and what it shares with its neighbours cancels. This makes NEES a little too small. Tilt is observable
+/// and is not aligned.
 ///   e = [Log(R_est' R_true), p_true - p_est, v_true - v_est], after the gauge
 /// Successive samples of one run are strongly correlated: the mean over one run scatters far more than that of
 /// independent samples, so only averages over many runs can be compared with a band.

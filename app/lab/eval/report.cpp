@@ -45,7 +45,7 @@ Json to_json(const Consistency& c) {
                 {"inside_95", s.inside_95},   {"above_95", s.above_95}, {"within_3_sigma", s.within_3_sigma}};
         }
     }
-    return {{"gauge", "4-DoF (yaw + translation) at the first common stamp"},
+    return {{"gauge", "4-DoF (yaw + translation) where the place is claimed best"},
             {"gauge_stamp_ns", c.gauge_stamp.ns},
             {"samples", c.samples.size()},
             {"unusable", c.unusable},
@@ -106,7 +106,7 @@ std::string text_report(const Evaluation& e) {
 
 std::string text_report(const Consistency& c) {
     std::string text = fmt::format(
-        "consistency of {} samples ({} unusable); yaw and position made equal at the first common stamp only\n",
+        "consistency of {} samples ({} unusable); yaw and position made equal where the place is claimed best\n",
         c.samples.size(), c.unusable);
     text += "  NEES          mean  expected   in 95 % band   above it   components within 3 sigma\n";
     for (std::size_t k = 0; k < kClaimPartCount; ++k) {

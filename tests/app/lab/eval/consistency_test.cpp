@@ -101,6 +101,23 @@ TEST_CASE("errors drawn from the claim have the NEES of a consistent estimator, 
     }
 }
 
+TEST_CASE("a first state that is known to be wrong does not speak against the later ones") {
+    const auto states = truth(1001);
+    auto estimate = estimates(states, claim(), 1.0);
+    for (int i = 0; i < 20; ++i) {  // 0.4 m off by up to 8 sigma of the claim of the others, and claimed so
+        estimate[static_cast<std::size_t>(i)].T_W_B.p.y() += 0.02 * (20 - i);
+        estimate[static_cast<std::size_t>(i)].covariance(4, 4) += std::pow(0.02 * (20 - i), 2);
+    }
+    estimate[20].T_W_B = Se3{turn(1.2, Vector3d::UnitZ()), {5.0, -3.0, 1.0}} * Se3{states[20].q_W_B, states[20].p_W_B};
+    const Consistency c = evaluate_consistency(states, estimate);
+    CHECK(c.gauge_stamp.ns == states[20].stamp.ns);
+    CHECK(c.samples.size() == 1000);
+    for (std::size_t k = 0; k < kClaimPartCount; ++k) {
+        INFO(kClaimParts[k].name);
+        CHECK(c.parts[k].mean == Approx(kClaimParts[k].size).epsilon(0.1));
+    }
+}
+
 TEST_CASE("overconfidence and excess of caution show") {
     const auto states = truth(1001);
     const Consistency bold = evaluate_consistency(states, estimates(states, claim(), 2.0));
