@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "estimator/frontend/simd.h"
 
@@ -19,30 +20,50 @@ constexpr float kMaxGain = 6.0F;
 constexpr float kMaxAffineStep = 0.5F;
 constexpr float kCoarseEpsilonPx = 0.05F;  // of a coarse level's pixels; 0.1 and 0.2 make tracks less precise
 
-/// Sums over the window at centre + A x of image values s, bilinearly interpolated:
-///   sums[0] = sum w s, sums[1] = sum w s^2, sums[2 + k] = sum planes[k] s for k < K.
-/// The window must lie inside the image. Most of the front-end's time is spent here.
-template <int K>
+/// How much accumulate() sums up.
+enum class Sums : std::uint8_t { kCorrelation, kPosition, kAffine };
+constexpr int kMostSums = 9;
+
+/// Sums over the window at centre + A x of image values s, bilinearly interpolated, with the template's planes:
+///   sums = w s, w s^2, wT s;  for kPosition also wgu s, wgv s;  for kAffine also wgu x s, wgu y s, wgv x s, wgv y s,
+/// x and y counted from the patch's centre. The window must lie inside the image. Most of the front-end's time is spent
+/// here.
+template <Sums kWanted>
 void accumulate(const RowPairs& image, const PatchWindow& window, const Eigen::Vector2f& centre,
                 const Eigen::Matrix2f& A, const float* planes, float* sums) {
-    Floats acc[K + 2] = {};
+    static_assert(PatchWindow::kGreyOrigin == simd::kGreyOrigin);
+    constexpr int kCount = kWanted == Sums::kAffine ? kMostSums : kWanted == Sums::kPosition ? 5 : 3;
+    const Eigen::Vector2f c = simd::kPositionScale * centre;
+    const Eigen::Matrix2f a = simd::kPositionScale * A;
+    Floats acc[kCount] = {};
     const int count = window.count();
     for (int i = 0; i < count; i += simd::kLanes) {
         const Floats x = simd::load(window.u() + i);
         const Floats y = simd::load(window.v() + i);
-        const Floats u = multiply_add(splat(A(0, 0)), x, multiply_add(splat(A(0, 1)), y, splat(centre.x())));
-        const Floats v = multiply_add(splat(A(1, 0)), x, multiply_add(splat(A(1, 1)), y, splat(centre.y())));
-        const Floats s = simd::sample(image, u, v) - PatchWindow::kGreyOrigin;
+        const Floats u = multiply_add(splat(a(0, 0)), x, multiply_add(splat(a(0, 1)), y, splat(c.x())));
+        const Floats v = multiply_add(splat(a(1, 0)), x, multiply_add(splat(a(1, 1)), y, splat(c.y())));
+        const Floats s = simd::sample_scaled(image, u, v);
         const Floats ws = simd::load(window.weights() + i) * s;
         acc[0] += ws;
         acc[1] = multiply_add(ws, s, acc[1]);
-        for (int j = 0; j < K; ++j) {
-            acc[2 + j] = multiply_add(simd::load(planes + j * count + i), s, acc[2 + j]);
+        acc[2] = multiply_add(simd::load(planes + i), s, acc[2]);
+        if constexpr (kWanted != Sums::kCorrelation) {
+            const Floats gu = simd::load(planes + count + i) * s;
+            const Floats gv = simd::load(planes + 2 * count + i) * s;
+            acc[3] += gu;
+            acc[4] += gv;
+            if constexpr (kWanted == Sums::kAffine) {
+                acc[5] = multiply_add(gu, x, acc[5]);
+                acc[6] = multiply_add(gu, y, acc[6]);
+                acc[7] = multiply_add(gv, x, acc[7]);
+                acc[8] = multiply_add(gv, y, acc[8]);
+            }
         }
     }
-    for (int j = 0; j < K + 2; ++j) {
-        sums[j] = simd::sum(acc[j]);
+    for (int j = 0; j < kCount; ++j) {
+        sums[j] = simd::sum(acc[j]) / simd::kGreyScale;
     }
+    sums[1] /= simd::kGreyScale;
 }
 
 }  // namespace
@@ -81,8 +102,13 @@ bool PatchAligner::step(const PatchTemplate& patch, const PatchTemplate::Level& 
     found.correlation = sums[2] / std::sqrt(level.contrast * energy);
     Eigen::Vector2f d;
     if (affine) {
-        const Eigen::Matrix<float, 6, 1> delta =
-            patch.inverse6 * Eigen::Map<const Eigen::Matrix<float, 6, 1>>(sums + 3) / gain;
+        // From the patch's centre to the anchor.
+        const Eigen::Vector2f u = sums[3] * level.offset + Eigen::Vector2f(sums[5], sums[6]);
+        const Eigen::Vector2f v = sums[4] * level.offset + Eigen::Vector2f(sums[7], sums[8]);
+        PatchTemplate::Descent right;
+        right << sums[3], sums[4], u, v;
+        right -= sums[0] * level.by_one + sums[2] * level.by_grey;
+        const PatchTemplate::Descent delta = patch.inverse6 * right / gain;
         if (!(delta.tail<4>().cwiseAbs().maxCoeff() < kMaxAffineStep)) {
             return false;
         }
@@ -91,7 +117,9 @@ bool PatchAligner::step(const PatchTemplate& patch, const PatchTemplate::Level& 
         found.A = found.A * change.inverse();
         d = delta.head<2>();
     } else {
-        d = level.inverse2 * Eigen::Vector2f(sums[3], sums[4]) / gain;
+        const Eigen::Vector2f right =
+            Eigen::Vector2f(sums[3], sums[4]) - sums[0] * level.by_one.head<2>() - sums[2] * level.by_grey.head<2>();
+        d = level.inverse2 * right / gain;
     }
     found.at -= found.A * d;
     length = d.norm();
@@ -109,11 +137,11 @@ Status PatchAligner::align_level(const PatchTemplate& patch, const RowPairs& ima
         if (!covers(image, centre, found.A)) {
             return Status::kNotFound;
         }
-        float sums[9];
+        float sums[kMostSums];
         if (affine) {
-            accumulate<7>(image, window_, centre, found.A, planes(patch, l), sums);
+            accumulate<Sums::kAffine>(image, window_, centre, found.A, planes(patch, l), sums);
         } else {
-            accumulate<3>(image, window_, centre, found.A, planes(patch, l), sums);
+            accumulate<Sums::kPosition>(image, window_, centre, found.A, planes(patch, l), sums);
         }
         float length = 0.0F;
         if (!step(patch, level, affine, sums, found, length)) {
@@ -176,7 +204,7 @@ float PatchAligner::correlate(const PatchTemplate& patch, const ImagePyramid& im
         return -1.0F;
     }
     float sums[3];
-    accumulate<1>(image.pairs(l), window_, centre, pose.A, planes(patch, l), sums);
+    accumulate<Sums::kCorrelation>(image.pairs(l), window_, centre, pose.A, planes(patch, l), sums);
     const float energy = sums[1] - sums[0] * sums[0] / window_.weight_sum();
     if (!(energy > 0.25F * PatchWindow::kMinVariance * window_.weight_sum())) {
         return -1.0F;

@@ -22,15 +22,23 @@ struct PatchPose {
 /// whole pixels, as near to the anchor as these allow, so that its grey values are not interpolated; the remaining
 /// offset is stored. Filled by PatchAligner.
 struct PatchTemplate {
+    /// A number for each unknown: [t, A row by row]. The steepest-descent images are j = [gu gv gu*x gu*y gv*x gv*y] at
+    /// the offset (x, y) from the anchor.
+    using Descent = Eigen::Matrix<float, 6, 1>;
+
     struct Level {
         bool valid = false;     ///< the patch with its gradients lay inside the image and has texture
         float contrast = 0.0F;  ///< weighted sum of squared grey values about their mean
         Eigen::Vector2f offset = Eigen::Vector2f::Zero();    ///< patch centre minus anchor (px of this level)
         Eigen::Matrix2f inverse2 = Eigen::Matrix2f::Zero();  ///< (J^T W J)^-1 of the position
+        /// What P takes from the steepest-descent images j, J = P j = j - by_one - by_grey T. Beyond the position's two
+        /// only on level 0.
+        Descent by_one = Descent::Zero();
+        Descent by_grey = Descent::Zero();
     };
     std::array<Level, ImagePyramid::kMaxLevels> levels;
-    Eigen::Matrix<float, 6, 6> inverse6 = Eigen::Matrix<float, 6, 6>::Zero();  ///< level 0, order [t, A row by row]
-    std::vector<float> planes;  ///< per level: W T, then the columns of W J (6 on level 0, 2 elsewhere)
+    Eigen::Matrix<float, 6, 6> inverse6 = Eigen::Matrix<float, 6, 6>::Zero();  ///< (J^T W J)^-1 of level 0
+    std::vector<float> planes;  ///< per level: W T, W gu, W gv, with the gradient (gu, gv)
 };
 
 /// What extract() is to prepare.
@@ -92,6 +100,7 @@ private:
     };
     Status align_level(const PatchTemplate& patch, const RowPairs& image, int level, bool affine, float epsilon_px,
                        bool by_rate, Found& found) const;
+    /// Gauss-Newton step. @param sums  of accumulate()
     bool step(const PatchTemplate& patch, const PatchTemplate::Level& level, bool affine, const float* sums,
               Found& found, float& length) const;
     template <bool kAffine>
@@ -99,7 +108,7 @@ private:
                        Eigen::Matrix<float, 6, 6>& inverse6);
     void cut(const ImageView& image, int u, int v);
     bool covers(const RowPairs& image, const Eigen::Vector2f& centre, const Eigen::Matrix2f& A) const;
-    std::ptrdiff_t plane_offset(int level) const { return (level == 0 ? 0 : 7 + 3 * (level - 1)) * window_.count(); }
+    std::ptrdiff_t plane_offset(int level) const { return std::ptrdiff_t{3} * level * window_.count(); }
     const float* planes(const PatchTemplate& patch, int level) const {
         return patch.planes.data() + plane_offset(level);
     }

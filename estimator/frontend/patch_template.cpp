@@ -149,14 +149,14 @@ bool PatchAligner::extract_level(const ImageView& image, const Eigen::Vector2d& 
     if (!(least_eigenvalue(m.products) > kMinCurvature * window_.weight_sum())) {
         return false;
     }
+    for (int a = 0; a < kUnknowns; ++a) {
+        level.by_one(a) = m.one[a] / window_.weight_sum();
+        level.by_grey(a) = m.grey[a] / level.contrast;
+    }
     for (int i = 0; i < count; i += simd::kLanes) {
         const Floats w = simd::load(window_.weights() + i);
-        const Floats wt = simd::load(planes + i);
-        const Descent<kUnknowns> d(patch, window_, level.offset, i);
-        for (int a = 0; a < kUnknowns; ++a) {
-            const Floats off_one = w * (d.j[a] - m.one[a] / window_.weight_sum());
-            simd::store(planes + (1 + a) * count + i, off_one - (m.grey[a] / level.contrast) * wt);
-        }
+        simd::store(planes + count + i, w * simd::load(patch.gu + i));
+        simd::store(planes + 2 * count + i, w * simd::load(patch.gv + i));
     }
     level.inverse2 = m.products.template topLeftCorner<2, 2>().inverse();
     if constexpr (kAffine) {

@@ -102,25 +102,29 @@ inline Floats load_bytes(const std::uint8_t* p) {
 #endif
 }
 
-/// Grey values at (u, v), bilinearly interpolated. 0 <= u < width - 1 and 0 <= v < height - 1. One load of four bytes
-/// per lane fetches all four neighbours; gather instructions were tried and are slower than single loads. Offsets are
-/// exact in float: images have fewer than 2^24 pixels.
+/// The four neighbours of a place in each lane, by the index of the first; bytes from the lowest: (u, v), (u, v + 1),
+/// (u + 1, v), (u + 1, v + 1). One load a lane: gather instructions were tried, and are slower on many processors.
+inline Ints load_quads(const RowPairs& image, const Ints& offsets) {
+    std::uint64_t index[kLanes / 2];  // two per word: fewer moves from vector to scalar registers
+    std::memcpy(index, &offsets, sizeof(offsets));
+    Ints quads;
+    for (int i = 0; i < kLanes; ++i) {
+        const std::uint64_t offset = i % 2 == 0 ? index[i / 2] & 0xffffffffU : index[i / 2] >> 32U;
+        std::int32_t word = 0;
+        std::memcpy(&word, image.data + offset, sizeof(word));
+        quads[i] = word;
+    }
+    return quads;
+}
+
+/// Grey values at (u, v), bilinearly interpolated. 0 <= u < width - 1 and 0 <= v < height - 1. Offsets are exact in
+/// float: images have fewer than 2^24 pixels.
 inline Floats sample(const RowPairs& image, const Floats& u, const Floats& v) {
     const Floats iu = to_floats(to_ints(u));
     const Floats iv = to_floats(to_ints(v));
     const Floats fu = u - iu;
     const Floats fv = v - iv;
-    const Ints at = to_ints(multiply_add(iv, splat(static_cast<float>(image.stride)), iu));
-    std::uint64_t index[kLanes / 2];  // two per word: fewer moves from vector to scalar registers
-    std::memcpy(index, &at, sizeof(at));
-    Ints quad;
-    for (int i = 0; i < kLanes; ++i) {
-        const std::uint64_t offset = i % 2 == 0 ? index[i / 2] & 0xffffffffU : index[i / 2] >> 32U;
-        std::int32_t word = 0;
-        std::memcpy(&word, image.data + offset, sizeof(word));
-        quad[i] = word;
-    }
-    // Bytes from the lowest: (u, v), (u, v + 1), (u + 1, v), (u + 1, v + 1).
+    const Ints quad = load_quads(image, to_ints(multiply_add(iv, splat(static_cast<float>(image.stride)), iu)));
     const Floats p0 = to_floats(quad & 255);
     const Floats q0 = to_floats((quad >> 8) & 255);
     const Floats p1 = to_floats((quad >> 16) & 255);
@@ -128,6 +132,42 @@ inline Floats sample(const RowPairs& image, const Floats& u, const Floats& v) {
     const Floats top = multiply_add(fu, p1 - p0, p0);
     const Floats bottom = multiply_add(fu, q1 - q0, q0);
     return multiply_add(fv, bottom - top, top);
+}
+
+/// sample_scaled() takes positions in these units of a pixel: 12 bits behind the point.
+inline constexpr float kPositionScale = 4096.0F;
+/// What it subtracts from grey values, and then multiplies them by.
+inline constexpr float kGreyOrigin = 128.0F;
+inline constexpr float kGreyScale = 255.0F * kPositionScale;
+
+/// kGreyScale * (grey value - kGreyOrigin) at (u, v) / kPositionScale, as sample(), but in integers: v counts to 1/255
+/// px. The same number with all instruction sets. Images are at most 4096 pixels wide and high.
+inline Floats sample_scaled(const RowPairs& image, const Floats& u, const Floats& v) {
+    const Ints fixed_u = to_ints(u);
+    const Ints fixed_v = to_ints(v);
+#ifdef __AVX2__
+    // Two pixels to a multiplication. That of bytes wants one factor signed: pixels, so that shares may reach 255.
+    const auto wide = [](const Ints& x) { return reinterpret_cast<__m256i>(x); };
+    const __m256i whole = _mm256_blend_epi16(wide(fixed_u >> 12), wide(fixed_v << 4), 0xaa);
+    const __m256i at = _mm256_madd_epi16(whole, _mm256_set1_epi32(1 | static_cast<int>(image.stride) << 16));
+    const __m256i quad = wide(load_quads(image, reinterpret_cast<Ints>(at)));
+    // (255 - f, f) for each pair of bytes, f from the highest eight bits behind v's point.
+    const __m256i lowest_bytes = _mm256_set_epi8(12, 12, 12, 12, 8, 8, 8, 8, 4, 4, 4, 4, 0, 0, 0, 0,  //
+                                                 12, 12, 12, 12, 8, 8, 8, 8, 4, 4, 4, 4, 0, 0, 0, 0);
+    const __m256i down =
+        _mm256_xor_si256(_mm256_shuffle_epi8(wide(fixed_v >> 4), lowest_bytes), _mm256_set1_epi32(0x00ff00ff));
+    const __m256i columns = _mm256_maddubs_epi16(down, _mm256_xor_si256(quad, _mm256_set1_epi8(-128)));
+    const Ints f = fixed_u & 4095;
+    const Ints across = (f << 16) - f + 4096;  // (4096 - f, f) for the two columns
+    return _mm256_cvtepi32_ps(_mm256_madd_epi16(columns, wide(across)));
+#else
+    const Ints quad = load_quads(image, (fixed_v >> 12) * static_cast<int>(image.stride) + (fixed_u >> 12));
+    const Ints fu = fixed_u & 4095;
+    const Ints fv = (fixed_v >> 4) & 255;
+    const Ints first = (quad & 255) * (255 - fv) + ((quad >> 8) & 255) * fv;
+    const Ints second = ((quad >> 16) & 255) * (255 - fv) + ((quad >> 24) & 255) * fv;
+    return to_floats(first * (4096 - fu) + second * fu - 128 * 255 * 4096);
+#endif
 }
 
 }  // namespace facet::simd

@@ -36,6 +36,37 @@ TEST_CASE("sampling interpolates bilinearly up to the last pixels", "[frontend]"
     }
 }
 
+TEST_CASE("sampling in integers gives exact products of shares of 4096 across and 255 down", "[frontend]") {
+    const int width = 67;
+    const int height = 41;
+    const synthetic::Image image = synthetic::warp(synthetic::Texture(4.0, 20.0, 8), width, height, {0.0, 0.0});
+    ImagePyramid pyramid;
+    REQUIRE(ok(pyramid.configure(width, height, 1)));
+    pyramid.build(image.view());
+    const ImageView view = image.view();
+    for (int fixed_v = 0; fixed_v < 4096 * (height - 1); fixed_v += 379) {
+        for (int first = 0; first + 1270 * simd::kLanes < 4096 * (width - 1); first += 3391) {
+            simd::Floats u{};
+            for (int i = 0; i < simd::kLanes; ++i) {
+                u[i] = static_cast<float>(first + 1270 * i);
+            }
+            const simd::Floats found =
+                simd::sample_scaled(pyramid.pairs(0), u, simd::splat(static_cast<float>(fixed_v)));
+            for (int i = 0; i < simd::kLanes; ++i) {
+                const int fixed_u = first + 1270 * i;
+                const int iu = fixed_u / 4096;
+                const int iv = fixed_v / 4096;
+                const int fu = fixed_u % 4096;
+                const int fv = fixed_v % 4096 / 16;
+                const auto column = [&](int at) {
+                    return (255 - fv) * (view.at(at, iv) - 128) + fv * (view.at(at, iv + 1) - 128);
+                };
+                REQUIRE(found[i] == static_cast<float>((4096 - fu) * column(iu) + fu * column(iu + 1)));
+            }
+        }
+    }
+}
+
 TEST_CASE("vectors load, store, add up and compare like their lanes", "[frontend]") {
     std::uint8_t bytes[simd::kOverread] = {};
     float floats[simd::kLanes] = {};
