@@ -8,7 +8,8 @@ endif()
 
 # Up to eight sources of a target compiled as one: templates of Eigen, fmt and json that they share are instantiated
 # once, which takes almost half off. So names of a target's anonymous namespaces must differ. Sources with flags of
-# their own stay alone. The results are the same to the last bit with and without: none depends on what is inlined.
+# their own stay alone. The results are the same to the last bit with and without: none depends on what is inlined, as
+# long as no library brings compiled functions of Eigen along (app/lab/calibrate/keep_eigen_apart.cmake).
 option(FACET_UNITY_BUILD "Compile the sources of a target together" ${_default})
 set(CMAKE_UNITY_BUILD ${FACET_UNITY_BUILD})
 

@@ -94,7 +94,7 @@ void add_sim_command(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     sub->add_option("--out", options->out, "Folder to write: mav0/ (EuRoC/ASL) and truth/")->required();
     sub->add_option("--seed", options->seed, "Flight, noise and the plan of a building; equal seeds give equal bytes")
-        ->check(CLI::NonNegativeNumber)
+        ->check([](const std::string& text) { return text.starts_with('-') ? "must not be negative" : std::string(); })
         ->capture_default_str();
     sub->add_option("--duration", options->duration_s, "Seconds from first to last image, standing included")
         ->capture_default_str();

@@ -52,7 +52,7 @@ void Estimator::Impl::reset() {
     rests = reset_wanted = is_late = is_blind = has_carried = false;
     has_frame = has_primary = false;
     is_confirmed = true;
-    awaits_answer = has_trusted = is_renewed = false;
+    awaits_answer = has_trusted = has_given = is_renewed = false;
     trusted = {};
     gauge.setZero();
     q_Bf_B.setIdentity();
@@ -115,7 +115,7 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
         if (has_trusted) {  // a clock has gone back, or an earlier program has kept its state
             fuse_trusted_bias();
             begin_window_in_place_of(trusted);
-            ++reset_counter;
+            reset_counter += has_given ? 1 : 0;
         } else {
             begin_window(initial.information(), CalibrationStart::kAsGiven);
         }
@@ -234,7 +234,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     }
     if (monitor.is_usable()) {
         trusted = now;
-        has_trusted = true;
+        has_trusted = has_given = true;
     }
     return tracked;
 }

@@ -94,8 +94,9 @@ public:
 
     /// Goes on from what an earlier program has kept, instead of from the origin: the start, at rest or in motion, is
     /// as ever, but place and yaw are those kept, as uncertain as the flight since may have made them, biases and
-    /// calibration are those kept with twice their standard deviations, and the reset counter is raised. To be called
-    /// after configure(), before the first frame.
+    /// calibration are those kept with twice their standard deviations. Health::reset_counter begins at zero: that this
+    /// program's poses do not go on from the earlier one's is for the caller to announce. To be called after
+    /// configure(), before the first frame.
     /// @param elapsed_s  since it was kept, >= 0
     /// @return kInvalidArgument if something is not finite, a standard deviation of the state is not positive, or one
     ///         of an estimated calibration parameter, unless all are zero: nothing is known of it (nothing changed)

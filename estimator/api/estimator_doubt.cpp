@@ -123,20 +123,8 @@ void Estimator::Impl::follow_doubt() {
     if (!doubt.is_active() || n < 3 || !keyframes[n - 1].has_imu_factor || !keyframes[n - 2].has_imu_factor) {
         return;
     }
-    const Keyframe& i = keyframes[n - 3];
-    const Keyframe& j = keyframes[n - 2];
-    const Keyframe& k = keyframes[n - 1];
-    doubt.measure(i.state, j.state, k.state, j.imu_from_previous.preintegration(),
-                  k.imu_from_previous.preintegration());
-    Preintegration ij = preintegration_from(i.state.bias);
-    Preintegration jk = preintegration_from(j.state.bias);
-    imu.exchange_read();
-    const bool is_read = ok(imu.integrate_between(i.stamp, j.stamp, config.imu_noise, ij)) &&
-                         ok(imu.integrate_between(j.stamp, k.stamp, config.imu_noise, jk));
-    imu.exchange_read();
-    if (is_read) {
-        doubt.judge(i.state, j.state, k.state, ij, jk);
-    }
+    const std::span<const Keyframe> all(keyframes.data(), n);
+    doubt.follow(all.last<3>(), imu, config.imu_noise, preintegration_from({}));
     reset_wanted = reset_wanted || doubt.tilt_rad() > 0.0;
 }
 

@@ -66,7 +66,8 @@ struct Estimator::Impl {
     bool has_primary = false;   ///< there has been an image of the camera in the left one's role
     Timestamp last_primary;     ///< when the last one was
     Timestamp last_pair;        ///< the last frame with both images, or the first frame
-    bool has_trusted = false;   ///< there has been an estimate to be used
+    bool has_trusted = false;   ///< there has been an estimate to be used, of this program or of an earlier one
+    bool has_given = false;     ///< there has been one of this program
     bool is_renewed = false;    ///< a window has begun anew in flight
     Belief trusted;             ///< the newest one
     /// Covariance of [yaw p] that a window began with, about `gauge_origin`. Nothing in a window tells either, so

@@ -218,7 +218,7 @@ void Estimator::Impl::restart_in_motion() {
     begin_window_in_place_of(before);
     rests = reset_wanted = false;
     rest_claim = RestClaim::kNone;
-    reset_counter += has_trusted ? 1 : 0;
+    reset_counter += has_given ? 1 : 0;
     monitor.restart(now.stamp, false);
 }
 

@@ -98,6 +98,25 @@ void InertialDoubt::measure(const NavState& i, const NavState& j, const Preinteg
     accel_left_ = std::max(left.accel.norm(), 2.0 * kPlace_m / (h * h));
 }
 
+void InertialDoubt::follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, const ImuNoise& noise,
+                           const Preintegration& empty) {
+    const Keyframe& i = last[0];
+    const Keyframe& j = last[1];
+    const Keyframe& k = last[2];
+    measure(i.state, j.state, k.state, j.imu_from_previous.preintegration(), k.imu_from_previous.preintegration());
+    Preintegration ij = empty;
+    Preintegration jk = empty;
+    ij.reset(i.state.bias);
+    jk.reset(j.state.bias);
+    imu.exchange_read();
+    const bool is_read = ok(imu.integrate_between(i.stamp, j.stamp, noise, ij)) &&
+                         ok(imu.integrate_between(j.stamp, k.stamp, noise, jk));
+    imu.exchange_read();
+    if (is_read) {
+        judge(i.state, j.state, k.state, ij, jk);
+    }
+}
+
 void InertialDoubt::measure(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
                             const Preintegration& jk) {
     const Resolution least(ij, jk);

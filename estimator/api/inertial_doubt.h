@@ -2,11 +2,14 @@
 // Whether inertial readings or images are believed where they contradict each other.
 #pragma once
 
+#include <span>
+
 #include "estimator/api/belief.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/imu_limits.h"
 #include "estimator/values/nav_state.h"
 #include "estimator/window/frame_update.h"
+#include "estimator/window/window_state.h"
 
 namespace facet {
 
@@ -56,10 +59,13 @@ public:
     void measure(const NavState& i, const NavState& j, const Preintegration& ij);
     StepNoise noise() const;
 
-    /// After a keyframe k, with the two before it: measures what replaced readings leave. @param ij, jk  as replaced
+    /// After a keyframe, with the two before it: measures what replaced readings leave, and may end the doubt by what
+    /// was read in their place. @param last  oldest first, with inertial factors  @param empty  to integrate with
+    void follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, const ImuNoise& noise, const Preintegration& empty);
+    /// The first half. @param ij, jk  as replaced
     void measure(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
                  const Preintegration& jk);
-    /// Then: may end the doubt. @param ij, jk  as read
+    /// The second half. @param ij, jk  as read
     void judge(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
                const Preintegration& jk);
 

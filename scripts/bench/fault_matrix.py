@@ -114,7 +114,7 @@ class Flight:
     estimates: int        # with an estimate
     ate_mm: float = None  # none: it could not be compared
     exit: int = 0
-    seconds: float = 0.0
+    seconds: float = 0.0     # of processor time
     duration_s: float = 1.0  # of the log
     rss_mib: float = 0.0
     files_mib: float = 0.0

@@ -132,7 +132,7 @@ def restart_row(hil, plain):
     ready_s = (report["ready_again_ns"] - report["killed_ns"]) / hil_compare.NANO
     counter = (job.folder / "flights/reset_counter").read_text(encoding="utf-8").strip()
     row["found"] = {"seconds until ready": round(ready_s, 2), "reset counter sent": int(counter)}
-    row["good"] = row["exit_code"] == 0 and row["ends"] == "TRACKING" and int(counter) > 0
+    row["good"] = row["exit_code"] == 0 and row["ends"] == "TRACKING" and int(counter) == 1
     return row
 
 

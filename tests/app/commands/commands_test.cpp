@@ -148,7 +148,7 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {"", "subcommand"},
         {"fly", "fly"},
         {"--frob", "--frob: no such option"},
-        {"sim --seed -1 --out " + dir.file("out"), "--seed"},
+        {"sim --seed -1 --out " + dir.file("out"), "--seed: must not be negative"},
         {"run", "--config"},
         {"run --config " + dir.file("no.yaml"), dir.file("no.yaml") + ": cannot be read"},
         {"run --config " + vehicle + " --duration -1", "--duration must not be negative"},

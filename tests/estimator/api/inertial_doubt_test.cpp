@@ -2,8 +2,11 @@
 // Whether readings or images are believed where they contradict each other, which sensor is at fault, and until when.
 #include "estimator/api/inertial_doubt.h"
 
+#include <array>
 #include <catch2/catch.hpp>
+#include <memory>
 
+#include "estimator/imu/inertial_error.h"
 #include "tests/support/synthetic_flight.h"
 
 using namespace facet;
@@ -47,6 +50,62 @@ struct Faulty {
 
 const ImuBias kGyroFault{{0.5, 0.0, -0.3}, Eigen::Vector3d::Zero()};
 const ImuBias kAccelFault{Eigen::Vector3d::Zero(), {0.0, 3.0, -4.0}};
+
+/// A lively turn whose gyroscope works again, while its readings are still replaced from keyframe to keyframe.
+struct Recovered {
+    static constexpr double kPeriod_s = 0.2;
+
+    Recovered() {
+        Faulty(kGyroFault).begin(doubt);
+        for (int k = 0; k <= 400; ++k) {
+            REQUIRE(ok(imu->push(flight.imu(0.005 * k))));
+        }
+    }
+    static SyntheticFlight::Options turning() {
+        SyntheticFlight::Options options;
+        options.motion.yaw_rad = 7.0;
+        options.motion.roll_rad = 1.0;
+        options.motion.pitch_rad = 1.0;
+        return options;
+    }
+    Keyframe keyframe(double t) {
+        const double t0 = t - kPeriod_s;
+        imu->doubt(at(t0), at(t), kGyroAxes, {flight.rate(t0 - 0.05), Eigen::Vector3d::Zero(), {}});
+        Preintegration replaced;
+        REQUIRE(ok(imu->integrate_between(at(t0), at(t), noise, replaced)));
+        Keyframe out;
+        out.stamp = at(t);
+        out.state = flight.state(t);
+        REQUIRE(ok(out.imu_from_previous.set(replaced, noise)));
+        return out;
+    }
+    /// A keyframe at t.
+    void follow(double t) {
+        const std::array<Keyframe, 3> last{keyframe(t - 2.0 * kPeriod_s), keyframe(t - kPeriod_s), keyframe(t)};
+        doubt.follow(last, *imu, noise, Preintegration{});
+    }
+
+    /// What the gyroscope seems to be off by at a keyframe at t if the mean of what was replaced is added to what its
+    /// replacement leaves: right to first order only.
+    double first_order(double t) {
+        const Keyframe j = keyframe(t - kPeriod_s);
+        const Keyframe k = keyframe(t);
+        Eigen::Vector3d off = inertial_error(flight.state(t - 2.0 * kPeriod_s), j.state, k.state,
+                                             j.imu_from_previous.preintegration(), k.imu_from_previous.preintegration())
+                                  .gyro;
+        constexpr int kSamples = 40;
+        for (int s = 1; s <= kSamples; ++s) {
+            const double read_at = t - kPeriod_s + 0.005 * s;
+            off += (flight.rate(read_at) - flight.rate(t - kPeriod_s - 0.05)) / kSamples;
+        }
+        return off.norm();
+    }
+
+    SyntheticFlight flight{turning()};
+    ImuNoise noise = test::euroc_like_noise();
+    std::unique_ptr<ImuBuffer> imu = std::make_unique<ImuBuffer>(200.0);
+    InertialDoubt doubt;
+};
 
 }  // namespace
 
@@ -101,6 +160,19 @@ TEST_CASE("the doubt ends when the readings have agreed at two keyframes in a ro
     right.judge(doubt, 2.4);
     CHECK_FALSE(doubt.is_active());
     CHECK(doubt.tilt_rad() == 0.0);
+}
+
+TEST_CASE("however lively the turn, a gyroscope that works again is believed after two keyframes", "[doubt]") {
+    Recovered recovered;
+    REQUIRE(recovered.doubt.axes() == kGyroAxes);
+    recovered.follow(1.6);
+    CHECK(recovered.doubt.is_active());
+    recovered.follow(1.8);
+    CHECK_FALSE(recovered.doubt.is_active());
+    // More than 30 mrad/s, which is what the keyframes can tell: by the first order it would not be believed.
+    CHECK(recovered.first_order(1.6) > 0.03);
+    CHECK(recovered.first_order(1.8) > 0.03);
+    CHECK(recovered.doubt.tilt_rad() == 0.0);
 }
 
 TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "[doubt]") {
