@@ -48,6 +48,7 @@ struct ReplayArguments {
     std::string rate = "frames";
     std::string mavlink;
     bool write_rays = false;
+    bool write_fused = false;
     bool write_calibration = false;
     ViewArguments view;
     std::string stream;
@@ -167,6 +168,7 @@ ReplayOptions read_options(const ReplayArguments& args, const OpenedLog& log, bo
         throw InputError("--truth: with stamps that --inject has shifted, the truth of another time would be found");
     }
     options.write_rays = args.write_rays;
+    options.write_fused = args.write_fused;
     options.write_calibration = args.write_calibration;
     options.show_progress = !args.quiet;
     options.in_real_time = args.in_real_time;
@@ -281,6 +283,9 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         "--rays", args->write_rays,
         "Also write grid.png, a picture of the live grid at the end, and rays.csv and sweeps.csv: what it says along "
         "rays, and the distances all around, at each keyframe, for facet eval --scene");
+    command->add_flag("--fuse", args->write_fused,
+                      "Also write mesh_fused.ply: one mesh of the whole run, from the depth of every keyframe's pixels "
+                      "and with its final pose; takes about as long as the estimator");
     command->add_flag("--log-calibration", args->write_calibration,
                       "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
     add_view_options(*command, args->view);

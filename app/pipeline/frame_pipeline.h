@@ -115,6 +115,8 @@ public:
     /// Faces that left the horizon at the last frame; empty if that had no mesh.
     std::span<const DepartedFace> departed() const;
 
+    /// See Estimator.
+    const KeyframeView& keyframe_view() const { return estimator_.keyframe_view(); }
     const Mesher& mesher() const { return *mesher_; }
     const PlaneFinder& planes() const { return *planes_; }
     /// Free, occupied and unknown space, all unknown before keep_grid(); null if the configuration has no grid.

@@ -16,6 +16,7 @@
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault_injector.h"
 #include "app/lab/faults/image_faults.h"
+#include "app/lab/fusion/mesh_fusion.h"
 #include "app/lab/replay/calibration_log.h"
 #include "app/lab/replay/grid_picture.h"
 #include "app/lab/replay/log_options.h"
@@ -86,6 +87,7 @@ private:
     void feed(const StereoFrame& frame, Timestamp output_stamp);
     bool offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance);
     void pass_on();
+    void fuse(const StereoFrame& frame);
     void give_up_waiting();
     void warn(const AslWarning& warning);
 
@@ -109,6 +111,7 @@ private:
     std::optional<TruthInjector> truth_;         ///< none if all is to be as measured
     std::optional<RayLog> rays_;                 ///< none unless asked for
     std::optional<SweepLog> sweeps_;             ///< as rays_
+    std::optional<MeshFusion> fusion_;           ///< the same
     std::optional<CalibrationLog> corrections_;  ///< the same
 };
 
@@ -169,11 +172,25 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
         rays_->write(result_, pipeline_);
         sweeps_->write(result_, pipeline_);
     }
+    fuse(frame);
     if (corrections_) {
         corrections_->write(result_, pipeline_);
     }
     pass_on();
     return true;
+}
+
+void Replay::fuse(const StereoFrame& frame) {
+    if (!fusion_ || !result_.is_usable) {
+        return;
+    }
+    const std::uint32_t resets = result_.estimate.health.reset_counter;
+    if (result_.has_mesh) {
+        fusion_->add(pipeline_.keyframe_view(), resets, frame.left, frame.right, pipeline_.mesher());
+    } else if (!result_.is_keyframe) {
+        const NavState& state = result_.estimate.state;
+        fusion_->add_between(Se3{state.q_W_B, state.p_W_B} * pipeline_.rig().T_B_C0, resets, frame.left, frame.right);
+    }
 }
 
 /// Gives the sink the newest result, or only its state if poses go out at inertial samples.
@@ -324,6 +341,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         rays_.emplace(options_.out);
         sweeps_.emplace(options_.out);
     }
+    if (options_.write_fused) {
+        fusion_.emplace(given.rig);
+    }
     if (options_.write_calibration) {
         corrections_.emplace(options_.out);
     }
@@ -375,6 +395,9 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         if (pipeline_.grid() != nullptr) {
             write_grid_picture(*pipeline_.grid(), result_.estimate.state.p_W_B, options_.out + "/grid.png");
         }
+    }
+    if (fusion_) {
+        fusion_->write(options_.out + "/mesh_fused.ply");
     }
     if (corrections_) {
         corrections_->close();

@@ -42,6 +42,7 @@ struct ReplayOptions {
     std::vector<Fault> faults;         ///< put between log and estimator; times count from `start_s`
     TruthSelection truth;              ///< what is replaced by the dataset's ground truth
     bool write_rays = false;           ///< also rays.csv, sweeps.csv and grid.png (RayLog, SweepLog, GridPicture)
+    bool write_fused = false;          ///< also mesh_fused.ply (MeshFusion)
     bool write_calibration = false;    ///< also calibration.csv (CalibrationLog)
     bool show_progress = true;
     OdometrySink* sink = nullptr;        ///< is given every line of the trajectory, and is serviced; or nobody is

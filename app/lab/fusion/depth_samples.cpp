@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/fusion/depth_samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "platform/base/assert.h"
+
+namespace facet {
+namespace {
+
+constexpr double kMinRho = 0.08;     // 1/m: what is farther is no depth
+constexpr double kMinRate = 20.0;    // px m: of motion, below which it tells nothing that stereo did not
+constexpr double kPosePx = 0.2;      // px: what the poses of two keyframes add
+constexpr double kMorePx = 2.0;      // px searched beyond the sample's own doubt
+constexpr double kSameSigmas = 3.0;  // within which two depths agree
+
+}  // namespace
+
+DepthSampler::DepthSampler(const StereoRig& rig, int side_px) : rig_(rig), side_(side_px) {
+    config_.min_gradient = 2.0;
+    config_.min_depth_m = 0.4;
+    FACET_ASSERT(ok(stereo_.configure(config_, rig)));
+    columns_ = rig.left.intrinsics().width / side_;
+    rows_ = rig.left.intrinsics().height / side_;
+    for (int i = 0; i < columns_ * rows_; ++i) {
+        const Eigen::Vector2i square(i % columns_, i / columns_);
+        directions_.push_back(stereo_.epipolar_direction((square.cast<double>().array() + 0.5) * side_));
+    }
+}
+
+bool DepthSampler::find_pixel(const ImageView& image, int square, DepthSample& sample) const {
+    const int border = config_.reach_px + 2;
+    const int u0 = square % columns_ * side_;
+    const int v0 = square / columns_ * side_;
+    const Eigen::Vector2f& direction = directions_[static_cast<std::size_t>(square)];
+    auto best = static_cast<float>(config_.min_gradient);
+    bool is_found = false;
+    for (int v = std::max(v0, border); v < std::min(v0 + side_, image.height - border); ++v) {
+        for (int u = std::max(u0, border); u < std::min(u0 + side_, image.width - border); ++u) {
+            const Eigen::Vector2f gradient(0.5F * static_cast<float>(image.at(u + 1, v) - image.at(u - 1, v)),
+                                           0.5F * static_cast<float>(image.at(u, v + 1) - image.at(u, v - 1)));
+            const float along = std::abs(gradient.dot(direction));
+            if (along > best) {
+                best = along;
+                sample.uv = {static_cast<float>(u), static_cast<float>(v)};
+                sample.gradient = gradient;
+                is_found = true;
+            }
+        }
+    }
+    return is_found;
+}
+
+DepthRange DepthSampler::range_of(const Mesher* mesher, const Eigen::Vector2d& xy) const {
+    const double nearest = 1.0 / config_.min_depth_m;
+    DepthPrior prior;
+    if (mesher == nullptr || !mesher->depth_prior(xy, prior)) {
+        return {0.0, nearest};
+    }
+    const double margin = config_.search_px * stereo_.per_px();
+    return {std::clamp(prior.farthest - margin, 0.0, nearest - margin),
+            std::clamp(prior.nearest + margin, margin, nearest)};
+}
+
+std::vector<DepthSample> DepthSampler::measure(const ImagePyramid& left, const ImagePyramid& right,
+                                               const CameraCorrections& cameras, const Mesher* mesher) {
+    stereo_.correct(cameras);
+    std::vector<DepthSample> samples(directions_.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        DepthSample& sample = samples[i];
+        DepthMatcher::Ray ray;
+        Eigen::Vector2d xy;
+        if (!find_pixel(left.level(0), static_cast<int>(i), sample) ||
+            !ok(stereo_.ray_of(sample.uv.cast<double>(), ray, xy))) {
+            continue;
+        }
+        sample.xy = xy.cast<float>();
+        DepthMatch match;
+        if (stereo_.match(left.pairs(0), right.pairs(0), ray, sample.gradient, range_of(mesher, xy), match) ==
+                DepthVerdict::kMatched &&
+            match.inverse_depth > kMinRho) {
+            sample.inverse_depth = static_cast<float>(match.inverse_depth);
+            sample.sigma = static_cast<float>(match.sigma);
+        }
+    }
+    return samples;
+}
+
+void DepthSampler::compare(const ImagePyramid& own, const ImagePyramid& other, const Se3& T_C_other,
+                           const CameraCorrections& cameras, std::vector<DepthSample>& samples) {
+    FACET_ASSERT(ok(motion_.configure(config_, {rig_.left, rig_.left, Se3{}, T_C_other})));
+    CameraCorrections lenses;
+    lenses.lens = {cameras.lens[0], cameras.lens[0]};
+    motion_.correct(lenses);
+    const Eigen::Vector3d& b = T_C_other.p;
+    for (DepthSample& sample : samples) {
+        const auto rho = static_cast<double>(sample.inverse_depth);
+        const auto sigma = static_cast<double>(sample.sigma);
+        DepthMatcher::Ray ray;
+        Eigen::Vector2d xy;
+        const double rate = rig_.left.focal_px() * (b.head<2>() - b.z() * sample.xy.cast<double>()).norm();
+        if (rho <= 0.0 || rate < kMinRate || !ok(motion_.ray_of(sample.uv.cast<double>(), ray, xy))) {
+            continue;
+        }
+        const double reach = kSameSigmas * sigma + kMorePx / rate;
+        DepthMatch match;
+        if (motion_.match(own.pairs(0), other.pairs(0), ray, sample.gradient, {std::max(0.0, rho - reach), rho + reach},
+                          match) != DepthVerdict::kMatched) {
+            continue;
+        }
+        const double variance = match.sigma * match.sigma + kPosePx * kPosePx / (rate * rate);
+        const double apart = match.inverse_depth - rho;
+        if (apart * apart > kSameSigmas * kSameSigmas * (variance + sigma * sigma)) {
+            ++sample.contradicted;
+            continue;
+        }
+        ++sample.confirmed;
+        const double gain = sigma * sigma / (sigma * sigma + variance);
+        sample.inverse_depth = static_cast<float>(rho + gain * apart);
+        sample.sigma = static_cast<float>(sigma * std::sqrt(1.0 - gain));
+    }
+}
+
+}  // namespace facet

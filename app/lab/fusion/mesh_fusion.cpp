@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/lab/fusion/mesh_fusion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/output/ply_file.h"
+#include "platform/base/assert.h"
+
+namespace facet {
+namespace {
+
+constexpr int kSquare = 4;                 // px
+constexpr std::ptrdiff_t kKeptAfter = 16;  // views that have left, as partners of the next ones
+constexpr int kPartners = 2;               // on either side of a keyframe
+constexpr double kLeastBase = 0.03;        // of the median depth, between partners,
+constexpr double kMostBase = 0.35;         // beyond which too much looks different
+constexpr double kLeastOverlap = 0.85;     // cosine of the angle between their views
+constexpr double kTypicalDepth = 2.5;      // m: what moves by it turns what is seen by a radian
+constexpr double kNewView = 0.12;          // rad, of both: about a tenth of the image is new
+
+double median_depth(const std::vector<DepthSample>& samples) {
+    std::vector<float> known;
+    for (const DepthSample& s : samples) {
+        if (s.inverse_depth > 0.0F) {
+            known.push_back(s.inverse_depth);
+        }
+    }
+    if (known.empty()) {
+        return 0.0;
+    }
+    auto* const half = known.data() + known.size() / 2;
+    std::nth_element(known.data(), half, known.data() + known.size());
+    return 1.0 / static_cast<double>(*half);
+}
+
+bool is_partner(const Se3& T_own_other, double depth_m) {
+    const double base = T_own_other.p.norm();
+    const double cosine = (T_own_other.q * Eigen::Vector3d::UnitZ()).z();
+    return base > kLeastBase * depth_m && base < kMostBase * depth_m && cosine > kLeastOverlap;
+}
+
+}  // namespace
+
+MeshFusion::MeshFusion(const StereoRig& rig)
+    : rig_(rig), sampler_(rig, kSquare), raster_(rig.left, kSquare, sampler_.columns(), sampler_.rows()), volume_({}) {
+    FACET_ASSERT(ok(right_.configure(rig.right.intrinsics().width, rig.right.intrinsics().height, 1)));
+}
+
+void MeshFusion::add(const KeyframeView& view, std::uint32_t resets, const ImageView& left, const ImageView& right,
+                     const Mesher& mesher) {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+        View& known = *views_[i];
+        const auto* const pose = std::find_if(view.keyframes.begin(), view.keyframes.end(),
+                                              [&](const KeyframePose& p) { return p.stamp == known.keyframe; });
+        if (pose != view.keyframes.end() && known.resets == resets) {
+            known.T_W_C0 = pose->T_W_C0 * known.T_K_C0;
+        } else if (!known.has_left) {
+            leave(i);
+        }
+    }
+    auto gone = std::ranges::count_if(views_, [](const auto& v) { return v->has_left; });
+    for (; gone > kKeptAfter && views_.front()->has_left; --gone) {
+        views_.pop_front();
+    }
+    T_W_K_ = view.T_W_C0;
+    View taken;
+    taken.keyframe = view.stamp;
+    taken.T_W_C0 = view.T_W_C0;
+    taken.resets = resets;
+    taken.cameras = view.cameras;
+    has_K_ = !view.is_exchanged && !left.empty() && !right.empty();
+    if (has_K_) {
+        take(std::move(taken), left, right, &mesher);
+    }
+}
+
+void MeshFusion::add_between(const Se3& T_W_C0, std::uint32_t resets, const ImageView& left, const ImageView& right) {
+    if (!has_K_ || views_.back()->resets != resets || left.empty() || right.empty()) {
+        return;
+    }
+    const View& last = *views_.back();
+    const Se3 T_last_C = last.T_W_C0.inverse() * T_W_C0;
+    if (so3_log(T_last_C.q).norm() + T_last_C.p.norm() / kTypicalDepth < kNewView) {
+        return;
+    }
+    View taken;
+    taken.keyframe = last.keyframe;
+    taken.T_K_C0 = T_W_K_.inverse() * T_W_C0;
+    taken.T_W_C0 = T_W_C0;
+    taken.resets = resets;
+    taken.cameras = last.cameras;
+    take(std::move(taken), left, right, nullptr);
+}
+
+void MeshFusion::take(View view, const ImageView& left, const ImageView& right, const Mesher* mesher) {
+    auto taken = std::make_unique<View>(std::move(view));
+    FACET_ASSERT(ok(taken->left.configure(left.width, left.height, 1)));
+    taken->left.build(left);
+    right_.build(right);
+    taken->samples = sampler_.measure(taken->left, right_, taken->cameras, mesher);
+    views_.push_back(std::move(taken));
+}
+
+void MeshFusion::compare(std::size_t index) {
+    View& own = *views_[index];
+    const double depth = median_depth(own.samples);
+    for (const std::ptrdiff_t side : {-1, 1}) {
+        int wanted = kPartners;
+        const auto end = static_cast<std::ptrdiff_t>(views_.size());
+        for (auto i = static_cast<std::ptrdiff_t>(index) + side; i >= 0 && i < end && wanted > 0; i += side) {
+            const View& other = *views_[static_cast<std::size_t>(i)];
+            const Se3 T_own_other = own.T_W_C0.inverse() * other.T_W_C0;
+            if (own.resets == other.resets && is_partner(T_own_other, depth)) {
+                sampler_.compare(own.left, other.left, T_own_other, own.cameras, own.samples);
+                --wanted;
+            }
+        }
+    }
+}
+
+void MeshFusion::leave(std::size_t index) {
+    View& view = *views_[index];
+    view.has_left = true;
+    compare(index);
+    for (DepthSample& sample : view.samples) {
+        if (sample.contradicted > sample.confirmed) {
+            sample.inverse_depth = 0.0F;
+        }
+    }
+    volume_.integrate(raster_, fit_patches(view.samples, sampler_.columns(), sampler_.rows(), sampler_.per_px()),
+                      view.T_W_C0);
+    view.samples.clear();
+}
+
+void MeshFusion::write(const std::string& path) {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+        if (!views_[i]->has_left) {
+            leave(i);
+        }
+    }
+    const FusedMesh mesh = extract_surface(volume_, {});
+    PlyMesh ply;
+    ply.vertices = mesh.vertices;
+    ply.normals = mesh.normals;
+    ply.triangles = mesh.triangles;
+    ply.observations = mesh.observations;
+    ply.sigmas = mesh.sigmas;
+    replace_ply(path, "facet: fused, world frame of the estimate, metres", ply);
+}
+
+}  // namespace facet

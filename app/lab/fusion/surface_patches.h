@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Small pieces of plane through neighbouring depths of an image.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "app/lab/fusion/depth_samples.h"
+#include "estimator/geometry/camera_model.h"
+
+namespace facet {
+
+/// What one square of an image shows: points p of the camera with n . p = 1 (so 1 / Z = n . (x, y, 1)).
+struct SurfacePatch {
+    Eigen::Vector3f n_C = Eigen::Vector3f::Zero();  ///< (1/m); zero: nothing is known
+    float sigma = 0.0F;                             ///< of 1 / Z (1/m)
+    bool exists() const { return sigma > 0.0F; }
+};
+
+/// A plane in inverse depth through the samples around each square that agree with one another: those of a foreground
+/// and of what is behind it do not, so that no patch bridges them. A square has a patch only if
+/// they lie about it, not to one side; one without a sample of its own needs more of them.
+/// @param per_px  change of the inverse depth per pixel (1/m/px)
+std::vector<SurfacePatch> fit_patches(const std::vector<DepthSample>& samples, int columns, int rows, double per_px);
+
+/// Finds the square of an image that a ray passes, by a raster of the undistorted plane. Heap in the constructor only.
+class SquareRaster {
+public:
+    SquareRaster(const CameraModel& camera, int side_px, int columns, int rows);
+
+    /// Middle of a square: normalised, undistorted.
+    const Eigen::Vector2f& middle(std::size_t square) const { return middles_[square]; }
+    /// -1: outside the image. @param xy  normalised, undistorted
+    int square_at(float x, float y) const {
+        const float u = (x - low_.x()) * per_cell_;
+        const float v = (y - low_.y()) * per_cell_;
+        return u >= 0.0F && v >= 0.0F && u < static_cast<float>(width_) && v < static_cast<float>(height_)
+                   ? cells_[static_cast<std::size_t>(static_cast<int>(v) * width_ + static_cast<int>(u))]
+                   : -1;
+    }
+
+private:
+    Eigen::Vector2f low_ = Eigen::Vector2f::Zero();
+    float per_cell_ = 1.0F;
+    int width_ = 0;
+    int height_ = 0;
+    std::vector<int> cells_;
+    std::vector<Eigen::Vector2f> middles_;
+};
+
+}  // namespace facet
