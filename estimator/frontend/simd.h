@@ -8,7 +8,7 @@
 
 #if defined(__AVX2__)
 #include <immintrin.h>
-#elif defined(__ARM_NEON)
+#elif defined(__ARM_NEON) && defined(__ARM_FEATURE_FMA)
 #include <arm_neon.h>
 #endif
 
@@ -44,7 +44,7 @@ inline Floats splat(float x) { return Floats{} + x; }
 inline Floats multiply_add(const Floats& a, const Floats& b, const Floats& c) {
 #if defined(__AVX2__) && defined(__FMA__)
     return _mm256_fmadd_ps(a, b, c);
-#elif defined(__ARM_NEON)
+#elif defined(__ARM_NEON) && defined(__ARM_FEATURE_FMA)
     return vfmaq_f32(c, a, b);
 #else
     return a * b + c;
