@@ -23,7 +23,7 @@ constexpr int kStereoStart = 8;
 // so many of them know what the shaking has made of the velocity.
 constexpr double kShakenRest_s = 0.3;
 constexpr double kStampSlack_s = 1e-3;
-constexpr int kHastenedAtRest = 1;
+constexpr int kHastenedAtRest = 4;
 constexpr int kStandingTracks = 8;        // the median of fewer says nothing
 constexpr double kOriginSigma = 1e-4;     // m, rad: a choice, not an estimate
 constexpr double kUnknownYawSigma = 1.8;  // rad: that of any direction
