@@ -82,6 +82,7 @@ Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool w
     FrameHints hints;
     hints.wants_keyframe = wants_keyframe;
     hints.effort = is_late ? kLateFeatures : 1.0;
+    hints.is_doubtful = monitor.state() != TrackingState::kTracking;
     if (phase != Phase::kEmpty) {
         const StageScope scope(observer, Stage::kPropagation);
         hints.q_Bp_B = turn_since_frame(before);

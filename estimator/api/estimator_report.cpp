@@ -22,7 +22,7 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     if (frame_taken && phase != Phase::kEmpty) {
         e.image = tracks.image;
         e.is_keyframe = tracks.is_keyframe;
-        e.tracked = static_cast<int>(tracks.observations.size());
+        e.tracked = std::max(tracks.tracked, static_cast<int>(tracks.observations.size()));
         e.stereo = tracks.stereo;
     }
     e.newest_landmarks = window.state().keyframes.size() > 1 ? summary.newest_landmarks : e.tracked;

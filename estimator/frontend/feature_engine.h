@@ -25,7 +25,8 @@ struct StereoQuery {
 };
 
 /// The parts of the front-end that FrontendConfig::backend chooses; all decisions on their results are the front-end's.
-/// Every frame: begin_frame, follow, detect and start at keyframes, begin_right and match if there is a right image.
+/// Every frame: begin_frame, follow for each earlier image, detect and start at keyframes, begin_right and match if
+/// there is a right image.
 /// Deterministic. Thread-bound. Heap, and what it costs: see the implementations.
 class FeatureEngine {
 public:
@@ -50,9 +51,11 @@ public:
     /// As Tracker::start and stop.
     virtual Status start(const ImagePyramid& left, const Eigen::Vector2d& uv, Track& track) = 0;
     virtual void stop(const Track& track) = 0;
-    /// Moves tracks from the previous image to the present one. @param followed  1 for those found; the others are
-    /// untouched
-    virtual void follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion,
+    /// From how many frames ago tracks can be followed, at most kMaxTurns.
+    virtual int reach() const = 0;
+    /// Moves tracks from an earlier image, in which they were seen, to the present one.
+    /// @param followed  1 for those found; the others are untouched
+    virtual void follow(const ImagePyramid& earlier, const ImagePyramid& present, const FrameMotion& motion,
                         std::span<Track> tracks, std::span<std::uint8_t> followed) = 0;
     /// As Tracker::find_again.
     virtual Status find_again(const ImagePyramid& left, const LandmarkPrediction& prediction,

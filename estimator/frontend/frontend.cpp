@@ -20,7 +20,10 @@ void Frontend::Impl::reset() {
     has_previous = false;
     was_still = false;
     q_Bk_B.setIdentity();
-    q_B0_B.setIdentity();
+    for (Sight& sight : sights) {
+        sight.q_B0_B.setIdentity();
+    }
+    frame_number = next_turn = 0;
     keyframe_tracks = 0;
     corners_wait = false;
 }
@@ -32,7 +35,7 @@ void Frontend::Impl::remove(std::size_t index) {
 
 ImageState Frontend::Impl::judge_image(const Eigen::Quaterniond& q_Bp_B) const {
     constexpr double kTurned = 1e-3;  // rad: more than the gyroscope may err from frame to frame
-    if (has_previous && q_Bp_B.vec().norm() > 0.5 * kTurned && is_same_image(left.level(0), previous_left.level(0))) {
+    if (has_previous && q_Bp_B.vec().norm() > 0.5 * kTurned && is_same_image(left.level(0), sights[1].image.level(0))) {
         return ImageState::kFrozen;
     }
     return check_image(left.level(left.levels() - 1));
@@ -41,7 +44,8 @@ ImageState Frontend::Impl::judge_image(const Eigen::Quaterniond& q_Bp_B) const {
 void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output) {
     const bool has_right = !frame.right.empty();
     if (has_previous) {
-        follow_tracks(hints.q_Bp_B, (frame.stamp - previous_stamp).seconds(), output);
+        age_tracks();
+        follow_in_turns(hints, output);
         if (2 * live() < keyframe_tracks) {
             recall(hints, output);  // most tracks were lost at once: after darkness, or behind something large
         }
@@ -52,6 +56,11 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
     output.is_keyframe = policy.decide(
         {frame.stamp, live(), keyframe_tracks, output.median_disparity_px, has_right, hints.wants_keyframe});
     if (output.is_keyframe) {
+        if (has_previous && observed() < tracks.size()) {
+            follow_rest(output);
+            reject_mono_outliers(output);
+            output.tracked = static_cast<int>(tracks.size());
+        }
         if (has_right) {
             right.build(frame.right);
             engine->begin_right(right);
@@ -61,13 +70,23 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
     fill_observations(output);
 }
 
+void Frontend::Impl::begin_sight(const StereoFrame& frame, const FrameHints& hints) {
+    for (std::size_t k = sights.size() - 1; k > 0; --k) {
+        std::swap(sights[k], sights[k - 1]);
+    }
+    sights[0].q_B0_B = (sights[1].q_B0_B * hints.q_Bp_B).normalized();
+    sights[0].stamp = frame.stamp;
+    q_Bk_B = (q_Bk_B * hints.q_Bp_B).normalized();
+    ++frame_number;
+}
+
 Status Frontend::Impl::process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& result) {
     const bool has_right = !frame.right.empty();
     if (!configured || !image_ok(frame.left, rig.left) || (has_right && !image_ok(frame.right, rig.right)) ||
         !(std::abs(hints.q_Bp_B.norm() - 1.0) < 1e-3)) {
         return Status::kInvalidArgument;
     }
-    if (has_previous && frame.stamp <= previous_stamp) {
+    if (has_previous && frame.stamp <= sights[0].stamp) {
         return Status::kOutOfOrder;
     }
     if (has_corrections) {
@@ -78,24 +97,20 @@ Status Frontend::Impl::process(const StereoFrame& frame, const FrameHints& hints
     has_predictions = false;
     FrontendOutput output;
     output.stamp = frame.stamp;
-    std::swap(left, previous_left);
+    begin_sight(frame, hints);
     left.build(frame.left);
     engine->begin_frame(left);
-    q_Bk_B = (q_Bk_B * hints.q_Bp_B).normalized();
-    q_B0_Bp = q_B0_B;
-    q_B0_B = (q_B0_B * hints.q_Bp_B).normalized();
     output.image = judge_image(hints.q_Bp_B);
     if (output.image == ImageState::kUsable) {
         follow_and_choose(frame, hints, output);
     } else {
         for (const Track& track : tracks) {
-            dormant.add(track, q_B0_Bp, *engine);
+            dormant.add(track, sights[static_cast<std::size_t>(track.unseen + 1)].q_B0_B, *engine);
         }
         output.lost = static_cast<int>(tracks.size());
         tracks.clear();
     }
     has_previous = true;
-    previous_stamp = frame.stamp;
     result = output;
     return Status::kOk;
 }
@@ -116,8 +131,9 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
     impl.configured = false;
     impl.config = config;
     impl.rig = rig;
-    FACET_TRY(impl.left.configure(l.width, l.height, config.pyramid_levels));
-    FACET_TRY(impl.previous_left.configure(l.width, l.height, config.pyramid_levels));
+    for (Impl::Sight& sight : impl.sights) {
+        FACET_TRY(sight.image.configure(l.width, l.height, config.pyramid_levels));
+    }
     FACET_TRY(impl.right.configure(r.width, r.height, config.pyramid_levels));
     impl.engine = config.uses_opencv() ? make_opencv_engine() : make_patch_engine();
     FACET_TRY(impl.engine->configure(config, rig));

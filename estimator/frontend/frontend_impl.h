@@ -15,6 +15,7 @@
 #include "estimator/frontend/keyframe_policy.h"
 #include "estimator/frontend/outlier_test.h"
 #include "estimator/frontend/track.h"
+#include "estimator/frontend/tracker.h"
 
 namespace facet {
 
@@ -24,8 +25,14 @@ struct Frontend::Impl {
     FrontendConfig config;
     StereoRig rig;
     bool configured = false;
-    ImagePyramid left;
-    ImagePyramid previous_left;
+    /// A left image, and where the body was.
+    struct Sight {
+        ImagePyramid image;
+        Eigen::Quaterniond q_B0_B = Eigen::Quaterniond::Identity();  ///< body then to body at the first frame
+        Timestamp stamp;
+    };
+    std::array<Sight, kMaxTurns + 1> sights;  ///< the present one, then those before it
+    ImagePyramid& left = sights[0].image;
     ImagePyramid right;
     std::unique_ptr<FeatureEngine> engine;  ///< by FrontendConfig::backend
     OutlierTest outlier_test;
@@ -34,25 +41,27 @@ struct Frontend::Impl {
     TrackList tracks;
     DormantTracks dormant;
     std::uint32_t next_landmark = 0;
+    std::uint32_t next_turn = 0;  ///< of the next track
     bool has_previous = false;
     bool was_still = false;
-    Timestamp previous_stamp;
     Timestamp keyframe_stamp;
-    Eigen::Quaterniond q_Bk_B = Eigen::Quaterniond::Identity();   ///< body now to body at the last keyframe
-    Eigen::Quaterniond q_B0_B = Eigen::Quaterniond::Identity();   ///< body now to body at the first frame
-    Eigen::Quaterniond q_B0_Bp = Eigen::Quaterniond::Identity();  ///< likewise, at the previous frame
-    int keyframe_tracks = 0;                                      ///< tracks the last keyframe had
+    Eigen::Quaterniond q_Bk_B = Eigen::Quaterniond::Identity();  ///< body now to body at the last keyframe
+    std::uint32_t frame_number = 0;                              ///< number of the present one, for turns
+    int keyframe_tracks = 0;                                     ///< tracks the last keyframe had
 
     boost::container::static_vector<MonoPair, kMaxFeatures> mono_pairs;
     boost::container::static_vector<StereoPair, kMaxFeatures> stereo_pairs;
-    boost::container::static_vector<std::uint16_t, kMaxFeatures> pair_tracks;  ///< index of each pair's track
+    boost::container::static_vector<std::uint16_t, kMaxFeatures> pair_tracks;   ///< index of each pair's track
+    TrackList group;                                                            ///< that is followed from one image
+    boost::container::static_vector<std::uint16_t, kMaxFeatures> group_tracks;  ///< index of each one's track
     boost::container::static_vector<std::uint8_t, kMaxFeatures> inlier;
     boost::container::static_vector<double, kMaxFeatures> values;
     boost::container::static_vector<Eigen::Vector2d, kMaxFeatures> positions;
     boost::container::static_vector<Eigen::Matrix2d, kMaxFeatures> lens_slopes;  ///< d_uv_d_xy of each track
     boost::container::static_vector<StereoQuery, kMaxFeatures + kMaxSurfacePoints> queries;
     std::array<StereoMatch, kMaxFeatures + kMaxSurfacePoints> matches;  ///< of the queries
-    std::array<std::uint8_t, kMaxFeatures + kMaxSurfacePoints> found;   ///< of queries, or of tracks that are followed
+    std::array<std::uint8_t, kMaxFeatures + kMaxSurfacePoints> found;   ///< of queries, or of tracks
+    std::array<std::uint8_t, kMaxFeatures> group_found;                 ///< of the group
     std::span<const LandmarkPrediction> predictions;                    ///< for this frame, if has_predictions
     bool has_predictions = false;
     CornerList corners;                  ///< found at this keyframe, but not started as tracks
@@ -63,6 +72,8 @@ struct Frontend::Impl {
 
     void reset();
     Status process(const StereoFrame& frame, const FrameHints& hints, FrontendOutput& output);
+    /// Makes room for the present image, the others become one frame older.
+    void begin_sight(const StereoFrame& frame, const FrameHints& hints);
     ImageState judge_image(const Eigen::Quaterniond& q_Bp_B) const;
     /// The hints' landmarks, asked for once a frame.
     std::span<const LandmarkPrediction> predict(const FrameHints& hints);
@@ -71,7 +82,22 @@ struct Frontend::Impl {
     Eigen::Vector3d camera_velocity();
     double median();  ///< of `values`, which it reorders; 0 if that is empty
     double median_inverse_depth();
-    void follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output);
+    /// Prepares the tracks for a new image, which sees none of them yet.
+    void age_tracks();
+    /// How many frames there are to a track's turn.
+    std::uint32_t turns() const;
+    /// Motion of the left camera since the frame that was so many frames ago.
+    FrameMotion motion_since(int frames) const;
+    /// Follows those tracks of which is_due(track), and drops those that are lost.
+    /// @return whether they moved as predicted, all but a few
+    template <class Predicate>
+    bool follow_tracks(Predicate is_due, FrontendOutput& output);
+    /// Those not `found`. @return how many
+    std::size_t drop_lost(FrontendOutput& output);
+    /// Those whose turn it is; all of them in a frame that is not like those before it.
+    void follow_in_turns(const FrameHints& hints, FrontendOutput& output);
+    /// Those that have not been followed to this image yet.
+    void follow_rest(FrontendOutput& output);
     void reject_mono_outliers(FrontendOutput& output);
     void measure_disparity(FrontendOutput& output);
     void make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output);
@@ -86,6 +112,11 @@ struct Frontend::Impl {
     int live() const {
         return static_cast<int>(
             std::count_if(tracks.begin(), tracks.end(), [](const Track& t) { return t.in_keyframe; }));
+    }
+    /// Number of tracks that the present image has been searched for and sees.
+    std::size_t observed() const {
+        return static_cast<std::size_t>(
+            std::count_if(tracks.begin(), tracks.end(), [](const Track& t) { return t.unseen == 0; }));
     }
     void remove(std::size_t index);
     bool image_ok(const ImageView& view, const CameraModel& camera) const {

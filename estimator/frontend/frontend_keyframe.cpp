@@ -21,7 +21,7 @@ void Frontend::Impl::recall(const FrameHints& hints, FrontendOutput& output) {
     }
     const std::size_t before = tracks.size();
     dormant.forget_unknown(predictions, *engine);
-    dormant.recall(left, predictions, q_B0_B, wanted_features(hints), *engine, tracks);
+    dormant.recall(left, predictions, sights[0].q_B0_B, wanted_features(hints), *engine, tracks);
     output.recalled += static_cast<int>(tracks.size() - before);
 }
 
@@ -47,6 +47,7 @@ void Frontend::Impl::begin_tracks(const FrameHints& hints, bool has_right, Front
         }
         if (ok(started)) {
             track.id.value = next_landmark++;
+            track.turn = next_turn++;
             tracks.push_back(track);
             ++output.detected;
         }
@@ -158,6 +159,9 @@ void Frontend::Impl::make_keyframe(const FrameHints& hints, bool has_right, Fron
 
 void Frontend::Impl::fill_observations(FrontendOutput& output) const {
     for (const Track& track : tracks) {
+        if (track.unseen != 0) {
+            continue;
+        }
         FeatureObservation o;
         o.landmark = track.id;
         o.left_xy = track.xy;

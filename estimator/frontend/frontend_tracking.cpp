@@ -3,8 +3,17 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 namespace facet {
+namespace {
+
+// A frame is not like those before it if one track of so many is lost in it, or if half of the tracks come so far off
+// their predictions.
+constexpr std::size_t kFewLost = 4;
+constexpr double kSurprise_px = 6.0;
+
+}  // namespace
 
 Eigen::Vector3d Frontend::Impl::camera_velocity() {
     // Rotation apart, a point of inverse depth rho moves by xy' = rho (v.z() xy - v.head<2>()), v the velocity of the
@@ -56,31 +65,97 @@ double Frontend::Impl::median_inverse_depth() {
     return median();
 }
 
-void Frontend::Impl::follow_tracks(const Eigen::Quaterniond& q_Bp_B, double dt_s, FrontendOutput& output) {
-    FrameMotion motion;
-    motion.q_C_Cp = (rig.T_B_C0.q.conjugate() * q_Bp_B.conjugate() * rig.T_B_C0.q).normalized();
-    motion.dt_s = dt_s;
+void Frontend::Impl::age_tracks() {
     // New tracks have no velocity of their own: it is computed from the camera's velocity and their depth.
     const double usual = median_inverse_depth();
     const Eigen::Vector3d v = camera_velocity();
     for (Track& track : tracks) {
+        ++track.unseen;
         track.has_right = false;
         if (!track.has_velocity) {
             const double rho = track.has_depth ? track.inverse_depth : usual;
             track.velocity = rho * (v.z() * track.xy - v.head<2>());
         }
     }
-    engine->follow(previous_left, left, motion, {tracks.data(), tracks.size()}, {found.data(), tracks.size()});
+}
+
+FrameMotion Frontend::Impl::motion_since(int frames) const {
+    const Sight& then = sights[static_cast<std::size_t>(frames)];
+    const Eigen::Quaterniond q_B_Bt = sights[0].q_B0_B.conjugate() * then.q_B0_B;
+    return {(rig.T_B_C0.q.conjugate() * q_B_Bt * rig.T_B_C0.q).normalized(), (sights[0].stamp - then.stamp).seconds()};
+}
+
+std::uint32_t Frontend::Impl::turns() const {
+    constexpr int kEnough = 100;  // tracks in a frame: its pose hardly gains from more
+    return static_cast<std::uint32_t>(std::clamp(static_cast<int>(tracks.size()) / kEnough, 1, engine->reach()));
+}
+
+template <class Predicate>
+bool Frontend::Impl::follow_tracks(Predicate is_due, FrontendOutput& output) {
+    found.fill(1);
+    values.clear();  // how far tracks came off their predictions, squared (normalised)
+    std::size_t due = 0;
+    for (int frames = 1; frames <= kMaxTurns; ++frames) {
+        group.clear();
+        group_tracks.clear();
+        for (std::size_t i = 0; i < tracks.size(); ++i) {
+            if (tracks[i].unseen == frames && is_due(tracks[i])) {
+                group.push_back(tracks[i]);
+                group_tracks.push_back(static_cast<std::uint16_t>(i));
+            }
+        }
+        if (group.empty()) {
+            continue;
+        }
+        due += group.size();
+        const FrameMotion motion = motion_since(frames);
+        engine->follow(sights[static_cast<std::size_t>(frames)].image, left, motion, {group.data(), group.size()},
+                       {group_found.data(), group.size()});
+        for (std::size_t k = 0; k < group.size(); ++k) {
+            Track& track = tracks[group_tracks[k]];
+            found[group_tracks[k]] = group_found[k];
+            if (group_found[k] != 0) {
+                values.push_back(motion.dt_s * motion.dt_s * (group[k].velocity - track.velocity).squaredNorm());
+                track = group[k];
+                track.age_frames += static_cast<std::uint32_t>(frames - 1);  // the engine counts one
+                track.unseen = 0;
+            }
+        }
+    }
+    const std::size_t lost = drop_lost(output);
+    return kFewLost * lost <= due && rig.left.focal_px() * std::sqrt(median()) < kSurprise_px;
+}
+
+std::size_t Frontend::Impl::drop_lost(FrontendOutput& output) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < tracks.size(); ++i) {
         if (found[i] != 0) {
             tracks[kept++] = tracks[i];
         } else {
-            dormant.add(tracks[i], q_B0_Bp, *engine);
-            ++output.lost;
+            dormant.add(tracks[i], sights[static_cast<std::size_t>(tracks[i].unseen)].q_B0_B, *engine);
         }
     }
+    const std::size_t lost = tracks.size() - kept;
+    output.lost += static_cast<int>(lost);
     tracks.resize(kept);
+    return lost;
+}
+
+void Frontend::Impl::follow_in_turns(const FrameHints& hints, FrontendOutput& output) {
+    const std::uint32_t every = hints.is_doubtful ? 1 : turns();
+    const bool is_as_predicted = follow_tracks(
+        [this, every](const Track& track) {
+            const bool is_its_turn = (track.turn + frame_number) % every == 0;
+            return is_its_turn || track.unseen >= static_cast<int>(every) || !track.has_velocity;
+        },
+        output);
+    if (!is_as_predicted) {
+        follow_rest(output);
+    }
+}
+
+void Frontend::Impl::follow_rest(FrontendOutput& output) {
+    static_cast<void>(follow_tracks([](const Track&) { return true; }, output));
 }
 
 void Frontend::Impl::reject_mono_outliers(FrontendOutput& output) {
@@ -88,7 +163,7 @@ void Frontend::Impl::reject_mono_outliers(FrontendOutput& output) {
     pair_tracks.clear();
     const Eigen::Matrix3d R = q_C_Ck().toRotationMatrix();
     for (std::size_t i = 0; i < tracks.size(); ++i) {
-        if (tracks[i].in_keyframe) {
+        if (tracks[i].in_keyframe && tracks[i].unseen == 0) {
             mono_pairs.push_back({R * tracks[i].keyframe_xy.homogeneous(), tracks[i].xy});
             pair_tracks.push_back(static_cast<std::uint16_t>(i));
         }
@@ -113,7 +188,8 @@ void Frontend::Impl::measure_disparity(FrontendOutput& output) {
         values.clear();
         for (const Track& track : tracks) {
             Eigen::Vector2d uv;
-            if (track.in_keyframe && ok(rig.left.project(R * track.keyframe_xy.homogeneous(), uv))) {
+            if (track.in_keyframe && track.unseen == 0 &&
+                ok(rig.left.project(R * track.keyframe_xy.homogeneous(), uv))) {
                 values.push_back((uv - track.pose.uv).norm());
             }
         }

@@ -29,6 +29,7 @@ struct FrameHints {
     Eigen::Quaterniond q_Bp_B = Eigen::Quaterniond::Identity();  ///< body now to the previous frame: p_Bp = q * p_B
     LandmarkSource* landmarks = nullptr;  ///< asked only at keyframes and where tracks are lost; nullptr: none
     bool wants_keyframe = false;          ///< inertial data are poor: vision has to say where the vehicle is
+    bool is_doubtful = false;             ///< something was wrong before: every track counts
     double effort = 1.0;  ///< share of the configured number of features that a keyframe is filled up to
 };
 

@@ -71,7 +71,8 @@ public:
                 CornerList& corners) override;
     Status start(const ImagePyramid& left, const Eigen::Vector2d& uv, Track& track) override;
     void stop(const Track& /*track*/) override {}
-    void follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion,
+    int reach() const override { return 1; }
+    void follow(const ImagePyramid& earlier, const ImagePyramid& present, const FrameMotion& motion,
                 std::span<Track> tracks, std::span<std::uint8_t> followed) override;
     Status find_again(const ImagePyramid& /*left*/, const LandmarkPrediction& /*prediction*/,
                       const Eigen::Quaterniond& /*q_C_Cl*/, Track& /*track*/, Eigen::Vector2d& /*shift*/) override {
@@ -232,7 +233,7 @@ Status OpenCvEngine::start(const ImagePyramid& /*left*/, const Eigen::Vector2d& 
     return Status::kOk;
 }
 
-void OpenCvEngine::follow(const ImagePyramid& /*previous*/, const ImagePyramid& /*present*/, const FrameMotion& motion,
+void OpenCvEngine::follow(const ImagePyramid& /*earlier*/, const ImagePyramid& /*present*/, const FrameMotion& motion,
                           std::span<Track> tracks, std::span<std::uint8_t> followed) {
     const Eigen::Matrix3d R = motion.q_C_Cp.toRotationMatrix();
     const auto turned = [&R](const Track& track) -> Eigen::Vector3d { return R * track.xy.homogeneous(); };

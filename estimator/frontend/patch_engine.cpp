@@ -27,10 +27,11 @@ public:
     }
     void stop(const Track& track) override { tracker_.stop(track); }
 
-    void follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion,
+    int reach() const override { return kMaxTurns; }
+    void follow(const ImagePyramid& earlier, const ImagePyramid& present, const FrameMotion& motion,
                 std::span<Track> tracks, std::span<std::uint8_t> followed) override {
         for (std::size_t i = 0; i < tracks.size(); ++i) {
-            followed[i] = ok(tracker_.follow(previous, present, motion, tracks[i])) ? 1 : 0;
+            followed[i] = ok(tracker_.follow(earlier, present, motion, tracks[i])) ? 1 : 0;
         }
     }
     Status find_again(const ImagePyramid& left, const LandmarkPrediction& prediction, const Eigen::Quaterniond& q_C_Cl,

@@ -10,9 +10,14 @@
 
 namespace facet {
 
+/// Between keyframes tracks take turns: each is followed in every so manyth frame. So many earlier images are kept.
+inline constexpr int kMaxTurns = 2;
+
 struct Track {
     LandmarkId id;
     std::uint32_t age_frames = 0;
+    std::uint32_t turn = 0;                              ///< tells in which frames its turn is: counts tracks begun
+    int unseen = 0;                                      ///< frames since it was seen; 0: it is seen in this one
     int slot = 0;                                        ///< of its template in the tracker
     PatchPose pose;                                      ///< of the template in the left image now
     Eigen::Vector2d xy = Eigen::Vector2d::Zero();        ///< normalised, in C0 now

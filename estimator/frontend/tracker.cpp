@@ -54,7 +54,7 @@ Status Tracker::start(const ImagePyramid& image, const Eigen::Vector2d& uv, Trac
 }
 
 Status Tracker::turn(const Eigen::Vector2d& xy, const Eigen::Quaterniond& q, TurnedPoint& point) const {
-    // The bearing is known from the previous frame: invert only the projection's derivative, not the distortion.
+    // The bearing is known from the earlier frame: invert only the projection's derivative, not the distortion.
     Eigen::Vector2d uv;
     Eigen::Matrix<double, 2, 3> d_uv_d_p;
     FACET_TRY(camera_.project(xy.homogeneous(), uv, &d_uv_d_p));
@@ -81,7 +81,7 @@ Status Tracker::land(const TurnedPoint& point, const Eigen::Vector2d& xy, double
     return Status::kOk;
 }
 
-Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion,
+Status Tracker::follow(const ImagePyramid& earlier, const ImagePyramid& present, const FrameMotion& motion,
                        Track& track) {
     // Prediction: rotate the bearing, add the velocity; warp: the derivative of that map, through both distortions.
     TurnedPoint turned;
@@ -108,7 +108,7 @@ Status Tracker::follow(const ImagePyramid& previous, const ImagePyramid& present
     float back_correlation = 0.0F;
     const AlignOptions back_options{
         .coarsest = 0, .enough_px = PatchAligner::kCheckPrecision * static_cast<float>(config_.forward_backward_px)};
-    FACET_TRY(aligner_.align(probe_, previous, back_options, back, back_correlation));
+    FACET_TRY(aligner_.align(probe_, earlier, back_options, back, back_correlation));
     if (!((back.uv - track.pose.uv).norm() < config_.forward_backward_px)) {
         return Status::kDegenerate;
     }
@@ -147,6 +147,7 @@ Status Tracker::find_again(const ImagePyramid& image, const LandmarkPrediction& 
     track.pose = pose;
     track.xy = xy;
     track.has_velocity = false;
+    track.unseen = 0;
     return Status::kOk;
 }
 

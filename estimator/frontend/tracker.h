@@ -16,7 +16,7 @@
 
 namespace facet {
 
-/// Motion from the previous frame to this one, predicted before the image is examined.
+/// Motion from an earlier frame to this one, predicted before the image is examined.
 struct FrameMotion {
     Eigen::Quaterniond q_C_Cp = Eigen::Quaterniond::Identity();  ///< rotation of the left camera: p_C = q * p_Cp
     double dt_s = 0.0;
@@ -42,9 +42,9 @@ public:
     Status start(const ImagePyramid& image, const Eigen::Vector2d& uv, Track& track);
     void stop(const Track& track) { free_.push_back(track.slot); }
 
-    /// Moves a track from the previous image to the present one.
+    /// Moves a track from an earlier image, in which it was seen, to the present one.
     /// @return kNotFound if it left the image; kDegenerate if alignment or the backward check failed (track untouched).
-    Status follow(const ImagePyramid& previous, const ImagePyramid& present, const FrameMotion& motion, Track& track);
+    Status follow(const ImagePyramid& earlier, const ImagePyramid& present, const FrameMotion& motion, Track& track);
 
     /// Searches for a lost track where its landmark is predicted.
     /// @param q_C_Cl  rotation of the left camera since the track was lost: p_C = q * p_Cl
