@@ -50,8 +50,6 @@ void Estimator::Impl::reset() {
     span = {};
     phase = Phase::kEmpty;
     rests = reset_wanted = is_late = is_blind = has_carried = false;
-    may_stand = false;
-    hastened = 0;
     has_frame = has_primary = false;
     is_confirmed = true;
     awaits_answer = has_trusted = has_given = is_renewed = false;
@@ -123,7 +121,6 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
         }
         monitor.restart(now.stamp, false);
         rest_claim = initial.is_still ? RestClaim::kOpen : RestClaim::kNone;
-        may_stand = !initial.is_still;
     }
     report(frame, ok(tracked), estimate);
     return tracked;
@@ -215,7 +212,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     predicted.inertial_data_poor = span.has_gap || span.clipped != 0;
     predicted.rests = rests;
     const bool begins_anew = is_renewed && window.state().keyframes.size() < kKeyframesOfStart;
-    predicted.is_starting = (monitor.state() == TrackingState::kInit || begins_anew || hastened > 0) && is_confirmed &&
+    predicted.is_starting = (monitor.state() == TrackingState::kInit || begins_anew) && is_confirmed &&
                             !frame.right.empty() && rest_claim == RestClaim::kNone;
     predicted.keyframe_age_s = (stamp - newest.stamp).seconds();
     const Status tracked = track(frame, before, wants_keyframe(predicted));
@@ -224,7 +221,6 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     if (ok(tracked)) {
         judge_rest(tracks.image == ImageState::kUsable);
         judge_rest_claim();
-        judge_shaken_rest();
         FrameEvidence seen{phase, must_restart(predicted), tracks.is_keyframe, tracks.stereo, rests, tracks.is_still};
         seen.lone_features = is_alone(frame) ? static_cast<int>(tracks.observations.size()) : 0;
         drop_doubt_if_blind(preintegration);
@@ -254,12 +250,9 @@ void Estimator::Impl::act(FrameAction action, Preintegration& preintegration) {
             if (awaits_answer) {
                 collect_alone();
             } else {
-                FrameEstimate seen;
-                const bool is_seen = ok(examine_image(preintegration, seen)) && !doubt.is_active();
-                // Where images stand still, the samples of a second of shaking lead millimetres astray: far enough for
-                // the solver to end before it has come back along the directions that only the prior holds.
-                const bool is_shaken_rest = is_seen && tracks.is_still && !rests;
-                take_keyframe(preintegration, is_shaken_rest ? &seen.state : nullptr);
+                FrameEstimate unused;
+                static_cast<void>(examine_image(preintegration, unused));
+                take_keyframe(preintegration);
             }
             break;
         case FrameAction::kHold:

@@ -56,8 +56,6 @@ struct Estimator::Impl {
     ImuSpan span;   ///< samples between them
     Phase phase = Phase::kEmpty;
     RestClaim rest_claim = RestClaim::kNone;
-    bool may_stand = false;  ///< begun as in motion, with images that have not moved since
-    int hastened = 0;        ///< keyframes that shall still follow each other as fast as at a start
     InertialDoubt doubt;
     bool rests = false;         ///< by inertial samples and images: at rest at every frame since the newest keyframe
     bool reset_wanted = false;  ///< requested by the user
@@ -125,10 +123,6 @@ struct Estimator::Impl {
     void judge_rest(bool image_is_still);
     /// What the images say of a start as at rest, as long as the inertial samples say nothing else.
     void judge_rest_claim();
-    /// During a start in motion: whether the images have not moved since the window began.
-    void judge_shaken_rest();
-    /// Once the window, begun as in motion, has seen still images for long enough: it begins anew as at rest, shaken.
-    void begin_shaken_rest();
     /// Begins anew at the present frame as in motion: the start as at rest was a glide.
     void restart_in_motion();
     /// The vehicle stands where it stood at the newest keyframe: that is known better than the inertial prediction
@@ -167,8 +161,7 @@ struct Estimator::Impl {
     void begin_on_new_clock();
     /// Adds what is not known of `now` beyond what its window tells, when that ends.
     void own_up();
-    /// @param seen  the state by the frame's image, for the window to begin from; nullptr: not known
-    void take_keyframe(const Preintegration& preintegration, const NavState* seen);
+    void take_keyframe(const Preintegration& preintegration);
     /// What no estimate waits for: the view with its surface points, and what close_view() does.
     void complete_view();
     /// Hands on what the last keyframe has found of the cameras, for the frames after it.
