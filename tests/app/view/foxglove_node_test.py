@@ -58,7 +58,7 @@ def check_schemas(modules, channels):
 
 
 def decode_png(file):
-    """Width, height and rows of an 8-bit grey PNG whose rows are filtered by none or by the pixel to the left."""
+    """Width, height and rows of an 8-bit grey PNG; rows filtered by none, the left pixel, its mean with the upper."""
     assert file[:8] == b"\x89PNG\r\n\x1a\n"
     at, data, size = 8, b"", None
     while at < len(file):
@@ -75,9 +75,11 @@ def decode_png(file):
     rows = []
     for v in range(height):
         kind, row = pixels[v * (width + 1)], bytearray(pixels[v * (width + 1) + 1:(v + 1) * (width + 1)])
-        assert kind in (0, 1), kind
-        for u in range(1, width if kind == 1 else 0):
-            row[u] = (row[u] + row[u - 1]) % 256
+        assert kind in (0, 1, 3), kind
+        above = rows[-1] if rows and kind == 3 else bytes(width)
+        for u in range(width if kind != 0 else 0):
+            left = row[u - 1] if u > 0 else 0
+            row[u] = (row[u] + (left if kind == 1 else (left + above[u]) // 2)) % 256
         rows.append(row)
     return width, height, rows
 
