@@ -161,7 +161,8 @@ SquareRaster::SquareRaster(const CameraModel& camera, int side_px, int columns, 
     Eigen::Vector2f high = Eigen::Vector2f::Constant(-1e9F);
     low_ = -high;
     for (int i = 0; i < columns * rows; ++i) {
-        const Eigen::Vector2d uv(side_px * (i % columns + 0.5) - 0.5, side_px * (i / columns + 0.5) - 0.5);
+        const Eigen::Vector2i square(i % columns, i / columns);
+        const Eigen::Vector2d uv = side_px * (square.cast<double>().array() + 0.5) - 0.5;
         Eigen::Vector2d xy;
         middles_.push_back(ok(camera.unproject(uv, xy)) ? Eigen::Vector2f(xy.cast<float>()) : Eigen::Vector2f::Zero());
         low_ = low_.cwiseMin(middles_.back());
@@ -171,8 +172,9 @@ SquareRaster::SquareRaster(const CameraModel& camera, int side_px, int columns, 
     width_ = static_cast<int>((high.x() - low_.x()) * per_cell_) + 1;
     height_ = static_cast<int>((high.y() - low_.y()) * per_cell_) + 1;
     for (int i = 0; i < width_ * height_; ++i) {
-        const Eigen::Vector2d xy =
-            low_.cast<double>() + Eigen::Vector2d(i % width_ + 0.5, i / width_ + 0.5) / static_cast<double>(per_cell_);
+        const Eigen::Vector2i cell(i % width_, i / width_);
+        const Eigen::Vector2d middle = cell.cast<double>().array() + 0.5;
+        const Eigen::Vector2d xy = low_.cast<double>() + middle / static_cast<double>(per_cell_);
         Eigen::Vector2d uv;
         int square = -1;
         if (ok(camera.project(xy.homogeneous(), uv)) && camera.in_image(uv, 0.0)) {
