@@ -285,7 +285,7 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         "rays, and the distances all around, at each keyframe, for facet eval --scene");
     command->add_flag("--fuse", args->write_fused,
                       "Also write mesh_fused.ply: one mesh of the whole run, from the depth of every keyframe's pixels "
-                      "and with its final pose; takes about as long as the estimator");
+                      "and with its final pose; takes several times as long as the estimator");
     command->add_flag("--log-calibration", args->write_calibration,
                       "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
     add_view_options(*command, args->view);
