@@ -18,8 +18,8 @@ int mirrored(int i, int size) { return i < 0 ? -i : (i >= size ? 2 * size - 2 - 
 }  // namespace
 
 Status ImagePyramid::configure(int width, int height, int levels) {
-    if (levels < 1 || levels > kMaxLevels || (width >> (levels - 1)) < kMinSide ||
-        (height >> (levels - 1)) < kMinSide) {
+    if (levels < 1 || levels > kMaxLevels || width > simd::kMaxSide || height > simd::kMaxSide ||
+        (width >> (levels - 1)) < kMinSide || (height >> (levels - 1)) < kMinSide) {
         return Status::kInvalidArgument;
     }
     levels_ = levels;

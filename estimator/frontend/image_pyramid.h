@@ -22,7 +22,8 @@ public:
     static constexpr int kMaxLevels = 6;
 
     /// Allocates the buffers.
-    /// @return kInvalidArgument unless 1 <= levels <= 6 and the coarsest level is at least 16 px wide and high.
+    /// @return kInvalidArgument unless 1 <= levels <= 6, the coarsest level is at least 16 px wide and high, and the
+    ///         finest at most simd::kMaxSide.
     Status configure(int width, int height, int levels);
 
     /// Copies and filters an image of the configured size (FACET_ASSERT).

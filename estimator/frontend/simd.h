@@ -136,12 +136,14 @@ inline Floats sample(const RowPairs& image, const Floats& u, const Floats& v) {
 
 /// sample_scaled() takes positions in these units of a pixel: 12 bits behind the point.
 inline constexpr float kPositionScale = 4096.0F;
+/// The widest and highest image of which it can tell all positions.
+inline constexpr int kMaxSide = 4096;
 /// What it subtracts from grey values, and then multiplies them by.
 inline constexpr float kGreyOrigin = 128.0F;
 inline constexpr float kGreyScale = 255.0F * kPositionScale;
 
 /// kGreyScale * (grey value - kGreyOrigin) at (u, v) / kPositionScale, as sample(), but in integers: v counts to 1/255
-/// px. The same number with all instruction sets. Images are at most 4096 pixels wide and high.
+/// px. The same number with all instruction sets. Images are at most kMaxSide wide and high.
 inline Floats sample_scaled(const RowPairs& image, const Floats& u, const Floats& v) {
     const Ints fixed_u = to_ints(u);
     const Ints fixed_v = to_ints(v);

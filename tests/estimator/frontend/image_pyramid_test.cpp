@@ -12,6 +12,8 @@ TEST_CASE("pyramid refuses sizes it cannot halve", "[frontend]") {
     REQUIRE(pyramid.configure(320, 240, 0) == Status::kInvalidArgument);
     REQUIRE(pyramid.configure(320, 240, 7) == Status::kInvalidArgument);
     REQUIRE(pyramid.configure(60, 60, 3) == Status::kInvalidArgument);
+    REQUIRE(pyramid.configure(4097, 240, 3) == Status::kInvalidArgument);
+    REQUIRE(pyramid.configure(320, 4097, 3) == Status::kInvalidArgument);
     REQUIRE(ok(pyramid.configure(64, 64, 3)));
 }
 
