@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <exception>
 #include <filesystem>
 #include <utility>
 
@@ -92,10 +93,20 @@ void AslLog::commit() {
     if (::syncfs(folder_) != 0) {  // the images
         throw InputError(fmt::format("{}: cannot be written: {}", root_, std::strerror(errno)));
     }
-    for (AppendFile* rows : {cameras_[0].get(), cameras_[1].get(), imu_.get(), pairs_.get(), edges_.get()}) {
-        if (rows != nullptr) {
-            rows->commit();
+    // Images last: whenever the process is killed, every image named has its inertial samples. A table that does not fit
+    // any more keeps no other from the disc.
+    std::exception_ptr failure;
+    for (AppendFile* rows : {edges_.get(), imu_.get(), pairs_.get(), cameras_[1].get(), cameras_[0].get()}) {
+        try {
+            if (rows != nullptr) {
+                rows->commit();
+            }
+        } catch (const InputError&) {
+            failure = failure ? failure : std::current_exception();
         }
+    }
+    if (failure) {
+        std::rethrow_exception(failure);
     }
 }
 
