@@ -7,6 +7,12 @@
 #include "platform/base/assert.h"
 
 namespace facet {
+namespace {
+
+/// An arrival is never early: one that is earlier than this foretold tells that the offset was too late.
+constexpr double kEarlySigmas = 2.0;
+
+}  // namespace
 
 void ClockMap::restart(Timestamp source, Timestamp host) {
     base_ns_ = host.ns - source.ns;
@@ -59,6 +65,15 @@ Status ClockMap::add(Timestamp source, Timestamp host) {
         sigma_s *= 10.0 * (1.0 + residual_s / options_.pair_sigma_s);
     }
     const double s = p_oo_ + sigma_s * sigma_s;
+    if (options_.one_sided && residual_s < -kEarlySigmas * std::sqrt(s)) {
+        // The pairs before were all late, which says nothing of drift.
+        offset_s_ = predicted_s + residual_s;
+        p_oo_ = options_.pair_sigma_s * options_.pair_sigma_s;
+        p_od_ = 0.0;
+        last_source_ = source;
+        ++used_;
+        return Status::kOk;
+    }
     const double k_o = p_oo_ / s;
     const double k_d = p_od_ / s;
     offset_s_ = predicted_s + k_o * residual_s;

@@ -66,6 +66,49 @@ TEST_CASE("late arrivals: the earliest count, and the delay's mean does not come
     CHECK(worst_error_s(symmetric, truth, t - 20'000'000, t) > 1.5e-3);
 }
 
+TEST_CASE("a first arrival that is late is not taken for drift, however unsteady the clock may be") {
+    ClockMapOptions options;
+    options.one_sided = true;
+    options.pair_sigma_s = 200e-6;
+    options.drift_sigma = 0.02;
+    for (const double drift : {-0.01, 0.0, 0.01}) {
+        for (const double late_s : {0.0, 2e-3, 8e-3}) {
+            const TrueClock truth{drift, kEpochNs};
+            ClockMap map(options);
+            std::int64_t t = 0;
+            for (int i = 0; i < 2000; ++i, t += 5'000'000) {
+                const double delay_s = i == 0 ? late_s : 50e-6;
+                (void)map.add({t}, truth.host({t}) + Duration::from_seconds(delay_s));
+                if (i >= 100) {
+                    REQUIRE(worst_error_s(map, truth, t, t + 5'000'000) < 0.5e-3);
+                }
+            }
+            CHECK(map.counters().steps == 0);
+            CHECK(std::abs(map.drift() - drift) < 50e-6);
+        }
+    }
+}
+
+TEST_CASE("arrivals that begin late, or are late for long, are not taken for drift") {
+    // Delays of 2 ms on average, those above 10 ms outliers: twenty sources, a second after each one's start.
+    ClockMapOptions options;
+    options.one_sided = true;
+    options.pair_sigma_s = 200e-6;
+    const TrueClock truth{30e-6, kEpochNs};
+    for (unsigned seed = 0; seed < 20; ++seed) {
+        std::mt19937 random(seed);
+        std::exponential_distribution<double> delay(1.0 / 2e-3);
+        ClockMap map(options);
+        for (std::int64_t t = 0; t < 20'000'000'000; t += 5'000'000) {
+            (void)map.add({t}, truth.host({t}) + Duration::from_seconds(delay(random)));
+            if (t > 1'000'000'000) {
+                REQUIRE(worst_error_s(map, truth, t, t + 5'000'000) < 1e-3);
+            }
+        }
+        CHECK(std::abs(map.drift() - truth.drift) < 20e-6);
+    }
+}
+
 TEST_CASE("a step of the wall clock is followed within five pairs and counted once; single outliers are not") {
     TrueClock truth{10e-6, kEpochNs};
     ClockMap map;
