@@ -98,21 +98,22 @@ void OccupancyGrid::roll_to(const Eigen::Vector3d& p_W) {
     for (int axis = 0; axis < 3; ++axis) {
         const int shift = std::clamp(low[axis] - low_[axis], -size[axis], size[axis]);
         for (int k = 0; k < std::abs(shift); ++k) {
-            Eigen::Vector3i at = low;
-            at[axis] = shift > 0 ? low[axis] + size[axis] - 1 - k : low[axis] + k;
-            const int second = (axis + 1) % 3;
-            const int third = (axis + 2) % 3;
-            for (int i = 0; i < size[second]; ++i) {
-                for (int j = 0; j < size[third]; ++j) {
-                    Eigen::Vector3i c = at;
-                    c[second] += i;
-                    c[third] += j;
-                    cells_[index_of(c)] = {};
-                }
-            }
+            forget_slab(axis, shift > 0 ? low[axis] + size[axis] - 1 - k : low[axis] + k);
         }
     }
     low_ = low;
+}
+
+/// All cells with this number along one axis: `length` in a row, again every `pitch`.
+void OccupancyGrid::forget_slab(int axis, int number) {
+    constexpr std::size_t kLayer = static_cast<std::size_t>(kGridX) * kGridY;
+    const std::size_t length = axis == 0 ? 1 : axis == 1 ? kGridX : kLayer;
+    const std::size_t pitch = axis == 0 ? kGridX : axis == 1 ? kLayer : kCells;
+    Eigen::Vector3i c = Eigen::Vector3i::Zero();
+    c[axis] = number;
+    for (std::size_t first = index_of(c); first < kCells; first += pitch) {
+        std::fill_n(cells_.begin() + static_cast<std::ptrdiff_t>(first), length, Cell{});
+    }
 }
 
 /// One layer a keyframe: cells that nothing has confirmed for long.

@@ -194,6 +194,7 @@ private:
 
     void advance(Timestamp stamp);
     void roll_to(const Eigen::Vector3d& p_W);
+    void forget_slab(int axis, int number);
     void forget_layer();
     bool may_bridge(const HorizonMesh& mesh, const MeshFace& face) const;
     void hit_faces(const HorizonMesh& mesh, std::uint32_t update);

@@ -98,9 +98,12 @@ void Detector::offer_peaks(int u, int v, int count, float threshold) {
         return;
     }
     const float* const row = score_.row(v) + u;
+    const simd::Floats s = simd::load(row);
+    if (!simd::any(s >= threshold)) {  // nearly everywhere
+        return;
+    }
     const float* const up = score_.row(v - 1) + u;
     const float* const down = score_.row(v + 1) + u;
-    const simd::Floats s = simd::load(row);
     // Ties go to the first in reading order.
     const simd::Ints peak = (s >= threshold) & (s > simd::load(row - 1)) & (s >= simd::load(row + 1)) &
                             (s > simd::load(up - 1)) & (s > simd::load(up)) & (s > simd::load(up + 1)) &

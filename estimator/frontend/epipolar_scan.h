@@ -43,7 +43,21 @@ public:
 private:
     bool cut_patch(const RowPairs& image, const Eigen::Vector2f& at, const CurveStretch& stretch);
     void cut_strip(const RowPairs& image, const CurveStretch& stretch);
+    /// Grey values at a grid of places, as many rows as the window has: columns are at column_u_, column_v_ from
+    /// `origin`, rows `down` from one another.
+    void cut(const RowPairs& image, const Eigen::Vector2f& origin, const Eigen::Vector2f& down, int columns,
+             float* grid) const;
+    bool is_inside(const RowPairs& image, const Eigen::Vector2f& origin, const Eigen::Vector2f& down,
+                   int columns) const;
+    template <bool kInside>
+    void cut_rows(const RowPairs& image, const Eigen::Vector2f& origin, const Eigen::Vector2f& down, int columns,
+                  float* grid) const;
+    template <bool kInside>
+    void cut_end(const RowPairs& image, const Eigen::Vector2f& origin, const Eigen::Vector2f& down, int first,
+                 int columns, float* grid) const;
     void slide(int count, float* scores) const;
+    template <int kVectors>
+    void slide_vectors(int first, int count, float* scores) const;
 
     PatchWindow window_;
     int pitch_ = 0;          ///< columns of patch and strip in storage
@@ -53,7 +67,7 @@ private:
     std::vector<float> weights_;                        ///< of the square window, 0 outside its disc
     std::vector<float> patch_;                          ///< times weights
     std::vector<float> strip_;
-    std::vector<float> column_u_;  ///< places of the strip's columns (px)
+    std::vector<float> column_u_;  ///< places of the columns of patch or strip (px)
     std::vector<float> column_v_;
 };
 

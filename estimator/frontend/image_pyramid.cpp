@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "estimator/frontend/pixel_rows.h"
 #include "estimator/frontend/simd.h"
 #include "platform/base/assert.h"
 
@@ -38,30 +39,20 @@ Status ImagePyramid::configure(int width, int height, int levels) {
 }
 
 void ImagePyramid::halve(int l) {
-    // Weights 1 4 6 4 1 down, then across; the sums stay below 2^16 even after both, rounding included.
-    // Local copies and __restrict: writes of bytes may alias anything, even a view's width, and prevent vectorization.
+    // Down, then across; the sums stay below 2^16 even after both, rounding included.
     const ImageView from = level(l - 1);
     const ImageView to = level(l);
-    std::uint16_t* const __restrict sums = row_.data() + kReach;
+    std::uint16_t* const sums = row_.data() + kReach;
     for (int v = 0; v < to.height; ++v) {
-        const std::uint8_t* const r0 = from.row(mirrored(2 * v - 2, from.height));
-        const std::uint8_t* const r1 = from.row(mirrored(2 * v - 1, from.height));
-        const std::uint8_t* const r2 = from.row(2 * v);
-        const std::uint8_t* const r3 = from.row(mirrored(2 * v + 1, from.height));
-        const std::uint8_t* const r4 = from.row(mirrored(2 * v + 2, from.height));
-        for (int u = 0; u < from.width; ++u) {
-            sums[u] = static_cast<std::uint16_t>(r0[u] + r4[u] + 4 * (r1[u] + r3[u]) + 6 * r2[u]);
-        }
+        pixel_rows::blur_down(
+            {from.row(mirrored(2 * v - 2, from.height)), from.row(mirrored(2 * v - 1, from.height)), from.row(2 * v),
+             from.row(mirrored(2 * v + 1, from.height)), from.row(mirrored(2 * v + 2, from.height))},
+            from.width, sums);
         for (int k = 1; k <= kReach; ++k) {
             sums[-k] = sums[k];
             sums[from.width - 1 + k] = sums[from.width - 1 - k];
         }
-        std::uint8_t* const __restrict out = buffers_[static_cast<std::size_t>(l)].data() + v * to.stride;
-        for (int u = 0; u < to.width; ++u) {
-            const std::uint16_t* const s = sums + 2 * u;
-            const auto total = static_cast<std::uint16_t>(s[-2] + s[2] + 4 * (s[-1] + s[1]) + 6 * s[0] + 128);
-            out[u] = static_cast<std::uint8_t>(total >> 8);
-        }
+        pixel_rows::blur_across(sums, to.width, buffers_[static_cast<std::size_t>(l)].data() + v * to.stride);
     }
 }
 
@@ -69,11 +60,7 @@ void ImagePyramid::pair_rows(int l) {
     const ImageView image = level(l);
     std::uint16_t* out = pair_buffers_[static_cast<std::size_t>(l)].data();
     for (int v = 0; v < image.height; ++v, out += image.width) {
-        const std::uint8_t* const upper = image.row(v);
-        const std::uint8_t* const lower = image.row(std::min(v + 1, image.height - 1));
-        for (int u = 0; u < image.width; ++u) {
-            out[u] = static_cast<std::uint16_t>(upper[u] | lower[u] << 8);
-        }
+        pixel_rows::pair(image.row(v), image.row(std::min(v + 1, image.height - 1)), image.width, out);
     }
 }
 

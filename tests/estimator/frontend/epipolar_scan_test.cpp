@@ -72,6 +72,42 @@ TEST_CASE("a scan finds the place that the patch has come to, turned and scaled"
     }
 }
 
+TEST_CASE("a place's score depends neither on how many others are asked for nor on how near the border is",
+          "[frontend]") {
+    const int window = GENERATE(9, 15);
+    const synthetic::Texture texture(9.0, 40.0, 5);
+    const ImagePyramid first = pyramid_of(synthetic::warp(texture, kWidth, kHeight, {0.0, 0.0}));
+    const ImagePyramid second = pyramid_of(synthetic::warp(texture, kWidth, kHeight, {4.25, -2.5}));
+    const RowPairs& all = second.pairs(0);
+    const Eigen::Vector2f at(100.5F, 70.25F);
+    const Eigen::Vector2f begin(92.0F, 67.75F);
+    const auto scan_from = [&](const RowPairs& image, const Eigen::Vector2f& place, int count) {
+        EpipolarScan scan;
+        scan.configure(window);
+        std::array<float, CurveStretch::kMaxPlaces> scores{};
+        const CurveStretch line = curve(place, {1.0F, 0.0F}, Eigen::Matrix2f::Identity(), count, 0.0F, 0.0F);
+        scan.correlate(first.pairs(0), at, image, line, scores.data());
+        return scores;
+    };
+    const auto expected = scan_from(all, begin, CurveStretch::kMaxPlaces);
+    for (int count = 2; count < CurveStretch::kMaxPlaces; ++count) {
+        // An image that ends where the last place's window does, but for half a pixel.
+        const int reach = window / 2;
+        const int left = static_cast<int>(begin.x()) - reach;
+        const int top = static_cast<int>(begin.y()) - reach;
+        const RowPairs cut{all.data + top * all.stride + left, 2 * reach + count + 1, 2 * reach + 3, all.stride};
+        const auto scores = scan_from(all, begin, count);
+        const auto beside =
+            scan_from(cut, begin - Eigen::Vector2f(static_cast<float>(left), static_cast<float>(top)), count);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+            CAPTURE(window, count, i);
+            REQUIRE(expected[i] > -1.0F);
+            CHECK(std::abs(scores[i] - expected[i]) < 1e-3F);
+            CHECK(std::abs(beside[i] - expected[i]) < 1e-3F);
+        }
+    }
+}
+
 TEST_CASE("a scan scores nothing outside the image or without texture", "[frontend]") {
     const synthetic::Texture texture(9.0, 40.0, 6);
     const ImagePyramid image = pyramid_of(synthetic::warp(texture, kWidth, kHeight, {0.0, 0.0}));

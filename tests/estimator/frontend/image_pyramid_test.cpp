@@ -42,7 +42,7 @@ TEST_CASE("pixel (u, v) of a level is pixel (2u, 2v) of the one below", "[fronte
 }
 
 TEST_CASE("a level is the binomial filter of the one below, mirrored at the border", "[frontend]") {
-    const auto [width, height] = GENERATE(std::pair{96, 64}, std::pair{75, 53});
+    const auto [width, height] = GENERATE(std::pair{96, 64}, std::pair{75, 53}, std::pair{35, 33});
     synthetic::Image image = synthetic::warp(synthetic::Texture(3.0, 20.0, 9), width, height, {0.0, 0.0});
     std::fill_n(image.pixels.begin(), 5 * width, std::uint8_t{255});  // the greatest sums there can be
     ImagePyramid pyramid;
@@ -62,6 +62,21 @@ TEST_CASE("a level is the binomial filter of the one below, mirrored at the bord
                 }
             }
             REQUIRE(static_cast<int>(pyramid.level(1).at(u, v)) == (sum + 128) / 256);
+        }
+    }
+}
+
+TEST_CASE("pairs hold each pixel and the one below it", "[frontend]") {
+    const auto [width, height] = GENERATE(std::pair{96, 20}, std::pair{75, 21}, std::pair{19, 17});
+    const synthetic::Image image = synthetic::warp(synthetic::Texture(3.0, 20.0, 9), width, height, {0.0, 0.0});
+    ImagePyramid pyramid;
+    REQUIRE(ok(pyramid.configure(width, height, 1)));
+    pyramid.build(image.view());
+    const RowPairs& pairs = pyramid.pairs(0);
+    for (int v = 0; v < height; ++v) {
+        for (int u = 0; u < width; ++u) {
+            const int below = image.view().at(u, std::min(v + 1, height - 1));
+            REQUIRE(pairs.data[v * pairs.stride + u] == image.view().at(u, v) + 256 * below);
         }
     }
 }

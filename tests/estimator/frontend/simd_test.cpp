@@ -36,6 +36,35 @@ TEST_CASE("sampling interpolates bilinearly up to the last pixels", "[frontend]"
     }
 }
 
+TEST_CASE("sampling along a curve gives the same, whichever way it runs", "[frontend]") {
+    const int width = 75;
+    const int height = 41;
+    const synthetic::Image image = synthetic::warp(synthetic::Texture(4.0, 20.0, 8), width, height, {0.0, 0.0});
+    ImagePyramid pyramid;
+    REQUIRE(ok(pyramid.configure(width, height, 1)));
+    pyramid.build(image.view());
+    for (const float along : {1.0F, -1.0F, 0.6F, -1.7F, 3.0F, 0.0F}) {
+        for (const float across : {0.0F, 0.03F, -0.4F, 1.0F}) {
+            for (float v = 10.5F; v < 30.0F; v += 0.77F) {
+                simd::Floats us{};
+                simd::Floats vs{};
+                for (int i = 0; i < simd::kLanes; ++i) {
+                    us[i] = 37.2F + v + along * static_cast<float>(i - 4);
+                    vs[i] = v + across * static_cast<float>(i - 4);
+                }
+                us = simd::clamp(us, 0.0F, 73.9F);
+                CHECK(
+                    !simd::any(simd::sample(pyramid.pairs(0), us, vs) != simd::sample<true>(pyramid.pairs(0), us, vs)));
+            }
+        }
+    }
+    // Not in order: the outermost are in the middle.
+    simd::Floats us = simd::splat(20.5F);
+    us[1] = 19.5F;
+    us[2] = 30.5F;
+    CHECK(!simd::any(simd::sample(pyramid.pairs(0), us, us) != simd::sample<true>(pyramid.pairs(0), us, us)));
+}
+
 TEST_CASE("sampling in integers gives exact products of shares of 4096 across and 255 down", "[frontend]") {
     const int width = 67;
     const int height = 41;
