@@ -29,6 +29,7 @@ void HealthMonitor::reset() {
     state_ = TrackingState::kInit;
     has_diverged_ = false;
     wrong_keyframes_ = 0;
+    has_pair_ = is_matched_ = false;
     started_ = last_vision_ = last_sure_ = {};
 }
 
@@ -85,8 +86,10 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
             ? config_.max_calibration_stretch / e.calibration_stretch
             : 1.0,
     };
-    // With a calibration or readings in doubt the claimed covariance is too, so that half is the best.
-    const double best = share[4] < 1.0 || share[5] < 1.0 || e.imu.is_doubted ? kDoubtQuality : 1.0;
+    // With a calibration or readings in doubt the claimed covariance is too, so that half is the best. Two images that
+    // have had nothing in common since the start are such a calibration (cameras exchanged), or leave scale to the IMU.
+    const bool is_doubted = share[4] < 1.0 || share[5] < 1.0 || e.imu.is_doubted || (has_pair_ && !is_matched_);
+    const double best = is_doubted ? kDoubtQuality : 1.0;
     double worst = (e.stamp - started_).seconds() < config_.grace_s ? kGraceQuality : 1.0;
     // Inertial data alone are good for a while: features count in proportion to how long they have been missing.
     const double age = std::clamp(vision_age_s(e.stamp) / config_.lost_after_s, 0.0, 1.0);
@@ -103,6 +106,8 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
         last_vision_ = has_vision ? e.stamp : last_vision_;
         if (e.is_keyframe) {
             wrong_keyframes_ = e.vision_chi2 > config_.wrong_vision_chi2 ? wrong_keyframes_ + 1 : 0;
+            has_pair_ = has_pair_ || e.has_right;
+            is_matched_ = is_matched_ || e.stereo >= kFewStereo;
         }
         const bool diverged = (health.reasons & (kReasonBiasLimit | kReasonSpeedLimit)) != 0U ||
                               wrong_keyframes_ >= kWrongKeyframes || !e.is_finite;

@@ -76,6 +76,8 @@ private:
     Timestamp last_vision_;
     Timestamp last_sure_;      ///< the velocity was known well enough
     int wrong_keyframes_ = 0;  ///< in a row
+    bool has_pair_ = false;    ///< a keyframe had both images
+    bool is_matched_ = false;  ///< and one had enough in common for stereo
 };
 
 }  // namespace facet

@@ -86,5 +86,41 @@ TEST_CASE("surface points refine the mesh, move with their keyframe and leave wi
     }
 }
 
+TEST_CASE("depth along a ray lies between the corners of the triangle it passes, and nothing is said beside them") {
+    // GIVEN a wall that runs away from the camera: every triangle spans some depth
+    World slope;
+    slope.wall(1.0, 0.8, 0.2, [](double y, double) { return 3.0 + 0.5 * y; });
+    const auto mesher = make_mesher();
+    DepthPrior prior{1.0, 2.0};
+    CHECK_FALSE(mesher->depth_prior({0.0, 0.0}, prior));  // before the first keyframe
+    const auto view = view_of(slope, looking_along_x({0.0, 0.0, 0.0}), 10);
+    mesher->update(*view, {});
+    // WHEN it is asked for along rays through the wall
+    for (double u = -0.25; u <= 0.25; u += 0.05) {
+        INFO(u);
+        REQUIRE(mesher->depth_prior({u, 0.02}, prior));
+        // THEN the wall's own depth is within: the ray (1, -u, -0.02) meets x = 3 + y / 2
+        const double depth = 3.0 / (1.0 + 0.5 * u);
+        CHECK(prior.farthest <= 1.0 / depth);
+        CHECK(prior.nearest >= 1.0 / depth);
+        CHECK(prior.nearest - prior.farthest < 0.05);
+    }
+    // AND rays that pass the wall leave what is there untouched.
+    prior = {1.0, 2.0};
+    CHECK_FALSE(mesher->depth_prior({0.8, 0.0}, prior));
+    CHECK(prior.farthest == 1.0);
+    CHECK(prior.nearest == 2.0);
+    // What is known less well leaves more room.
+    DepthPrior sure;
+    REQUIRE(mesher->depth_prior({0.1, 0.02}, sure));
+    for (LandmarkSnapshot& s : view->landmarks) {
+        s.depth_sigma_m = 0.03F;
+    }
+    mesher->update(*view, {});
+    REQUIRE(mesher->depth_prior({0.1, 0.02}, prior));
+    CHECK(prior.farthest < sure.farthest);
+    CHECK(prior.nearest > sure.nearest);
+}
+
 }  // namespace
 }  // namespace facet

@@ -83,6 +83,36 @@ TEST_CASE("quality is low after a start, then full", "[health]") {
     CHECK(f.health.quality == 100);
 }
 
+TEST_CASE("images of two cameras that never match are worth half, until they do", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(2.5);
+    e.is_keyframe = true;
+    e.stereo = 3;  // as exchanged cameras show by chance
+    CHECK(f.step(e) == TrackingState::kTracking);
+    CHECK(f.has(kReasonFewStereo));
+    CHECK(f.health.quality == 50);
+    f.step(good(2.55));  // between keyframes stereo is not looked for
+    CHECK(f.health.quality == 50);
+    e.stamp = at(3.0);
+    e.stereo = 100;
+    f.step(e);
+    CHECK(f.health.quality == 100);
+    e.stamp = at(3.5);
+    e.stereo = 3;  // far away, or one image is dark
+    f.step(e);
+    CHECK(f.health.quality == 100);
+}
+
+TEST_CASE("one camera alone owes no stereo", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(2.5);
+    e.is_keyframe = true;
+    e.has_right = false;
+    e.stereo = 0;
+    f.step(e);
+    CHECK(f.health.quality == 100);
+}
+
 TEST_CASE("darkness degrades at once, loses after the limit, and only a restart ends that", "[health]") {
     Fixture f;
     f.step(good(3.0));
