@@ -22,7 +22,9 @@ struct FusedMesh {
 struct SurfaceOptions {
     double max_sigma_m = 0.03;  ///< of the mean over the views
     int min_views = 1;
-    double max_through = 1.0;    ///< views that saw through it, for each one that measured it
+    /// Views that saw through it, for each one that measured it. Wrong depths are those of a foreground, and the same in
+    /// all views from one side; a depth that lies behind the true surface is rare. So few that see through outweigh many.
+    double max_through = 0.1;
     double min_piece_m2 = 0.03;  ///< smaller pieces that hang together with nothing are left out
 };
 
