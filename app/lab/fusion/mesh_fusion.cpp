@@ -103,8 +103,9 @@ void MeshFusion::take(View view, const ImageView& left, const ImageView& right, 
     views_.push_back(std::move(taken));
 }
 
-/// Nearer partners first: what they leave unknown is searched in farther ones, which see apart what a short base blends
-/// into one slope (a step of half a metre in a distance of five is a pixel of disparity in a base of eleven centimetres).
+/// Nearer partners first: what they leave unknown is searched in farther ones, whose longer base tells more. In a
+/// base of eleven centimetres a step of half a metre in a distance of five is a pixel of disparity, hardly known from
+/// a slope.
 void MeshFusion::compare(std::size_t index) {
     View& own = *views_[index];
     const double depth = median_depth(own.samples);
