@@ -12,9 +12,10 @@ namespace {
 
 constexpr int kSquare = 4;                 // px
 constexpr std::ptrdiff_t kKeptAfter = 16;  // views that have left, as partners of the next ones
-constexpr int kPartners = 2;               // on either side of a keyframe
-constexpr double kLeastBase = 0.03;        // of the median depth, between partners,
-constexpr double kMostBase = 0.35;         // beyond which too much looks different
+constexpr int kPartners = 3;               // on either side of a keyframe
+constexpr double kLeastBase = 0.05;        // of the median depth, between partners,
+constexpr double kMostBase = 0.5;          // beyond which too much looks different;
+constexpr double kFarther = 2.0;           // and how much farther away the next one is
 constexpr double kLeastOverlap = 0.85;     // cosine of the angle between their views
 constexpr double kTypicalDepth = 2.5;      // m: what moves by it turns what is seen by a radian
 constexpr double kNewView = 0.12;          // rad, of both: about a tenth of the image is new
@@ -34,10 +35,10 @@ double median_depth(const std::vector<DepthSample>& samples) {
     return 1.0 / static_cast<double>(*half);
 }
 
-bool is_partner(const Se3& T_own_other, double depth_m) {
+bool is_partner(const Se3& T_own_other, double least_m, double most_m) {
     const double base = T_own_other.p.norm();
     const double cosine = (T_own_other.q * Eigen::Vector3d::UnitZ()).z();
-    return base > kLeastBase * depth_m && base < kMostBase * depth_m && cosine > kLeastOverlap;
+    return base > least_m && base < most_m && cosine > kLeastOverlap;
 }
 
 }  // namespace
@@ -102,17 +103,22 @@ void MeshFusion::take(View view, const ImageView& left, const ImageView& right, 
     views_.push_back(std::move(taken));
 }
 
+/// Nearer partners first: what they leave unknown is searched in farther ones, whose longer base tells more. In a
+/// base of eleven centimetres a step of half a metre in a distance of five is a pixel of disparity, hardly known from
+/// a slope.
 void MeshFusion::compare(std::size_t index) {
     View& own = *views_[index];
     const double depth = median_depth(own.samples);
     for (const std::ptrdiff_t side : {-1, 1}) {
         int wanted = kPartners;
+        double least = kLeastBase * depth;
         const auto end = static_cast<std::ptrdiff_t>(views_.size());
         for (auto i = static_cast<std::ptrdiff_t>(index) + side; i >= 0 && i < end && wanted > 0; i += side) {
             const View& other = *views_[static_cast<std::size_t>(i)];
             const Se3 T_own_other = own.T_W_C0.inverse() * other.T_W_C0;
-            if (own.resets == other.resets && is_partner(T_own_other, depth)) {
+            if (own.resets == other.resets && is_partner(T_own_other, least, kMostBase * depth)) {
                 sampler_.compare(own.left, other.left, T_own_other, own.cameras, own.samples);
+                least = kFarther * T_own_other.p.norm();
                 --wanted;
             }
         }

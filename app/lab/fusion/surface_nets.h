@@ -22,7 +22,9 @@ struct FusedMesh {
 struct SurfaceOptions {
     double max_sigma_m = 0.03;  ///< of the mean over the views
     int min_views = 1;
-    double max_through = 1.0;    ///< views that saw through it, for each one that measured it
+    /// Views that saw through it, for each one that measured it. Wrong depths are mostly those of a foreground, alike
+    /// in all views from one side; depths behind the true surface are rare. So few views through outweigh many.
+    double max_through = 0.1;
     double min_piece_m2 = 0.03;  ///< smaller pieces that hang together with nothing are left out
 };
 

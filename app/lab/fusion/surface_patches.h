@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 #include "app/lab/fusion/depth_samples.h"
@@ -37,6 +38,19 @@ public:
         return u >= 0.0F && v >= 0.0F && u < static_cast<float>(width_) && v < static_cast<float>(height_)
                    ? cells_[static_cast<std::size_t>(static_cast<int>(v) * width_ + static_cast<int>(u))]
                    : -1;
+    }
+
+    /// Whether a ball about a point of the camera may be in the image; if not, it is not.
+    bool may_show(const Eigen::Vector3f& p_C, float radius) const {
+        for (int axis = 0; axis < 2; ++axis) {
+            const float low = low_[axis];
+            const float high = low + static_cast<float>(axis == 0 ? width_ : height_) / per_cell_;
+            if (p_C[axis] - low * p_C.z() < -radius * std::sqrt(1.0F + low * low) ||
+                high * p_C.z() - p_C[axis] < -radius * std::sqrt(1.0F + high * high)) {
+                return false;
+            }
+        }
+        return true;
     }
 
 private:

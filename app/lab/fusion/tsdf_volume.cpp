@@ -85,7 +85,7 @@ void TsdfVolume::update(Block& block, const View& view) const {
     const Eigen::Matrix3f axes = view.R_C_W * static_cast<float>(voxel);
     const Eigen::Vector3f centre = first + axes * Eigen::Vector3f::Constant(0.5F * kSide);
     const float radius = 0.5F * std::sqrt(3.0F) * kSide * static_cast<float>(voxel);
-    if (centre.z() < -radius) {
+    if (centre.z() < -radius || !view.raster.may_show(centre, radius)) {
         return;
     }
     std::size_t i = 0;

@@ -94,6 +94,17 @@ TEST_CASE("what later views see through is gone") {
     }
 }
 
+TEST_CASE("one view that sees through outweighs five that do not") {
+    TsdfVolume volume({});
+    for (int i = 0; i < 5; ++i) {
+        look(volume, [](int) { return wall(1.5); });
+    }
+    look(volume, [](int) { return wall(2.5); });
+    for (const Eigen::Vector3f& v : extract_surface(volume, {}).vertices) {
+        CHECK(std::abs(v.z() - 2.5F) < 0.01F);
+    }
+}
+
 TEST_CASE("views weigh as their variances say, and uncertain surfaces are left out") {
     TsdfVolume volume({});
     look(
