@@ -79,6 +79,9 @@ bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
         older.fit = younger.fit;
     }
     evidence_.hand_over(younger.serial, older.serial);
+    if (younger.id.valid()) {  // it may have been told the id of the older one while that was out of sight
+        older.id = older.id.valid() ? std::min(older.id, younger.id) : younger.id;
+    }
     if (older.lost > younger.lost) {
         memory_.forget(older.id);
         older.fit = older.is_held ? older.fit : younger.fit;
@@ -126,10 +129,11 @@ void PlaneFinder::note_sightings() {
 void PlaneFinder::retire() {
     for (std::size_t i = 0; i < planes_.size();) {
         TrackedPlane& plane = planes_[i];
-        if (plane.id.valid() && plane.lost == config_.leave_keyframes + 1) {
+        const bool is_doubtful = plane.doubts >= config_.leave_keyframes;
+        // A plane given up is remembered, too: its landmarks may form it again when seen from elsewhere.
+        if (plane.id.valid() && (plane.lost == config_.leave_keyframes + 1 || is_doubtful)) {
             memory_.keep({plane.id, plane.kind, plane.fit, plane.surface_W, plane.from});
         }
-        const bool is_doubtful = plane.doubts >= config_.leave_keyframes;
         const bool is_gone = plane.id.valid() ? plane.lost > config_.leave_keyframes + config_.forget_keyframes
                                               : plane.lost >= config_.confirm_keyframes;
         if (plane.lost == config_.leave_keyframes + 1 || is_doubtful || is_gone) {

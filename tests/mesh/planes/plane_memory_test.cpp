@@ -20,6 +20,7 @@ using Eigen::Matrix4d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 using test::Corner;
+using test::find_like;
 using test::kCorner;
 using test::looking;
 using test::PlaneRig;
@@ -204,6 +205,54 @@ TEST_CASE("the finder gives planes their old ids after minutes and a drift, if t
     }
     CHECK(rig.finder->counters().recalled == (knows ? 3 : 0));
     CHECK(rig.finder->counters().confirmed == 6);
+}
+
+TEST_CASE("a plane that came back as another, and turns out to be the one that is followed still, keeps its old id") {
+    const Corner world;
+    PlaneRig rig(world);
+    rig.hover(kCorner, 4);
+    REQUIRE(rig.finder->planes().size() == 3);
+    for (int k = 0; k < 20; ++k) {
+        rig.step(looking({0.0, 0.0, 1.3}, 3.0, 0.0));  // nothing is there; the planes are followed
+    }
+    rig.viewer.shift = {0.15, -0.12, 0.1};
+    rig.viewer.last().heading_and_place.diagonal() << 1e-6, 0.01, 0.01, 0.01;
+    rig.hover(kCorner, 6);
+    REQUIRE(rig.finder->counters().recalled == 3);
+    rig.viewer.shift.setZero();  // the drift is taken out: both are one
+    rig.hover(kCorner, 3);
+    REQUIRE(rig.finder->counters().merged == 3);
+    REQUIRE(rig.finder->planes().size() == 3);
+    for (const TrackedPlane& plane : rig.finder->planes()) {
+        CHECK(plane.id.value < 3);
+    }
+}
+
+TEST_CASE("a plane given up because its landmarks formed none any more is known when they do again") {
+    Corner world;
+    PlaneRig rig(world);
+    rig.hover(kCorner, 4);
+    const PlaneProposal* wall = find_like(rig.finder->proposals(), -Vector3d::UnitX());
+    REQUIRE(wall != nullptr);
+    const PlaneId proposed = wall->id;
+    const auto bend = [&](double height_m) {
+        for (test::WorldPoint& p : world.points) {
+            p.p.x() += p.surface == world.front ? height_m * std::cos(1.5 * p.p.y()) : 0.0;
+        }
+    };
+    bend(0.05);
+    rig.hover(kCorner, 10);
+    REQUIRE(rig.finder->counters().doubted == 1);
+    bend(-0.05);
+    rig.hover(kCorner, 6);
+    wall = find_like(rig.finder->proposals(), -Vector3d::UnitX());
+    REQUIRE(wall != nullptr);
+    CHECK(wall->id > proposed);  // to the estimator it is another one
+    const auto planes = rig.finder->planes();
+    const auto again =
+        std::find_if(planes.begin(), planes.end(), [&](const TrackedPlane& p) { return p.proposed == wall->id; });
+    REQUIRE(again != planes.end());
+    CHECK(again->id == proposed);
 }
 
 }  // namespace
