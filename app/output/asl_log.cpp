@@ -93,8 +93,8 @@ void AslLog::commit() {
     if (::syncfs(folder_) != 0) {  // the images
         throw InputError(fmt::format("{}: cannot be written: {}", root_, std::strerror(errno)));
     }
-    // Images last: whenever the process is killed, every image named has its inertial samples. A table that does not fit
-    // any more keeps no other from the disc.
+    // Images last: whenever the process is killed, every image named has its inertial samples. A table that does not
+    // fit any more keeps no other from the disc.
     std::exception_ptr failure;
     for (AppendFile* rows : {edges_.get(), imu_.get(), pairs_.get(), cameras_[1].get(), cameras_[0].get()}) {
         try {
