@@ -50,6 +50,8 @@ void Estimator::Impl::reset() {
     span = {};
     phase = Phase::kEmpty;
     rests = reset_wanted = is_late = is_blind = has_carried = false;
+    may_stand = is_odd_pair = false;
+    hastened = 0;
     has_frame = has_primary = false;
     is_confirmed = true;
     awaits_answer = has_trusted = has_given = is_renewed = false;
@@ -90,6 +92,7 @@ Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool w
     hints.landmarks = &landmarks;
     FACET_TRY(frontend.process(frame, hints, tracks));
     q_Bf_B.setIdentity();
+    judge_witness(frame);
     if (hook != nullptr) {
         hook->edit(frame.stamp, {tracks.observations.data(), tracks.observations.size()});
     }
@@ -121,6 +124,7 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
         }
         monitor.restart(now.stamp, false);
         rest_claim = initial.is_still ? RestClaim::kOpen : RestClaim::kNone;
+        may_stand = !initial.is_still;
     }
     report(frame, ok(tracked), estimate);
     return tracked;
@@ -212,7 +216,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     predicted.inertial_data_poor = span.has_gap || span.clipped != 0;
     predicted.rests = rests;
     const bool begins_anew = is_renewed && window.state().keyframes.size() < kKeyframesOfStart;
-    predicted.is_starting = (monitor.state() == TrackingState::kInit || begins_anew) && is_confirmed &&
+    predicted.is_starting = (monitor.state() == TrackingState::kInit || begins_anew || hastened > 0) && is_confirmed &&
                             !frame.right.empty() && rest_claim == RestClaim::kNone;
     predicted.keyframe_age_s = (stamp - newest.stamp).seconds();
     const Status tracked = track(frame, before, wants_keyframe(predicted));
@@ -221,9 +225,10 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     if (ok(tracked)) {
         judge_rest(tracks.image == ImageState::kUsable);
         judge_rest_claim();
+        judge_shaken_rest();
         FrameEvidence seen{phase, must_restart(predicted), tracks.is_keyframe, tracks.stereo, rests, tracks.is_still};
         seen.lone_features = is_alone(frame) ? static_cast<int>(tracks.observations.size()) : 0;
-        drop_doubt_if_blind(preintegration);
+        drop_doubt_without_witness(preintegration);
         act(decide(seen), preintegration);
     }
     doubt.see(stamp, now.state);
@@ -250,9 +255,13 @@ void Estimator::Impl::act(FrameAction action, Preintegration& preintegration) {
             if (awaits_answer) {
                 collect_alone();
             } else {
-                FrameEstimate unused;
-                static_cast<void>(examine_image(preintegration, unused));
-                take_keyframe(preintegration);
+                FrameEstimate seen;
+                const bool is_seen = ok(examine_image(preintegration, seen));
+                // Where images stand still, the samples of a second of shaking lead millimetres astray: far enough for
+                // the solver to end before it has come back along the directions that only the prior holds.
+                const bool is_shaken_rest = is_seen && !doubt.is_active() && tracks.is_still && !rests;
+                take_keyframe(preintegration, is_shaken_rest ? &seen.state : nullptr);
+                frame_chi2 = is_seen ? seen.chi2 : 0.0;
             }
             break;
         case FrameAction::kHold:

@@ -17,7 +17,7 @@ constexpr double kTilt_rad_per_s = 0.15;
 
 Status Estimator::Impl::compare_with_map(const Preintegration& preintegration, FrameEstimate& out) {
     const StageScope scope(observer, Stage::kFrameUpdate);
-    const FramePrediction prediction{newest.state, preintegration, now.state, now.covariance, config.imu_noise};
+    const FramePrediction prediction{newest.state, preintegration, now.state, newest.covariance, config.imu_noise};
     return frame_update.solve(map, window.cameras(), static_cast<int>(window.state().keyframes.size()), prediction,
                               {tracks.observations.data(), tracks.observations.size()}, out);
 }
@@ -27,7 +27,7 @@ Status Estimator::Impl::examine_image(Preintegration& preintegration, FrameEstim
         return Status::kNotFound;
     }
     FACET_TRY(compare_with_map(preintegration, out));
-    if (monitor.is_usable() && InertialDoubt::is_called_for(out, config.health.wrong_vision_chi2)) {
+    if (monitor.is_usable() && may_accuse && InertialDoubt::is_called_for(out, config.health.wrong_vision_chi2)) {
         doubt_readings(preintegration, out);
     }
     return Status::kOk;
@@ -68,13 +68,30 @@ void Estimator::Impl::replace_doubted(Timestamp stamp) {
     }
 }
 
-void Estimator::Impl::drop_doubt_if_blind(Preintegration& preintegration) {
-    const bool sees = static_cast<int>(tracks.observations.size()) >= config.health.few_features;
-    if (doubt.is_active() && !sees && phase != Phase::kCoasting) {
-        imu.show_read(newest.stamp, now.stamp);
-        doubt.end();
-        static_cast<void>(predict(now.stamp, preintegration));
+void Estimator::Impl::judge_witness(const StereoFrame& frame) {
+    const bool was_odd_pair = is_odd_pair;
+    if (tracks.is_keyframe) {
+        is_odd_pair = !frame.right.empty() && tracks.stereo < HealthMonitor::kFewStereo;
     }
+    may_accuse = !was_odd_pair && !is_odd_pair;
+}
+
+void Estimator::Impl::drop_doubt_without_witness(Preintegration& preintegration) {
+    if (!doubt.is_active() || phase == Phase::kCoasting) {
+        is_witnessed = is_witnessed && doubt.is_active();
+        return;
+    }
+    is_witnessed = is_witnessed || (tracks.is_keyframe && may_accuse);
+    const bool sees = static_cast<int>(tracks.observations.size()) >= config.health.few_features;
+    if (is_odd_pair && !is_witnessed) {
+        imu.trust(newest.stamp, now.stamp);
+    } else if (!sees) {
+        imu.show_read(newest.stamp, now.stamp);
+    } else {
+        return;
+    }
+    doubt.end();
+    static_cast<void>(predict(now.stamp, preintegration));
 }
 
 void Estimator::Impl::widen_gauge(double dt_s) {

@@ -56,7 +56,12 @@ struct Estimator::Impl {
     ImuSpan span;   ///< samples between them
     Phase phase = Phase::kEmpty;
     RestClaim rest_claim = RestClaim::kNone;
+    bool may_stand = false;  ///< begun as in motion, with images that have not moved since
+    int hastened = 0;        ///< keyframes that shall still follow each other as fast as at a start
     InertialDoubt doubt;
+    bool is_odd_pair = false;   ///< the newest keyframe's images do not match each other
+    bool may_accuse = true;     ///< the newest frame, the inertial readings
+    bool is_witnessed = false;  ///< the present doubt, by a keyframe that may
     bool rests = false;         ///< by inertial samples and images: at rest at every frame since the newest keyframe
     bool reset_wanted = false;  ///< requested by the user
     bool is_late = false;       ///< a frame took too long: less work up to the next keyframe
@@ -123,6 +128,10 @@ struct Estimator::Impl {
     void judge_rest(bool image_is_still);
     /// What the images say of a start as at rest, as long as the inertial samples say nothing else.
     void judge_rest_claim();
+    /// During a start in motion: whether the images have not moved since the window began.
+    void judge_shaken_rest();
+    /// Once the window, begun as in motion, has seen still images for long enough: it begins anew as at rest, shaken.
+    void begin_shaken_rest();
     /// Begins anew at the present frame as in motion: the start as at rest was a glide.
     void restart_in_motion();
     /// The vehicle stands where it stood at the newest keyframe: that is known better than the inertial prediction
@@ -138,8 +147,12 @@ struct Estimator::Impl {
     void doubt_readings(Preintegration& preintegration, FrameEstimate& out);
     /// While readings are doubted: replaces those up to the frame that comes. @param stamp  of it
     void replace_doubted(Timestamp stamp);
-    /// Without images the readings are all there is: they are shown again, as uncertain as they were found.
-    void drop_doubt_if_blind(Preintegration& preintegration);
+    /// Whether the frame may accuse the inertial readings: an image of another camera shows a motion, too. The images
+    /// of a pair tell by matching each other, and so must those that the map is of.
+    void judge_witness(const StereoFrame& frame);
+    /// Readings that no keyframe may accuse are trusted again. Without images they are all there is: they are shown, as
+    /// uncertain as they were found.
+    void drop_doubt_without_witness(Preintegration& preintegration);
     /// After a keyframe.
     void follow_doubt();
     /// After a keyframe, `newest` still being the one before: a window that contradictory readings have bent, biases
@@ -161,7 +174,8 @@ struct Estimator::Impl {
     void begin_on_new_clock();
     /// Adds what is not known of `now` beyond what its window tells, when that ends.
     void own_up();
-    void take_keyframe(const Preintegration& preintegration);
+    /// @param seen  the state by the frame's image, for the window to begin from; nullptr: not known
+    void take_keyframe(const Preintegration& preintegration, const NavState* seen);
     /// What no estimate waits for: the view with its surface points, and what close_view() does.
     void complete_view();
     /// Hands on what the last keyframe has found of the cameras, for the frames after it.

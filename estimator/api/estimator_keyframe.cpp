@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // What the estimator does with a frame that becomes a keyframe, and what it takes from the window afterwards.
+#include <algorithm>
 #include <cmath>
 
 #include "estimator/api/estimator_impl.h"
@@ -36,6 +37,7 @@ KeyframeInput Estimator::Impl::keyframe_input() const {
     input.stamp = now.stamp;
     input.observations = {tracks.observations.data(), tracks.observations.size()};
     input.rests_since_previous = rests && tracks.is_still;
+    input.images_rest = tracks.is_still;
     ImuSample sample;
     if (ok(imu.interpolate(now.stamp, sample))) {
         input.w_B = sample.w_B - now.state.bias.gyro;
@@ -43,8 +45,10 @@ KeyframeInput Estimator::Impl::keyframe_input() const {
     return input;
 }
 
-void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
-    if (!ok(window.add_keyframe(keyframe_input(), preintegration))) {
+void Estimator::Impl::take_keyframe(const Preintegration& preintegration, const NavState* seen) {
+    KeyframeInput input = keyframe_input();
+    input.guess = seen;
+    if (!ok(window.add_keyframe(input, preintegration))) {
         return;
     }
     const bool is_starting = monitor.state() == TrackingState::kInit;
@@ -62,11 +66,16 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration) {
     static_cast<void>(window.fill_map(map));  // on failure it is empty: frames are predicted then
     rests = true;
     view_is_open = true;
+    hastened = std::max(0, hastened - 1);
     if (is_starting) {
         complete_view();  // while the window is as it was optimized
         motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
         monocular_start.add_keyframe(now.stamp, keyframe_input().observations, imu, now.state.bias);
-        second_opinion();
+        if (may_stand) {
+            begin_shaken_rest();
+        } else {
+            second_opinion();
+        }
     }
 }
 

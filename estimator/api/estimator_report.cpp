@@ -18,7 +18,7 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     e.misses_camera = misses_camera(last_image);
     e.is_by_stamps = frame.is_by_stamps;
     e.stands = rest_claim == RestClaim::kSeen;
-    e.is_confirmed = is_confirmed && rest_claim != RestClaim::kOpen && rest_claim != RestClaim::kRefuted;
+    e.is_confirmed = is_confirmed && !may_stand && rest_claim != RestClaim::kOpen && rest_claim != RestClaim::kRefuted;
     if (frame_taken && phase != Phase::kEmpty) {
         e.image = tracks.image;
         e.is_keyframe = tracks.is_keyframe;

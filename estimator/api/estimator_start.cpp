@@ -19,6 +19,12 @@ constexpr double kDivergedYawSigma = 0.2;       // rad
 constexpr double kKnownVelocity = 0.25;  // m/s
 constexpr double kFruitless_s = 2.0;
 constexpr int kStereoStart = 8;
+// A vehicle that rotors shake stands if its images do for this long; then keyframes come as fast as at any start until
+// so many of them know what the shaking has made of the velocity.
+constexpr double kShakenRest_s = 0.3;
+constexpr double kStampSlack_s = 1e-3;
+constexpr int kHastenedAtRest = 4;
+constexpr int kStandingTracks = 8;        // the median of fewer says nothing
 constexpr double kOriginSigma = 1e-4;     // m, rad: a choice, not an estimate
 constexpr double kUnknownYawSigma = 1.8;  // rad: that of any direction
 
@@ -205,6 +211,28 @@ Status Estimator::Impl::fall_back_to_gravity() {
     c.diagonal().segment<3>(kBiasGyro).setConstant(std::pow(config.initializer.gyro_bias_sigma_rad_per_s, 2));
     c.diagonal().segment<3>(kBiasAccel).setConstant(std::pow(config.initializer.accel_bias_sigma_m_per_s2, 2));
     return Status::kOk;
+}
+
+void Estimator::Impl::judge_shaken_rest() {
+    may_stand = may_stand && monitor.state() == TrackingState::kInit && tracks.image == ImageState::kUsable &&
+                tracks.tracked >= kStandingTracks && tracks.rest_disparity_px <= config.frontend.still_disparity_px;
+}
+
+void Estimator::Impl::begin_shaken_rest() {
+    InitialState initial;
+    if ((now.stamp - window_began).seconds() < kShakenRest_s - kStampSlack_s) {
+        return;
+    }
+    may_stand = false;
+    if (!ok(initialize_shaken(imu, {window_began, now.stamp}, gravity_m_per_s2, config.initializer, initial))) {
+        return;
+    }
+    const Belief before = now;
+    now.state = initial.state;
+    now.covariance = inverse(initial.information());
+    begin_window_in_place_of(before);
+    rest_claim = RestClaim::kSeen;
+    hastened = kHastenedAtRest;
 }
 
 void Estimator::Impl::restart_in_motion() {

@@ -7,7 +7,6 @@
 namespace facet {
 namespace {
 
-constexpr int kFewStereo = 8;
 constexpr int kFewLandmarks = 8;
 constexpr int kWrongKeyframes = 3;
 /// Velocity may be uncertain for this long while vision holds the pose: clipped samples hide it for some frames.

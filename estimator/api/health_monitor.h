@@ -47,6 +47,8 @@ struct HealthEvidence {
 /// heap.
 class HealthMonitor {
 public:
+    static constexpr int kFewStereo = 8;  ///< fewer matches say that two images do not belong together
+
     void configure(const HealthConfig& config) { config_ = config; }
 
     /// Before any data.

@@ -122,20 +122,32 @@ void tie_tilt_to_bias(double accel_sigma, double bias_sigma, double gravity, Ini
     root.block<3, 3>(kBiasAccel, kBiasAccel) = inverse_W.asDiagonal() * R_W_B;
 }
 
-void fill_still(const StretchStatistics& s, double gravity, const InitializerConfig& config, InitialState& out) {
-    const double force = s.mean_a_B.norm();
-    const Eigen::Vector3d up_B = s.mean_a_B / force;
-    const double root_n = std::sqrt(static_cast<double>(s.samples));
+void fill_still(const TaperedMeans& means, double gravity, const InitializerConfig& config, InitialState& out) {
+    const double force = means.a_B.norm();
+    const Eigen::Vector3d up_B = means.a_B / force;
+    out.is_still = true;
     out.state.q_W_B = level_attitude(up_B);
-    out.state.bias.gyro = s.mean_w_B;
+    out.state.bias.gyro = means.w_B;
     out.state.bias.accel = (force - gravity) * up_B;
-    const double accel_sigma = std::hypot(config.still_accel_sigma_m_per_s2, s.accel_std.maxCoeff() / root_n);
+    const double accel_sigma = std::hypot(config.still_accel_sigma_m_per_s2, means.a_sigma.maxCoeff());
     fill_prior(
         {std::hypot(config.accel_bias_sigma_m_per_s2, accel_sigma) / gravity, config.still_velocity_sigma_m_per_s,
-         std::hypot(config.still_gyro_bias_sigma_rad_per_s, s.gyro_std.maxCoeff() / root_n),
+         std::hypot(config.still_gyro_bias_sigma_rad_per_s, means.w_sigma.maxCoeff()),
          config.accel_bias_sigma_m_per_s2},
         out);
     tie_tilt_to_bias(accel_sigma, config.accel_bias_sigma_m_per_s2, gravity, out);
+}
+
+/// Means of a calm stretch, whose noise is white.
+TaperedMeans means_of(const StretchStatistics& s) {
+    const double root_n = std::sqrt(static_cast<double>(s.samples));
+    return {s.mean_w_B, s.mean_a_B, s.gyro_std / root_n, s.accel_std / root_n};
+}
+
+bool may_be_rest(const Eigen::Vector3d& mean_w_B, const Eigen::Vector3d& mean_a_B, double gravity,
+                 const InitializerConfig& config) {
+    return mean_w_B.norm() < config.still_gyro_mean_rad_per_s &&
+           std::abs(mean_a_B.norm() - gravity) < config.still_gravity_error_m_per_s2;
 }
 
 void fill_moving(const TurnedForce& turned, double duration_s, double gravity, const InitializerConfig& config,
@@ -175,21 +187,32 @@ Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity
     FACET_TRY(find_stretch(buffer, stamp, config, stretch));
     FACET_TRY(stretch_statistics(buffer, stretch.begin, stretch.end, statistics));
     FACET_TRY(average_turned_force(buffer, stretch, turned));
-    const double force = statistics.mean_a_B.norm();
     InitialState result;
     result.is_still = may_rest && statistics.gyro_std.maxCoeff() < config.still_gyro_std_rad_per_s &&
                       statistics.accel_std.maxCoeff() < config.still_accel_std_m_per_s2 &&
-                      statistics.mean_w_B.norm() < config.still_gyro_mean_rad_per_s &&
-                      std::abs(force - gravity_m_per_s2) < config.still_gravity_error_m_per_s2 &&
+                      may_be_rest(statistics.mean_w_B, statistics.mean_a_B, gravity_m_per_s2, config) &&
                       statistics.drift_share(kStillGyroDriftRadPerS, kStillAccelDriftMPerS2) < 1.0;
     if (!result.is_still && turned.mean_B.norm() < kMinForceMPerS2) {
         return Status::kDegenerate;
     }
     if (result.is_still) {
-        fill_still(statistics, gravity_m_per_s2, config, result);
+        fill_still(means_of(statistics), gravity_m_per_s2, config, result);
     } else {
         fill_moving(turned, stretch.duration_s(), gravity_m_per_s2, config, result);
     }
+    out = result;
+    return Status::kOk;
+}
+
+Status initialize_shaken(const ImuBuffer& buffer, const RestStretch& rest, double gravity_m_per_s2,
+                         const InitializerConfig& config, InitialState& out) {
+    TaperedMeans means;
+    FACET_TRY(tapered_means(buffer, rest.begin, rest.end, means));
+    if (!may_be_rest(means.w_B, means.a_B, gravity_m_per_s2, config)) {
+        return Status::kDegenerate;
+    }
+    InitialState result;
+    fill_still(means, gravity_m_per_s2, config, result);
     out = result;
     return Status::kOk;
 }

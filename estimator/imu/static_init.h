@@ -56,4 +56,17 @@ Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B);
 Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity_m_per_s2,
                         const InitializerConfig& config, InitialState& out, bool may_rest = true);
 
+/// A time in which images have shown rest.
+struct RestStretch {
+    Timestamp begin;
+    Timestamp end;
+};
+
+/// State at the end of a rest that images have shown, however much rotors shake the IMU: as at rest above, from tapered
+/// means, with their deviations (stretch.h). Neither deviations nor drift of the samples are judged.
+/// @return kDegenerate if the mean rate or force is not that of a rest; else as tapered_means() (out untouched).
+///         Reentrant. No heap.
+Status initialize_shaken(const ImuBuffer& buffer, const RestStretch& rest, double gravity_m_per_s2,
+                         const InitializerConfig& config, InitialState& out);
+
 }  // namespace facet

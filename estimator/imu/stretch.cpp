@@ -2,7 +2,9 @@
 #include "estimator/imu/stretch.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 namespace facet {
 namespace {
@@ -74,6 +76,52 @@ Status stretch_statistics(const ImuBuffer& buffer, Timestamp begin, Timestamp en
     s.gyro_drift = drift.head<3>();
     s.accel_drift = drift.tail<3>();
     out = s;
+    return Status::kOk;
+}
+
+Status tapered_means(const ImuBuffer& buffer, Timestamp begin, Timestamp end, TaperedMeans& out) {
+    constexpr int kFewest = 16;
+    const double duration_s = (end - begin).seconds();
+    int samples = 0;
+    bool is_whole = true;
+    double sum = 0.0;
+    Axes mean = Axes::Zero();
+    const auto for_each = [&](const auto& take) {
+        return buffer.for_each_step(begin, end, [&](const ImuSample& a, const ImuSample& b, const ImuStepQuality& q) {
+            is_whole = is_whole && q.gap == Duration{} && q.clipped == 0;
+            const double h = (b.stamp - a.stamp).seconds();
+            const double phase =
+                2.0 * std::numbers::pi * ((a.stamp - begin).seconds() + 0.5 * h) / duration_s;  // at the step's middle
+            take(phase, h * (1.0 - std::cos(phase)), Axes(0.5 * (axes_of(a) + axes_of(b))));
+        });
+    };
+    FACET_TRY(for_each([&](double, double weight, const Axes& x) {
+        ++samples;
+        sum += weight;
+        mean += weight * x;
+    }));
+    if (samples < kFewest) {
+        return Status::kNotReady;
+    }
+    if (!is_whole) {
+        return Status::kDegenerate;
+    }
+    mean /= sum;
+    std::array<Axes, 4> waves;
+    waves.fill(Axes::Zero());
+    FACET_TRY(for_each([&](double phase, double weight, const Axes& x) {
+        const Axes rest = weight * (x - mean);
+        waves[0] += std::cos(2.0 * phase) * rest;
+        waves[1] += std::sin(2.0 * phase) * rest;
+        waves[2] += std::cos(3.0 * phase) * rest;
+        waves[3] += std::sin(3.0 * phase) * rest;
+    }));
+    Axes power = Axes::Zero();
+    for (const Axes& wave : waves) {
+        power += 0.5 * wave.square();
+    }
+    const Axes sigma = power.sqrt() / sum;
+    out = {mean.head<3>(), mean.tail<3>(), sigma.head<3>(), sigma.tail<3>()};
     return Status::kOk;
 }
 

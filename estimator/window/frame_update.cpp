@@ -164,15 +164,39 @@ Status FrameUpdate::solve(const LocalMap& map, const WindowCameras& cameras, int
     return finish(map, prediction, state, out);
 }
 
+/// B (P_k - E) B^T.
+/// @param root  inverse of the last block of H's Cholesky factor
+StateCovariance FrameUpdate::shared_drift(const LocalMap& map, const FramePrediction& prediction, const NavState& state,
+                                          const StateCovariance& root) const {
+    const NavState newest = prediction.newest.box_plus(newest_step_);
+    const Eigen::Matrix3d R_W_Bk = newest.q_W_B.toRotationMatrix();
+    const double dt_s = prediction.since_newest.dt_s();
+    constexpr int kMapDim = kPoseDim + 3;
+    static_assert(kVel == kPoseDim);
+    Eigen::Matrix<double, 2 * kPoseDim, kMapDim> shared;  // [I 0; G]
+    shared.setIdentity();
+    auto g = shared.bottomRows<kPoseDim>();
+    g.setIdentity();
+    g.block<3, 3>(kTheta, kTheta) = state.q_W_B.toRotationMatrix().transpose() * R_W_Bk;
+    g.block<3, 3>(kPos, kTheta) = skew(dt_s * newest.v_W_B - (state.p_W_B - newest.p_W_B)) * R_W_Bk;
+    g.block<3, 3>(kPos, kVel) = dt_s * Eigen::Matrix3d::Identity();
+    const Eigen::Matrix<double, 2 * kPoseDim, kMapDim> pull = pose_h_ * shared;
+    Eigen::Matrix<double, kDim, kStateDim> b = Eigen::Matrix<double, kDim, kStateDim>::Zero();
+    b.topRows<kStateDim>() = map.newest_information();
+    b.topLeftCorner<kPoseDim, kMapDim>() += pull.topRows<kPoseDim>();
+    b.block<kPoseDim, kMapDim>(kStateDim, 0) = pull.bottomRows<kPoseDim>();
+    llt_.matrixL().solveInPlace(b);
+    const StateCovariance answer = root.transpose() * b.bottomRows<kStateDim>();
+    return answer * (prediction.covariance - map.newest_covariance()) * answer.transpose();
+}
+
 Status FrameUpdate::finish(const LocalMap& map, const FramePrediction& prediction, const NavState& state,
                            FrameEstimate& out) const {
     // The frame's state is last: the last block of L^-T L^-1.
     StateCovariance root = StateCovariance::Identity();
     llt_.matrixLLT().bottomRightCorner<kStateDim, kStateDim>().triangularView<Eigen::Lower>().solveInPlace(root);
     StateCovariance covariance = root.transpose() * root;
-    covariance += prediction.covariance;
-    covariance -=
-        propagate_covariance(prediction.newest, map.newest_covariance(), prediction.since_newest, prediction.noise);
+    covariance += shared_drift(map, prediction, state, root);
     const bool is_sound = covariance.allFinite() && (covariance.diagonal().array() > 0.0).all() &&
                           state.q_W_B.coeffs().allFinite() && state.p_W_B.allFinite() && state.v_W_B.allFinite();
     if (!is_sound) {

@@ -20,7 +20,7 @@ struct FramePrediction {
     const NavState& newest;              ///< state of the newest keyframe k
     const Preintegration& since_newest;  ///< samples from k to the frame
     const NavState& state;               ///< since_newest.predict(newest)
-    const StateCovariance& covariance;   ///< of it, from the whole uncertainty of k
+    const StateCovariance& covariance;   ///< of k's state, all that is not known of it
     const ImuNoise& noise;
 };
 
@@ -65,8 +65,13 @@ Status linearize_sight(const MapPoint& point, const StereoMeasurement& left, con
 
 /// Least squares over the newest keyframe's state x_k and the frame's x_n, few steps of Gauss-Newton:
 ///   |dx_k|^2_E + |inertial residual(x_k, x_n)|^2 + sum_i rho(|r_i|^2_S_i / c)
-/// E is the covariance of x_k relative to the map (LocalMap), so that the drift that both share stays out of it; it is
-/// added at the end, carried from k to n:  P_n = C_n + F (P_k - E) F^T.
+/// E is the covariance of x_k relative to the map (LocalMap), so that the drift that both share stays out of it. What
+/// is left out of P_k, d ~ N(0, P_k - E), displaces the prediction, and the map with it: as a rigid body with k's pose,
+/// and stretched in scale by what is left of its velocity. Images are the same if n is displaced by G d then,
+///   theta_n = R_n^T w,    p_n = dp + w x (p_n - p_k) + t (dv - w x v_k),    w = R_k dtheta,
+/// t being the time from k to n; they show what the biases would do. Least squares, not knowing d, answer it with
+///   B = d x_n / d d = [0 I] H^-1 ([E^-1; 0] + H_images [I 0; G]),    P_n = C_n + B (P_k - E) B^T,
+/// H being that of all terms, and C_n the last block of H^-1. Without images B is F, the inertial prediction's.
 ///
 /// Image errors along a track change slowly: with their correlation a (TrackMemory), what is new at the frame is
 /// z_n - a z_k, whose residual is
@@ -105,6 +110,8 @@ private:
     void assemble(const LocalMap& map, const ImuFactorLinearization& imu);
     Status finish(const LocalMap& map, const FramePrediction& prediction, const NavState& state,
                   FrameEstimate& out) const;
+    StateCovariance shared_drift(const LocalMap& map, const FramePrediction& prediction, const NavState& state,
+                                 const StateCovariance& root) const;
 
     boost::container::static_vector<Sight, kMaxFeatures> sights_;
     boost::container::static_vector<RelativeView, kMaxKeyframes> views_;  ///< of the keyframes' charts

@@ -130,10 +130,11 @@ Status Window::add_keyframe(const KeyframeInput& input, const Preintegration& pr
     keyframe.stamp = input.stamp;
     keyframe.w_B = input.w_B;
     keyframe.time_offset_s = state_.calibration.time_offset_s;
-    keyframe.state = preintegration.predict(newest().state);
+    keyframe.state = input.guess != nullptr ? *input.guess : preintegration.predict(newest().state);
     keyframe.state_lin = keyframe.state;
     keyframe.has_imu_factor = true;
     keyframe.rests_since_previous = input.rests_since_previous;
+    images_rest_ = input.images_rest;
     learn_calibration_quality();
     make_room();
     let_calibration_wander(input.stamp);
@@ -203,8 +204,9 @@ WindowSummary Window::optimize(double effort) {
     constexpr std::size_t kSettled = 5;
     WindowSummary summary;
     const bool is_settled = state_.keyframes.size() >= kSettled;
+    const bool teaches = is_settled && !newest().rests_since_previous && !images_rest_;
     cameras_.set_settled(is_settled);
-    if (is_settled && !newest().rests_since_previous) {
+    if (teaches) {
         cameras_.learn_noise();
     }
     problem_.select_landmarks();
@@ -222,7 +224,7 @@ WindowSummary Window::optimize(double effort) {
     current_system_ = summary.solver.matrix;
     const WindowFit& fit = problem_.fit();
     cameras_.measure_noise(fit.vision_squared_error_px2, fit.vision_rows, fit.vision_scale_px(), fit.vision_loss);
-    if (is_settled && !newest().rests_since_previous) {
+    if (teaches) {
         residual_bias_.add(fit.weighted_residual_px, fit.weights);
     }
     const std::size_t count = state_.keyframes.size();

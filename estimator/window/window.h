@@ -28,6 +28,8 @@ struct KeyframeInput {
     Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias subtracted (rad/s)
     bool rests_since_previous = false;              ///< by images and inertial samples: the vehicle stood still
     std::span<const FeatureObservation> observations;
+    bool images_rest = false;         ///< by images alone: they have not moved since the previous keyframe
+    const NavState* guess = nullptr;  ///< where the optimization begins; without it, where inertial samples lead
 };
 
 /// Summary of one optimization.
@@ -205,6 +207,7 @@ private:
     CamerasCovariance cameras_covariance_;
     bool has_cameras_covariance_ = false;  ///< of that factor
     bool marginalization_failed_ = false;
+    bool images_rest_ = false;  ///< at the newest keyframe
 };
 
 }  // namespace facet

@@ -8,7 +8,7 @@ import yaml
 
 WHEN = ("always", "on", "while")
 STATES = ("INIT", "TRACKING", "DEGRADED", "LOST", "none")
-CELL_KEYS = {"sensor", "fault", "inject", "when", "states", "reasons", "warnings", "recovery_s", "ate_mm", "end",
+CELL_KEYS = {"sensor", "fault", "inject", "at", "when", "states", "reasons", "warnings", "recovery_s", "ate_mm", "end",
              "estimates", "exit", "known"}
 FILE_KEYS = {"at", "length", "flights", "limits", "known", "cells", "guest"}
 LIMIT_KEYS = {"seconds_per_second", "rss_mib", "files_mib", "silent_sigmas", "silent_mm", "silent_deg",
@@ -33,6 +33,7 @@ class Cell:
     end: tuple = ("TRACKING",)  # states that the flight may end in
     estimates: float = None    # least share with an estimate of the frames that can have one
     exit: tuple = (0,)         # of facet replay, one of these
+    at: float = None           # seconds after the first frame, where it matters; else the file's
     known: str = ""            # why the estimator is wrong here and does not say so; stands in the table
 
     @property
@@ -43,11 +44,13 @@ class Cell:
 
     def specs(self, at_s, length_s):
         """Arguments of --inject."""
+        at_s = at_s if self.at is None else self.at
         window = {"always": "", "on": f"@{at_s:g}", "while": f"@{at_s:g}+{length_s:g}"}[self.when]
         return [spec if spec.startswith("calibration") else spec + window for spec in self.inject]
 
     def window(self, at_s, length_s):
         """When the fault lasts, seconds after the first frame."""
+        at_s = at_s if self.at is None else self.at
         return (0.0 if self.when == "always" else at_s, at_s + length_s if self.when == "while" else math.inf)
 
 

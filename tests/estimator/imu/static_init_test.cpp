@@ -281,4 +281,31 @@ TEST_CASE("the config is validated field by field") {
     CHECK(crossed.broken_rule() == "min_duration_s must not exceed max_duration_s");
 }
 
+TEST_CASE("at rest by images, shaken by rotors: gravity and gyroscope bias to a tenth of a degree and 1e-3 rad/s") {
+    const InitializerConfig config;
+    Scenario scenario;
+    scenario.q_W_B = so3_exp({0.7, -0.4, 0.2});
+    scenario.bias.gyro = {-0.002, 0.02, 0.01};
+    scenario.a_W = [](double t) {
+        return Eigen::Vector3d(0.9 * std::sin(107.0 * t + 0.3), 0.6 * std::cos(141.0 * t), 0.5 * std::sin(88.0 * t));
+    };
+    const auto buffer = scenario.record(1.0);
+    InitialState initial;
+    REQUIRE(ok(initialize_state(*buffer, at_s(0.4), 9.81, config, initial)));
+    CHECK_FALSE(initial.is_still);  // by the samples alone
+    REQUIRE(ok(initialize_shaken(*buffer, {at_s(0.1), at_s(0.4)}, 9.81, config, initial)));
+    CHECK(initial.is_still);
+    CHECK(tilt_error(initial.state, scenario.q_W_B) < 1.7e-3);
+    CHECK((initial.state.bias.gyro - scenario.bias.gyro).norm() < 1e-3);
+    CHECK(initial.state.v_W_B.norm() == 0.0);
+    const double tilt = std::hypot(config.accel_bias_sigma_m_per_s2, config.still_accel_sigma_m_per_s2) / 9.81;
+    CHECK(initial.tilt_sigma_rad >= Approx(tilt));
+    CHECK(initial.tilt_sigma_rad < 1.2 * tilt);
+
+    scenario.rate_B = {0.0, 0.0, 0.3};
+    CHECK(initialize_shaken(*scenario.record(1.0), {at_s(0.1), at_s(0.4)}, 9.81, config, initial) ==
+          Status::kDegenerate);
+    CHECK(initialize_shaken(*buffer, {at_s(0.1), at_s(0.15)}, 9.81, config, initial) == Status::kNotReady);
+}
+
 }  // namespace facet

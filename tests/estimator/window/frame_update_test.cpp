@@ -28,6 +28,8 @@ constexpr int kKeyframes = 8;
 constexpr int kLandmarks = 800;  // on all sides: a tenth of them is seen
 constexpr double kNewest_s = kKeyframeStep_s * (kKeyframes - 1);
 
+StateVector error_of(const NavState& estimate, const NavState& truth) { return estimate.box_minus_to(truth); }
+
 /// A window after a flight whose tracks err as a first-order Markov process, as FrameUpdate takes them to.
 class Flight {
 public:
@@ -86,7 +88,22 @@ public:
         predicted = p.predict(window->newest().state);
         predicted_covariance = propagate_covariance(window->newest().state, covariance, p, noise_);
         return update_->solve(*map, window->cameras(), kKeyframes,
-                              {window->newest().state, p, predicted, predicted_covariance, noise_}, seen, out);
+                              {window->newest().state, p, predicted, covariance, noise_}, seen, out);
+    }
+    /// The samples of the time after the newest keyframe; each call draws their noise anew.
+    Preintegration samples(double dt) {
+        return flight_.preintegrate(kNewest_s, kNewest_s + dt, window->newest().state.bias, noise_);
+    }
+    /// The update of a keyframe whose state is displaced, which the map does not follow.
+    /// @param shared  added to its covariance
+    FrameEstimate updated(const Preintegration& p, std::span<const FeatureObservation> seen,
+                          const StateVector& displacement, const StateMatrix& shared) {
+        const NavState newest = window->newest().state.box_plus(displacement);
+        const StateMatrix whole = covariance + shared;
+        FrameEstimate out;
+        REQUIRE(ok(update_->solve(*map, window->cameras(), kKeyframes, {newest, p, p.predict(newest), whole, noise_},
+                                  seen, out)));
+        return out;
     }
 
     NavState truth(double dt) const { return flight_.state(kNewest_s + dt); }
@@ -126,8 +143,6 @@ double nees(const StateMatrix& covariance, const StateVector& error, int first) 
     const Eigen::Matrix<double, kSize, kSize> c = covariance.block<kSize, kSize>(first, first);
     return e.dot(c.inverse() * e);
 }
-
-StateVector error_of(const NavState& estimate, const NavState& truth) { return estimate.box_minus_to(truth); }
 
 }  // namespace
 
@@ -207,6 +222,42 @@ TEST_CASE("frames between keyframes are as certain as they claim", "[frame_updat
     CHECK(velocity < 5.0);
     CHECK(velocity > 1.0);
     CHECK(updated_m2 < predicted_m2);
+}
+
+TEST_CASE("of what keyframe and map share a frame claims what its least squares make of it", "[frame_update]") {
+    Flight flight(11);
+    const double dt = 0.2;
+    const auto seen = flight.observe(kNewest_s + dt);
+    const std::span<const FeatureObservation> sights{seen.data(), seen.size()};
+    const Preintegration samples = flight.samples(dt);
+    const StateVector zero = StateVector::Zero();
+    const NavState& k = flight.window->newest().state;
+    const FrameEstimate usual = flight.updated(samples, sights, zero, StateMatrix::Zero());
+    const auto added_by = [&](const StateVector& d) {
+        return StateMatrix(flight.updated(samples, sights, zero, d * d.transpose()).covariance - usual.covariance);
+    };
+    for (int i = kBiasGyro; i < kStateDim; ++i) {
+        CAPTURE(i);
+        const StateVector d = 1e-4 * StateVector::Unit(i);
+        const StateVector answer = 0.5 * error_of(flight.updated(samples, sights, d, StateMatrix::Zero()).state,
+                                                  flight.updated(samples, sights, -d, StateMatrix::Zero()).state);
+        const StateMatrix expected = answer * answer.transpose();
+        const StateMatrix added = added_by(d);
+        // The covariance knows nothing of how the weights of the tracks follow.
+        CHECK((added - expected).norm() < 0.5 * expected.norm());
+        const StateVector blind = error_of(samples.predict(k.box_plus(d)), samples.predict(k));
+        CHECK(added.diagonal().head<kPoseDim>().sum() < 0.9 * blind.head<kPoseDim>().squaredNorm());
+    }
+    // Place and yaw of all: nothing tells them.
+    const Eigen::Vector3d turn_W(0.0, 0.0, 1e-3);
+    StateVector d = StateVector::Zero();
+    d << k.q_W_B.conjugate() * turn_W, 3e-3, -2e-3, 1e-3, turn_W.cross(k.v_W_B), Eigen::Matrix<double, 6, 1>::Zero();
+    StateVector rigid = d;
+    rigid.segment<3>(kTheta) = usual.state.q_W_B.conjugate() * turn_W;
+    rigid.segment<3>(kPos) += turn_W.cross(usual.state.p_W_B - k.p_W_B);
+    rigid.segment<3>(kVel) = turn_W.cross(usual.state.v_W_B);
+    const StateMatrix expected = rigid * rigid.transpose();
+    CHECK((added_by(d) - expected).norm() < 0.01 * expected.norm());
 }
 
 TEST_CASE("a third of the tracks on something that moves does not carry the vehicle away", "[frame_update]") {

@@ -137,6 +137,8 @@ class Files(unittest.TestCase):
 
     def test_times_of_faults(self):
         self.assertEqual(cell().specs(5, 2), ["imu_gap@5+2"])
+        self.assertEqual(cell(at=5.1).specs(5, 2), ["imu_gap@5.1+2"])
+        self.assertEqual(cell(at=5.1).window(5, 2), (5.1, 7.1))
         self.assertEqual(cell(when="on").specs(5, 2), ["imu_gap@5"])
         self.assertEqual(cell(when="always", inject=("imu_gap", "calibration=5")).specs(5, 2),
                          ["imu_gap", "calibration=5"])
