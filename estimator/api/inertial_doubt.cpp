@@ -25,6 +25,7 @@ constexpr int kTilts = 4;
 // Over shorter intervals poses tell next to nothing of a force.
 constexpr double kLeastInterval_s = 0.08;
 constexpr int kFew = 4;
+constexpr int kNearlyAll = 5;               // all but one in so many
 constexpr double kMostTilt_m_per_s2 = 5.0;  // half a radian's
 
 /// What the poses of three keyframes in a row can tell of readings (1 sigma).
@@ -50,7 +51,9 @@ StepNoise InertialDoubt::unlimited(const ImuLimits& limits) {
 }
 
 bool InertialDoubt::is_justified(const FrameEstimate& usual, const FrameEstimate& free, double good_chi2) {
-    return free.chi2 < good_chi2 && 2 * free.agreeing > free.landmarks && kFew * usual.agreeing < free.agreeing;
+    const bool is_rigid = free.chi2 < good_chi2 && 2 * free.agreeing > free.landmarks;
+    const bool is_one_piece = kNearlyAll * (free.landmarks - free.agreeing) < free.landmarks;
+    return is_rigid && (kFew * usual.agreeing < free.agreeing || (usual.inertial_chi2 > kBentChi2 && is_one_piece));
 }
 
 StepNoise InertialDoubt::noise() const { return density(gyro_left_, accel_left_); }

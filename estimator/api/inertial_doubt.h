@@ -21,6 +21,9 @@ namespace facet {
 /// Then the readings are wrong. A scene of which a part moves fails the first condition, a camera that shows nonsense
 /// the second: then the readings are believed, as ever.
 ///
+/// After a longer interval the readings are known so much less well that images bend them instead: images fit, and what
+/// contradicts is the inertial term (kBentChi2). Then nearly all tracks have to fit with nothing known of the motion.
+///
 /// The readings of the sensor that is wrong, or of both, are replaced by those of a steady motion, at the rate that the
 /// last two frames tell, with the noise of what the motion has differed from that by (inertial_error at keyframes). The
 /// doubt ends when at two keyframes in a row the readings have agreed with what the images told. Readings that turn
@@ -32,7 +35,9 @@ public:
     static StepNoise unlimited(const ImuLimits& limits);
 
     /// @param usual  of the frame with the readings as they are
-    static bool is_called_for(const FrameEstimate& usual, double wrong_chi2) { return usual.chi2 > wrong_chi2; }
+    static bool is_called_for(const FrameEstimate& usual, double wrong_chi2) {
+        return usual.chi2 > wrong_chi2 || usual.inertial_chi2 > kBentChi2;
+    }
     /// @param free  of the frame with nothing known of the motion
     static bool is_justified(const FrameEstimate& usual, const FrameEstimate& free, double good_chi2);
 
@@ -70,6 +75,9 @@ public:
                const Preintegration& jk);
 
 private:
+    /// Seven standard deviations; four logs with flight vibration and calibration error have at most 4.3.
+    static constexpr double kBentChi2 = 50.0;
+
     bool is_same_tilt(const Eigen::Vector3d& force_W, double tolerance);
 
     ImuAxisMask axes_ = 0;    ///< of the sensors that are not believed

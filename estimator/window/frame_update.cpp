@@ -155,6 +155,7 @@ Status FrameUpdate::solve(const LocalMap& map, const WindowCameras& cameras, int
         const Vector step = -llt_.solve(g_);
         newest_step_ += step.head<kStateDim>();
         state = state.box_plus(step.tail<kStateDim>());
+        bent_ = inertial_error(map, imu, step);
         // Residuals before the first step tell of the prediction's error, not of the images'.
         spread = i == 0 ? 1.0 : std::max(1.0, spread_ * measured_spread());
         if (i > 1 && step.cwiseAbs().maxCoeff() < kNegligibleStep) {
@@ -162,6 +163,13 @@ Status FrameUpdate::solve(const LocalMap& map, const WindowCameras& cameras, int
         }
     }
     return finish(map, prediction, state, out);
+}
+
+/// What the inertial samples, and what is known of the newest keyframe, contradict of the solution after `step`.
+double FrameUpdate::inertial_error(const LocalMap& map, const ImuFactorLinearization& imu, const Vector& step) const {
+    const Eigen::Matrix<double, kStateDim, 1> r =
+        imu.r + imu.d_r_d_i * step.head<kStateDim>() + imu.d_r_d_j * step.tail<kStateDim>();
+    return r.squaredNorm() + newest_step_.dot(map.newest_information() * newest_step_);
 }
 
 /// B (P_k - E) B^T.
@@ -207,6 +215,7 @@ Status FrameUpdate::finish(const LocalMap& map, const FramePrediction& predictio
     out.landmarks = sums_.points;
     out.agreeing = agreeing_;
     out.chi2 = spread_ * measured_spread();
+    out.inertial_chi2 = bent_ / kPoseDim;
     return Status::kOk;
 }
 

@@ -28,9 +28,10 @@ struct FramePrediction {
 struct FrameEstimate {
     NavState state;
     StateCovariance covariance;
-    int landmarks = 0;  ///< of the map, in the image
-    int agreeing = 0;   ///< of those, with residuals below three standard deviations as modelled
-    double chi2 = 0.0;  ///< c as measured: variance of the residuals over the expected one, without outliers
+    int landmarks = 0;           ///< of the map, in the image
+    int agreeing = 0;            ///< of those, with residuals below three standard deviations as modelled
+    double chi2 = 0.0;           ///< c as measured: variance of the residuals over the expected one, without outliers
+    double inertial_chi2 = 0.0;  ///< of inertial samples and newest keyframe: their squared error, over the pose's dimension
 };
 
 /// How the image error of a track at the newest keyframe bears on a frame t later:  a = kSlow exp(-t / kMemory_s).
@@ -110,6 +111,7 @@ private:
     void assemble(const LocalMap& map, const ImuFactorLinearization& imu);
     Status finish(const LocalMap& map, const FramePrediction& prediction, const NavState& state,
                   FrameEstimate& out) const;
+    double inertial_error(const LocalMap& map, const ImuFactorLinearization& imu, const Vector& step) const;
     StateCovariance shared_drift(const LocalMap& map, const FramePrediction& prediction, const NavState& state,
                                  const StateCovariance& root) const;
 
@@ -120,6 +122,7 @@ private:
     LossSums sums_;
     int agreeing_ = 0;  ///< points below three standard deviations at the last linearization
     Eigen::Matrix<double, kStateDim, 1> newest_step_;  ///< dx_k
+    double bent_ = 0.0;                                ///< inertial_error() after the last step
     /// Images' share of the normal equations: pose of k, pose of n.
     Eigen::Matrix<double, 2 * kPoseDim, 2 * kPoseDim> pose_h_;
     Eigen::Matrix<double, 2 * kPoseDim, 1> pose_g_;

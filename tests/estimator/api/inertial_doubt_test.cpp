@@ -120,6 +120,16 @@ TEST_CASE("readings are doubted where images show one other motion, not where so
     CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 60), 4.0));
 }
 
+TEST_CASE("readings that images have bent are doubted where the scene is one piece", "[doubt]") {
+    FrameEstimate bent = frame(1.0, 200, 195);
+    bent.inertial_chi2 = 100.0;
+    CHECK(InertialDoubt::is_called_for(bent, 25.0));
+    CHECK(InertialDoubt::is_justified(bent, frame(1.0, 200, 195), 4.0));
+    CHECK_FALSE(InertialDoubt::is_justified(bent, frame(1.0, 200, 150), 4.0));  // a fourth of the scene moves
+    bent.inertial_chi2 = 20.0;
+    CHECK_FALSE(InertialDoubt::is_called_for(bent, 25.0));
+}
+
 TEST_CASE("the sensor at fault is found; both are doubted where that is unclear", "[doubt]") {
     InertialDoubt doubt;
     CHECK_FALSE(doubt.is_active());

@@ -227,3 +227,17 @@ TEST_CASE("stamps near the ends of their range are refused, all others work", "[
     Estimate estimate;
     CHECK(ok(estimator.add_frame(vehicle.frame(0.5), estimate)));
 }
+
+TEST_CASE("an accelerometer that goes wrong at rest is doubted, though keyframes are rare there", "[outage]") {
+    Flight flight;
+    flight.feed(0.5);
+    flight.fly(2.5);
+    const Estimate before = flight.estimate;
+    flight.push_x = 8.0;
+    for (int k = 0; k < 20; ++k) {
+        flight.fly(0.05);
+        const double error = (flight.estimate.state.p_W_B - before.state.p_W_B).norm();
+        CHECK(error < 0.01);
+        CHECK((k == 0 || flight.has(kReasonImuContradicted)));
+    }
+}
