@@ -51,7 +51,7 @@ function(facet_use_precompiled_headers)
   _facet_add_precompiled_headers(facet_headers LIBS facet_flags HEADERS ${_facet_common_headers})
   _facet_add_precompiled_headers(facet_headers_pure LIBS facet_flags_pure HEADERS ${_facet_common_headers})
   if(BUILD_TESTING)
-    _facet_add_precompiled_headers(facet_headers_tests LIBS facet_flags Catch2::Catch2
+    _facet_add_precompiled_headers(facet_headers_tests LIBS facet_flags facet_catch_main
       HEADERS ${_facet_common_headers} <catch2/catch.hpp>)
   endif()
   foreach(target IN LISTS targets)
