@@ -31,7 +31,7 @@ struct FrameEstimate {
     int landmarks = 0;           ///< of the map, in the image
     int agreeing = 0;            ///< of those, with residuals below three standard deviations as modelled
     double chi2 = 0.0;           ///< c as measured: variance of the residuals over the expected one, without outliers
-    double inertial_chi2 = 0.0;  ///< of inertial samples and newest keyframe: their squared error, over the pose's dimension
+    double inertial_chi2 = 0.0;  ///< squared error of the samples and the newest keyframe, over a pose's dimension
 };
 
 /// How the image error of a track at the newest keyframe bears on a frame t later:  a = kSlow exp(-t / kMemory_s).
