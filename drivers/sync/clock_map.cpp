@@ -70,17 +70,15 @@ Status ClockMap::add(Timestamp source, Timestamp host) {
         offset_s_ = predicted_s + residual_s;
         p_oo_ = options_.pair_sigma_s * options_.pair_sigma_s;
         p_od_ = 0.0;
-        last_source_ = source;
-        ++used_;
-        return Status::kOk;
+    } else {
+        const double k_o = p_oo_ / s;
+        const double k_d = p_od_ / s;
+        offset_s_ = predicted_s + k_o * residual_s;
+        drift_ += k_d * residual_s;
+        p_dd_ -= k_d * p_od_;
+        p_od_ -= k_o * p_od_;
+        p_oo_ -= k_o * p_oo_;
     }
-    const double k_o = p_oo_ / s;
-    const double k_d = p_od_ / s;
-    offset_s_ = predicted_s + k_o * residual_s;
-    drift_ += k_d * residual_s;
-    p_dd_ -= k_d * p_od_;
-    p_od_ -= k_o * p_od_;
-    p_oo_ -= k_o * p_oo_;
     last_source_ = source;
     ++used_;
     return Status::kOk;

@@ -69,8 +69,8 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration, const 
     hastened = std::max(0, hastened - 1);
     if (is_starting) {
         complete_view();  // while the window is as it was optimized
-        motion_start.add_keyframe(now.stamp, keyframe_input().observations, imu);
-        monocular_start.add_keyframe(now.stamp, keyframe_input().observations, imu, now.state.bias);
+        motion_start.add_keyframe(now.stamp, input.observations, imu);
+        monocular_start.add_keyframe(now.stamp, input.observations, imu, now.state.bias);
         if (may_stand) {
             begin_shaken_rest();
         } else {

@@ -137,6 +137,8 @@ Status FrameUpdate::solve(const LocalMap& map, const WindowCameras& cameras, int
     newest_step_.setZero();
     NavState state = prediction.state;
     double spread = 1.0;
+    ImuFactorLinearization imu;
+    Vector step;
     for (int i = 0; i < kSteps; ++i) {
         spread_ = spread;
         const RobustLoss loss = i == 0 ? RobustLoss{kFirstThreshold, false} : RobustLoss{kSettledThreshold, true};
@@ -144,7 +146,6 @@ Status FrameUpdate::solve(const LocalMap& map, const WindowCameras& cameras, int
         if (sums_.points < kMinLandmarks) {
             return Status::kNotFound;
         }
-        ImuFactorLinearization imu;
         const NavState newest = prediction.newest.box_plus(newest_step_);
         factor.linearize(newest, state, newest, state, imu);
         assemble(map, imu);
@@ -152,20 +153,22 @@ Status FrameUpdate::solve(const LocalMap& map, const WindowCameras& cameras, int
         if (llt_.info() != Eigen::Success) {
             return Status::kDegenerate;
         }
-        const Vector step = -llt_.solve(g_);
+        step = -llt_.solve(g_);
         newest_step_ += step.head<kStateDim>();
         state = state.box_plus(step.tail<kStateDim>());
-        bent_ = inertial_error(map, imu, step);
         // Residuals before the first step tell of the prediction's error, not of the images'.
         spread = i == 0 ? 1.0 : std::max(1.0, spread_ * measured_spread());
         if (i > 1 && step.cwiseAbs().maxCoeff() < kNegligibleStep) {
             break;
         }
     }
-    return finish(map, prediction, state, out);
+    FACET_TRY(finish(map, prediction, state, out));
+    out.inertial_chi2 = inertial_error(map, imu, step) / kPoseDim;
+    return Status::kOk;
 }
 
-/// What the inertial samples, and what is known of the newest keyframe, contradict of the solution after `step`.
+/// What the inertial samples, and what is known of the newest keyframe, contradict of the solution.
+/// @param imu, step  the last linearization, and the step from it
 double FrameUpdate::inertial_error(const LocalMap& map, const ImuFactorLinearization& imu, const Vector& step) const {
     const Eigen::Matrix<double, kStateDim, 1> r =
         imu.r + imu.d_r_d_i * step.head<kStateDim>() + imu.d_r_d_j * step.tail<kStateDim>();
@@ -215,7 +218,6 @@ Status FrameUpdate::finish(const LocalMap& map, const FramePrediction& predictio
     out.landmarks = sums_.points;
     out.agreeing = agreeing_;
     out.chi2 = spread_ * measured_spread();
-    out.inertial_chi2 = bent_ / kPoseDim;
     return Status::kOk;
 }
 

@@ -122,7 +122,6 @@ private:
     LossSums sums_;
     int agreeing_ = 0;  ///< points below three standard deviations at the last linearization
     Eigen::Matrix<double, kStateDim, 1> newest_step_;  ///< dx_k
-    double bent_ = 0.0;                                ///< inertial_error() after the last step
     /// Images' share of the normal equations: pose of k, pose of n.
     Eigen::Matrix<double, 2 * kPoseDim, 2 * kPoseDim> pose_h_;
     Eigen::Matrix<double, 2 * kPoseDim, 1> pose_g_;
