@@ -50,18 +50,8 @@ StepNoise raised(const StepNoise& sensor, const VibrationLevel& seen, const Vibr
         const Eigen::Array3d density = white / rate_hz;
         return (density > kRaiseFrom * configured).select(configured.max(share * density), configured);
     };
-    return {raise(sensor.gyro, seen.white.head<3>().cast<double>(), share.gyro),
-            raise(sensor.accel, seen.white.tail<3>().cast<double>(), share.accel)};
-}
-
-/// Variances of integrals at an end of the interval, from the gyroscope, axes 0 to 2, or the accelerometer, 3 to 5.
-Eigen::Vector3d edge_variances(const VibrationLevel& seen, int first_axis, double share, double rate_hz) {
-    Eigen::Vector3d out;
-    for (int k = 0; k < 3; ++k) {
-        const int axis = first_axis + k;
-        out(k) = VibrationMeter::edge_variance(seen.tone(axis), seen.white(axis), share, rate_hz);
-    }
-    return out;
+    return {raise(sensor.gyro, seen.white().head<3>().cast<double>(), share.gyro),
+            raise(sensor.accel, seen.white().tail<3>().cast<double>(), share.accel)};
 }
 
 /// The noise of the sensors of these axes.
@@ -77,7 +67,7 @@ void note_step(const ImuStepQuality& quality, const StepNoise& sensor, const Ste
     const auto ratio = [](const Eigen::Vector3d& now, const Eigen::Vector3d& configured) {
         return std::sqrt((now.array() / configured.array()).maxCoeff());
     };
-    const auto& tone = quality.vibration.tone;
+    const auto tone = quality.vibration.tone();
     span.has_gap = span.has_gap || quality.gap > Duration{};
     span.is_doubted = span.is_doubted || quality.doubted != 0;
     span.clipped |= quality.clipped;
@@ -325,7 +315,7 @@ Status ImuBuffer::integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& 
     VibrationLevel last;
     FACET_TRY(for_each_step(t0, t1, [&](const ImuSample& a, const ImuSample& b, const ImuStepQuality& quality) {
         if (sum.dt_s() == 0.0) {
-            sum.add_edge_error(edge_variances(quality.vibration, 0, share_.gyro, rate_hz_));
+            sum.add_edge_error(VibrationMeter::edge_variances(quality.vibration, 0, share_.gyro, rate_hz_));
         }
         const StepNoise usual = raised(sensor, quality.vibration, share_, rate_hz_);
         const StepNoise total = usual + quality.clip_noise + on_axes(doubt_noise_, quality.doubted);
@@ -337,7 +327,7 @@ Status ImuBuffer::integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& 
         last = quality.vibration;
     }));
     FACET_TRY(step_status);
-    sum.add_edge_error(edge_variances(last, 0, share_.gyro, rate_hz_));
+    sum.add_edge_error(VibrationMeter::edge_variances(last, 0, share_.gyro, rate_hz_));
     preintegration = sum;
     if (span != nullptr) {
         *span = seen;
@@ -346,7 +336,8 @@ Status ImuBuffer::integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& 
 }
 
 Eigen::Vector3d ImuBuffer::velocity_ripple() const {
-    return empty() ? Eigen::Vector3d::Zero() : edge_variances(entry(size_ - 1).vibration, 3, share_.accel, rate_hz_);
+    return empty() ? Eigen::Vector3d::Zero()
+                   : VibrationMeter::edge_variances(entry(size_ - 1).vibration, 3, share_.accel, rate_hz_);
 }
 
 Status ImuBuffer::rotation_between(Timestamp t0, Timestamp t1, const Eigen::Vector3d& gyro_bias,

@@ -48,8 +48,18 @@ void VibrationMeter::add(const ImuSample& sample) {
     const double share = std::max(share_, 1.0 / count_);
     high_ += share * (high.square() / kHighGain - high_);
     mid_ += share * (mid.square() / kMidGain - mid_);
-    level_.white = high_.min(mid_).cast<float>();
-    level_.tone = (high_ - high_.min(mid_)).cast<float>();
+    level_.high = high_.cast<float>();
+    level_.mid = mid_.cast<float>();
+}
+
+Eigen::Vector3d VibrationMeter::edge_variances(const VibrationLevel& level, int first_axis, double share,
+                                               double rate_hz) {
+    const auto part = [first_axis](const VibrationLevel::Axes& power) -> Eigen::Vector3d {
+        return power.segment<3>(first_axis).matrix().cast<double>();
+    };
+    const double left = kWhiteEdge * std::max(0.0, 1.0 - share);
+    return (kEdge * part(level.tone()) + left * part(level.white()) + kRumbleEdge * part(level.rumble())) /
+           (rate_hz * rate_hz);
 }
 
 }  // namespace facet
