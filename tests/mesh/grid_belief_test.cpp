@@ -6,39 +6,19 @@
 #include <memory>
 #include <vector>
 
-#include "mesh/occupancy_grid.h"
-#include "tests/mesh/mesh_world.h"
+#include "tests/mesh/grid_watcher.h"
 
 namespace facet {
 namespace {
 
 using Eigen::Vector3d;
 using test::looking_along_x;
-using test::make_mesher;
 using test::view_of;
+using test::wall_at;
+using Watcher = test::GridWatcher;
 using World = test::MeshWorld;
 
 const Se3 kHere = looking_along_x({0.03, 0.03, 0.03});
-
-World wall_at(double x) {
-    World world;
-    world.wall(1.6, 1.0, 0.25, [=](double, double) { return x; });
-    return world;
-}
-
-struct Watcher {
-    std::unique_ptr<Mesher> mesher;
-    std::unique_ptr<OccupancyGrid> grid = std::make_unique<OccupancyGrid>();
-
-    Watcher() { mesher = make_mesher(); }
-
-    void see(KeyframeView& view, double second) {
-        view.stamp = Timestamp{} + Duration::from_seconds(second);
-        view.oldest_stamp = {0};
-        mesher->update(view, {});
-        grid->update(view, mesher->mesh(), static_cast<std::uint32_t>(mesher->counters().updates));
-    }
-};
 
 /// The grid's cells in the order in which they are packed: the place of cell c is that of c modulo the size.
 template <class Visit>
@@ -71,9 +51,9 @@ TEST_CASE("the packed belief says of every cell and run what the grid says itsel
     // GIVEN walls of two ages, on both sides of cells that have been seen through once and often
     Watcher w;
     for (int k = 0; k < 3; ++k) {
-        w.see(*view_of(wall_at(3.05), kHere, 10), 10.0 + 0.25 * k);
+        w.see(wall_at(3.05), kHere, 10.0 + 0.25 * k);
     }
-    w.see(*view_of(wall_at(2.05), looking_along_x({0.03, 0.83, 0.03}), 13), 13.0);
+    w.see(wall_at(2.05), looking_along_x({0.03, 0.83, 0.03}), 13.0);
     // WHEN states and belief are packed
     std::vector<std::uint8_t> states(OccupancyGrid::kPackedBytes);
     std::vector<std::uint8_t> levels(OccupancyGrid::kPackedBytes);
@@ -145,7 +125,7 @@ TEST_CASE("space within the uncertainty of a face is not free, although it has b
     // GIVEN space that is free up to a wall far away
     Watcher w;
     for (int k = 0; k < 6; ++k) {
-        w.see(*view_of(wall_at(5.05), kHere, 10), 10.0 + 0.25 * k);
+        w.see(wall_at(5.05), kHere, 10.0 + 0.25 * k);
     }
     const Vector3d before(2.93, 0.03, 0.03);
     REQUIRE(w.grid->at(before).space == Space::kFree);

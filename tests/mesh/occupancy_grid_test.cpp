@@ -12,8 +12,7 @@
 #include <random>
 #include <vector>
 
-#include "tests/mesh/mesh_world.h"
-#include "tests/support/allocation_guard.h"
+#include "tests/mesh/grid_watcher.h"
 
 namespace facet {
 namespace {
@@ -22,31 +21,9 @@ using Eigen::Vector3d;
 using test::looking_along_x;
 using test::make_mesher;
 using test::view_of;
+using test::wall_at;
+using Watcher = test::GridWatcher;
 using World = test::MeshWorld;
-
-/// A mesher and the grid behind it.
-struct Watcher {
-    std::unique_ptr<Mesher> mesher;
-    std::unique_ptr<OccupancyGrid> grid = std::make_unique<OccupancyGrid>();
-
-    Watcher() { mesher = make_mesher(); }
-
-    void see(const World& world, const Se3& T_W_C0, double second) {
-        auto view = view_of(world, T_W_C0, static_cast<int>(second));
-        view->stamp = Timestamp{} + Duration::from_seconds(second);
-        view->oldest_stamp = {0};
-        mesher->update(*view, {});
-        const test::AllocationGuard guard;
-        grid->update(*view, mesher->mesh(), static_cast<std::uint32_t>(mesher->counters().updates));
-        CHECK(guard.allocations() == 0);
-    }
-};
-
-World wall_at(double x) {
-    World world;
-    world.wall(1.6, 1.0, 0.25, [=](double, double) { return x; });
-    return world;
-}
 
 const Se3 kHere = looking_along_x({0.03, 0.03, 0.03});
 const Vector3d kEye = kHere.p;
