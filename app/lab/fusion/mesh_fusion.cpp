@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/lab/fusion/bare_surfaces.h"
+#include "app/lab/fusion/partners.h"
 #include "app/output/ply_file.h"
 #include "platform/base/assert.h"
 
@@ -12,13 +14,16 @@ namespace {
 
 constexpr int kSquare = 4;                 // px
 constexpr std::ptrdiff_t kKeptAfter = 16;  // views that have left, as partners of the next ones
-constexpr int kPartners = 3;               // on either side of a keyframe
-constexpr double kLeastBase = 0.05;        // of the median depth, between partners,
-constexpr double kMostBase = 0.5;          // beyond which too much looks different;
-constexpr double kFarther = 2.0;           // and how much farther away the next one is
-constexpr double kLeastOverlap = 0.85;     // cosine of the angle between their views
 constexpr double kTypicalDepth = 2.5;      // m: what moves by it turns what is seen by a radian
 constexpr double kNewView = 0.12;          // rad, of both: about a tenth of the image is new
+constexpr double kResolvedStep = 0.5;      // m
+
+/// Where a step of kResolvedStep is a pixel of disparity: farther away, stereo hardly knows a step from a slope.
+TsdfOptions volume_options(double per_px) {
+    TsdfOptions options;
+    options.max_depth_m = std::sqrt(kResolvedStep / per_px);
+    return options;
+}
 
 double median_depth(const std::vector<DepthSample>& samples) {
     std::vector<float> known;
@@ -35,16 +40,13 @@ double median_depth(const std::vector<DepthSample>& samples) {
     return 1.0 / static_cast<double>(*half);
 }
 
-bool is_partner(const Se3& T_own_other, double least_m, double most_m) {
-    const double base = T_own_other.p.norm();
-    const double cosine = (T_own_other.q * Eigen::Vector3d::UnitZ()).z();
-    return base > least_m && base < most_m && cosine > kLeastOverlap;
-}
-
 }  // namespace
 
 MeshFusion::MeshFusion(const StereoRig& rig)
-    : rig_(rig), sampler_(rig, kSquare), raster_(rig.left, kSquare, sampler_.columns(), sampler_.rows()), volume_({}) {
+    : rig_(rig),
+      sampler_(rig, kSquare),
+      raster_(rig.left, kSquare, sampler_.columns(), sampler_.rows()),
+      volume_(volume_options(sampler_.per_px())) {
     FACET_ASSERT(ok(right_.configure(rig.right.intrinsics().width, rig.right.intrinsics().height, 1)));
 }
 
@@ -103,24 +105,22 @@ void MeshFusion::take(View view, const ImageView& left, const ImageView& right, 
     views_.push_back(std::move(taken));
 }
 
-/// Nearer partners first: what they leave unknown is searched in farther ones, whose longer base tells more. In a
-/// base of eleven centimetres a step of half a metre in a distance of five is a pixel of disparity, hardly known from
-/// a slope.
 void MeshFusion::compare(std::size_t index) {
     View& own = *views_[index];
     const double depth = median_depth(own.samples);
     for (const std::ptrdiff_t side : {-1, 1}) {
-        int wanted = kPartners;
-        double least = kLeastBase * depth;
+        std::vector<const View*> others;
+        std::vector<Se3> T_own_others;
         const auto end = static_cast<std::ptrdiff_t>(views_.size());
-        for (auto i = static_cast<std::ptrdiff_t>(index) + side; i >= 0 && i < end && wanted > 0; i += side) {
+        for (auto i = static_cast<std::ptrdiff_t>(index) + side; i >= 0 && i < end; i += side) {
             const View& other = *views_[static_cast<std::size_t>(i)];
-            const Se3 T_own_other = own.T_W_C0.inverse() * other.T_W_C0;
-            if (own.resets == other.resets && is_partner(T_own_other, least, kMostBase * depth)) {
-                sampler_.compare(own.left, other.left, T_own_other, own.cameras, own.samples);
-                least = kFarther * T_own_other.p.norm();
-                --wanted;
+            if (own.resets == other.resets) {
+                others.push_back(&other);
+                T_own_others.push_back(own.T_W_C0.inverse() * other.T_W_C0);
             }
+        }
+        for (const std::size_t i : choose_partners(T_own_others, depth)) {
+            sampler_.compare(own.left, others[i]->left, T_own_others[i], own.cameras, own.samples);
         }
     }
 }
@@ -134,8 +134,11 @@ void MeshFusion::leave(std::size_t index) {
             sample.inverse_depth = 0.0F;
         }
     }
-    volume_.integrate(raster_, fit_patches(view.samples, sampler_.columns(), sampler_.rows(), sampler_.per_px()),
-                      view.T_W_C0);
+    const int columns = sampler_.columns();
+    const int rows = sampler_.rows();
+    std::vector<SurfacePatch> patches = fit_patches(view.samples, columns, rows, sampler_.per_px());
+    fill_bare_squares(view.left.level(0), raster_, {kSquare, columns, rows, sampler_.per_px()}, patches);
+    volume_.integrate(raster_, patches, view.T_W_C0);
     view.samples.clear();
 }
 

@@ -20,7 +20,8 @@ namespace facet {
 /// Every keyframe, and between two of them every frame that shows something new, is measured when it comes: stereo at
 /// one pixel of each square of four. When its keyframe leaves the window, and its pose is final, what other views saw
 /// of the same surface makes its depths more certain or refutes them (DepthSampler), pieces of plane are laid through
-/// those that agree (fit_patches), and these go into a volume with that pose (TsdfVolume), whose surface is the mesh.
+/// those that agree (fit_patches), and over what is bare between them (fill_bare_squares), and these go into a volume
+/// with that pose (TsdfVolume), whose surface is the mesh. What was never near enough to tell its steps is left out.
 /// About 1 MB a view; those of the window and kKeptAfter more are kept. Heap. Thread-bound. Deterministic.
 class MeshFusion {
 public:

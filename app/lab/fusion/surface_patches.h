@@ -15,6 +15,7 @@ namespace facet {
 struct SurfacePatch {
     Eigen::Vector3f n_C = Eigen::Vector3f::Zero();  ///< (1/m); zero: nothing is known
     float sigma = 0.0F;                             ///< of 1 / Z (1/m)
+    bool is_inferred = false;                       ///< from what lies around it
     bool exists() const { return sigma > 0.0F; }
 };
 

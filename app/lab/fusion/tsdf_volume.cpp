@@ -62,7 +62,8 @@ void TsdfVolume::integrate(const SquareRaster& raster, const std::vector<Surface
         const Eigen::Vector3d n = patch.n_C.cast<double>();
         const Eigen::Vector3d ray = raster.middle(i).cast<double>().homogeneous();
         const double rho = n.dot(ray);
-        if (rho <= 0.0 || static_cast<double>(patch.sigma) / (rho * n.norm()) > options_.max_sigma_m) {
+        if (rho * options_.max_depth_m <= 1.0 ||
+            static_cast<double>(patch.sigma) / (rho * n.norm()) > options_.max_sigma_m) {
             continue;
         }
         const Eigen::Vector3d p = T_W_C * (ray / rho);
@@ -118,10 +119,13 @@ void TsdfVolume::update(Voxel& voxel, const Eigen::Vector3f& p_C, const View& vi
         return;
     }
     if (distance > std::max(band, kPassed * sigma)) {
-        voxel.through = more(voxel.through);
+        if (!patch.is_inferred) {
+            voxel.through = more(voxel.through);
+        }
         return;
     }
-    if (distance > band || sigma > static_cast<float>(options_.max_sigma_m)) {
+    if (distance > band || p_C.z() > static_cast<float>(options_.max_depth_m) ||
+        sigma > static_cast<float>(options_.max_sigma_m)) {
         return;
     }
     const float fade = std::min(1.0F, 1.0F + distance / band);

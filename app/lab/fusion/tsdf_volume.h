@@ -18,14 +18,15 @@ namespace facet {
 struct Voxel {
     float distance = 0.0F;      ///< to the surface, weighted mean over the views, > 0 in front of it (m)
     float weight = 0.0F;        ///< sum of inverse variances (1/m^2); 0: nothing is known
-    std::uint16_t views = 0;    ///< that measured a surface within the band about it
-    std::uint16_t through = 0;  ///< that saw something well behind it
+    std::uint16_t views = 0;    ///< that measured or inferred a surface within the band about it
+    std::uint16_t through = 0;  ///< that measured something well behind it
 };
 
 struct TsdfOptions {
     double voxel_m = 0.04;
     double band_m = 0.12;            ///< distances are kept up to here, on both sides of a surface
     double max_sigma_m = 0.08;       ///< along the normal: what a view measures worse than this does not count
+    double max_depth_m = 100.0;      ///< farther away a view measures nothing, but sees through what is nearer
     std::size_t max_blocks = 32768;  ///< 32 cm wide and of 8 KB; when there are as many, no more are added
 };
 

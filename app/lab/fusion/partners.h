@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Which other views a view's depths are compared with.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "estimator/geometry/se3.h"
+
+namespace facet {
+
+/// Three at most, nearer ones first: what they leave unknown is searched in farther ones, whose longer base tells more.
+/// In a base of eleven centimetres a step of half a metre in a distance of five is a pixel of disparity, hardly known
+/// from a slope; so each is at least twice as far away as the one before.
+/// @param T_own_others  the other left cameras in the view's own one, in the order of time from it
+/// @param depth_m       that half of what the view shows is nearer than; 0: nothing is known
+/// @return their places in `T_own_others`, in that order
+std::vector<std::size_t> choose_partners(const std::vector<Se3>& T_own_others, double depth_m);
+
+}  // namespace facet
