@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/factors/stereo_factor.h"
 
-#include <array>
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace facet {
@@ -11,21 +11,12 @@ namespace {
 struct Camera {
     const RelativeView& view;
     const RelativeView& view_lin;
-    const Eigen::Matrix3d& R_C_B;
-    const Eigen::Vector3d& p_B_C;
     const Eigen::Vector2d& measured;
     Eigen::Matrix2d whitening;
 };
 
 /// Both rows of one camera, u and v: arithmetic on them fills a vector register.
 using Rows = Eigen::Vector2d;
-
-/// What the rows of one camera are derived by, weights included.
-struct ImageRows {
-    Eigen::Vector3d q_lin;                   ///< sight line in C where Jacobians are evaluated
-    std::array<Rows, 3> d_r_d_q;             ///< by the sight line
-    Eigen::Matrix2d minus_d_r_d_measured_t;  ///< by the measured point, times -1, transposed
-};
 
 /// (x, y, z) d for both rows.
 Rows combine(double x, double y, double z, const std::array<Rows, 3>& d) { return (x * d[0] + y * d[1]) + z * d[2]; }
@@ -51,9 +42,11 @@ std::array<Rows, 3> transposed_times(const Eigen::Matrix3d& m, const std::array<
             combine(m(0, 2), m(1, 2), m(2, 2), d)};
 }
 
-/// Fills two rows, starting at `row`. @return kDegenerate if the point is behind the camera
-Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
-                 const RobustLoss& loss, int row, StereoLinearization& out, ImageRows& rows) {
+/// Fills two rows of residual and Jacobian by the point, starting at `row`.
+/// @return kDegenerate if the point is behind the camera
+Status linearize(const Camera& camera, const InverseDepthPoint& point, const RobustLoss& loss, int row,
+                 StereoResidual& out) {
+    ImageRows& rows = out.rows[static_cast<std::size_t>(row / 2)];
     const Eigen::Vector3d q = camera.view.sight_line(point);
     rows.q_lin = camera.view_lin.sight_line(point);
     if (!is_in_front(q) || !is_in_front(rows.q_lin)) {
@@ -65,7 +58,6 @@ Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const I
     const double weight = loss.weight(s);
     out.weights(row / 2) = weight;
     const double sqrt_weight = std::sqrt(weight);
-    out.cost += loss.cost(s);
     out.loss += {1, s, weight, loss.slope(s), weight * weight * s};
     out.r.segment<2>(row) = sqrt_weight * r;
 
@@ -81,14 +73,24 @@ Status linearize(const Camera& camera, const Eigen::Matrix3d& R_B_W_lin, const I
     out.d_r_d_point.block<2, 1>(row, 0) = combine(T(0, 0), T(1, 0), T(2, 0), d);
     out.d_r_d_point.block<2, 1>(row, 1) = combine(T(0, 1), T(1, 1), T(2, 1), d);
     out.d_r_d_point.block<2, 1>(row, 2) = combine(T(0, 3), T(1, 3), T(2, 3), d);
-    // In B: Exp(-theta) q = q + q x theta, and a move of the body by dp takes rho dp from q.
-    const Eigen::Vector3d q_B = camera.R_C_B.transpose() * rows.q_lin + point.rho * camera.p_B_C;
-    const std::array<Rows, 3> d_r_d_q_B = transposed_times(camera.R_C_B, d);
-    const Eigen::Matrix3d d_q_B_d_p = -point.rho * R_B_W_lin;
+    return Status::kOk;
+}
+
+/// The sight line in the body's frame, as seen from the body.
+Eigen::Vector3d in_body(const Eigen::Vector3d& q, const Eigen::Matrix3d& R_C_B, const Eigen::Vector3d& p_B_C,
+                        double rho) {
+    return R_C_B.transpose() * q + rho * p_B_C;
+}
+
+/// Two rows by the pose. In B: Exp(-theta) q = q + q x theta, and a move of the body by dp takes rho dp from q.
+void add_pose(const ImageRows& rows, const Eigen::Matrix3d& R_C_B, const Eigen::Vector3d& p_B_C,
+              const Eigen::Matrix3d& R_B_W_lin, double rho, int row, StereoLinearization& out) {
+    const Eigen::Vector3d q_B = in_body(rows.q_lin, R_C_B, p_B_C, rho);
+    const std::array<Rows, 3> d_r_d_q_B = transposed_times(R_C_B, rows.d_r_d_q);
+    const Eigen::Matrix3d d_q_B_d_p = -rho * R_B_W_lin;
     put_columns(cross(d_r_d_q_B, q_B), 0, row, out.d_r_d_T_W_B_transposed);
     put_columns(transposed_times(d_q_B_d_p, d_r_d_q_B), 3, row, out.d_r_d_T_W_B_transposed);
     out.d_r_d_T_W_B_transposed.block<2, 2>(6, row).setZero();
-    return Status::kOk;
 }
 
 /// The rows of the left image by its lens.
@@ -111,35 +113,80 @@ void add_right_camera(const ImageRows& rows, const CameraTerms& terms, double rh
     d.bottomRows<2>().setZero();
 }
 
+/// The part of a gradient that belongs to the lens.
+Eigen::Matrix<double, kLensDim, 1> lens_gradient(const ImageRows& rows, const LensJacobian& lens,
+                                                 const Eigen::Vector2d& r) {
+    return -lens.transpose().cast<double>().lazyProduct((rows.minus_d_r_d_measured_t * r).eval());
+}
+
+/// d^T r: by the sight line.
+Eigen::Vector3d sight_gradient(const ImageRows& rows, const Eigen::Vector2d& r) {
+    return {rows.d_r_d_q[0].dot(r), rows.d_r_d_q[1].dot(r), rows.d_r_d_q[2].dot(r)};
+}
+
 }  // namespace
+
+Status linearize_point(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
+                       const StereoView& view_lin, const InverseDepthPoint& point, const RobustLoss& loss,
+                       StereoResidual& out) {
+    out.has_right = z.has_right;
+    out.loss = {};
+    const Camera left{view.left, view_lin.left, z.left_xy, geometry.scale * z.d_left_d_xy.cast<double>()};
+    FACET_TRY(linearize(left, point, loss, 0, out));
+    if (!z.has_right) {
+        out.r.tail<2>().setZero();
+        out.d_r_d_point.bottomRows<2>().setZero();
+        return Status::kOk;
+    }
+    const Camera right{view.right, view_lin.right, z.right_xy, geometry.scale * z.d_right_d_xy.cast<double>()};
+    return linearize(right, point, loss, 2, out);
+}
 
 Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
                         const StereoView& view_lin, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
                         const RobustLoss& loss, const CameraTerms* cameras, StereoLinearization& out) {
-    out.has_right = z.has_right;
     out.has_cameras = cameras != nullptr;
-    out.cost = 0.0;
-    out.loss = {};
-    ImageRows rows;
-    const Camera left{view.left,       view_lin.left, geometry.R_C0_B,
-                      geometry.p_B_C0, z.left_xy,     geometry.scale * z.d_left_d_xy.cast<double>()};
-    FACET_TRY(linearize(left, R_B_W_lin, point, loss, 0, out, rows));
+    FACET_TRY(linearize_point(z, geometry, view, view_lin, point, loss, out));
+    add_pose(out.rows[0], geometry.R_C0_B, geometry.p_B_C0, R_B_W_lin, point.rho, 0, out);
     if (out.has_cameras) {
-        add_left_lens(rows, cameras->left, out);
+        add_left_lens(out.rows[0], cameras->left, out);
     }
     if (!z.has_right) {
-        out.r.tail<2>().setZero();
-        out.d_r_d_point.bottomRows<2>().setZero();
         out.d_r_d_T_W_B_transposed.rightCols<2>().setZero();
         return Status::kOk;
     }
-    const Camera right{view.right,      view_lin.right, geometry.R_C1_B,
-                       geometry.p_B_C1, z.right_xy,     geometry.scale * z.d_right_d_xy.cast<double>()};
-    FACET_TRY(linearize(right, R_B_W_lin, point, loss, 2, out, rows));
+    add_pose(out.rows[1], geometry.R_C1_B, geometry.p_B_C1, R_B_W_lin, point.rho, 2, out);
     if (out.has_cameras) {
-        add_right_camera(rows, *cameras, point.rho, out);
+        add_right_camera(out.rows[1], *cameras, point.rho, out);
     }
     return Status::kOk;
+}
+
+StereoGradient stereo_gradient(const StereoResidual& at, const Eigen::Vector4d& r, const StereoGeometry& geometry,
+                               const Eigen::Matrix3d& R_B_W_lin, double rho, const CameraTerms* cameras) {
+    StereoGradient out;
+    const ImageRows& left = at.rows[0];
+    const Eigen::Vector2d left_r = r.head<2>();
+    Eigen::Vector3d by_q_B = geometry.R_C0_B.transpose() * sight_gradient(left, left_r);
+    out.pose.head<3>() = by_q_B.cross(in_body(left.q_lin, geometry.R_C0_B, geometry.p_B_C0, rho));
+    if (cameras != nullptr) {
+        out.left_lens = lens_gradient(left, cameras->left, left_r);
+    }
+    if (at.has_right) {
+        const ImageRows& right = at.rows[1];
+        const Eigen::Vector2d right_r = r.tail<2>();
+        const Eigen::Vector3d by_q = sight_gradient(right, right_r);
+        const Eigen::Vector3d by_right_q_B = geometry.R_C1_B.transpose() * by_q;
+        out.pose.head<3>() += by_right_q_B.cross(in_body(right.q_lin, geometry.R_C1_B, geometry.p_B_C1, rho));
+        by_q_B += by_right_q_B;
+        if (cameras != nullptr) {
+            out.right_camera.head<3>() = by_q.cross(right.q_lin);
+            out.right_camera.segment<3>(3) = -rho * (cameras->R_Bc_C1 * by_q);
+            out.right_camera.tail<kLensDim>() = lens_gradient(right, cameras->right, right_r);
+        }
+    }
+    out.pose.tail<3>() = -rho * (R_B_W_lin.transpose() * by_q_B);
+    return out;
 }
 
 }  // namespace facet

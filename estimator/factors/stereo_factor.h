@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <span>
 
 #include "estimator/geometry/lens_correction.h"
 #include "estimator/geometry/relative_view.h"
@@ -48,25 +50,46 @@ struct StereoView {
     RelativeView right;
 };
 
-/// Whitened, robustly weighted linearization of one measurement: rows (u0, v0, u1, v1), the last two zero without a
-/// right measurement. The weights are applied already: the normal equations are J^T J and J^T r.
-struct StereoLinearization {
+/// What the rows of one camera are derived by, weights included. The rows u and v side by side fill a vector register.
+struct ImageRows {
+    Eigen::Vector3d q_lin;                   ///< sight line in C where Jacobians are evaluated
+    std::array<Eigen::Vector2d, 3> d_r_d_q;  ///< by the sight line
+    Eigen::Matrix2d minus_d_r_d_measured_t;  ///< by the measured point, times -1, transposed
+};
+
+/// Whitened, robustly weighted residual of one measurement: rows (u0, v0, u1, v1), the last two zero without a right
+/// measurement. The weights are applied already: the normal equations are J^T J and J^T r.
+struct StereoResidual {
+    Eigen::Vector4d r;
+    Eigen::Matrix<double, 4, 3> d_r_d_point;  ///< order [x y rho] of the host chart
+    bool has_right = false;
+    LossSums loss;                   ///< over the cameras
+    Eigen::Vector2d weights;         ///< rho' of either camera, the right one's only if has_right
+    Eigen::Vector2d squared_errors;  ///< |r|^2 without weights of either camera, the right one's only if has_right
+    std::array<ImageRows, 2> rows;   ///< of either camera, the right one's only if has_right
+
+    /// Squared errors of the cameras that measured.
+    std::span<const double> squares() const { return {squared_errors.data(), has_right ? 2U : 1U}; }
+};
+
+/// The same with its Jacobians by pose and cameras.
+struct StereoLinearization : StereoResidual {
     /// Parameters padded to whole vectors: rows of J^T beyond the parameters are zero.
     static constexpr int kPaddedPoseDim = 8;
     static constexpr int kPaddedRightDim = 16;
     static_assert(kLensDim % 8 == 0, "the left lens needs no padding");
 
-    Eigen::Vector4d r;
     Eigen::Matrix<double, kPaddedPoseDim, 4> d_r_d_T_W_B_transposed;  ///< order [theta p]
-    Eigen::Matrix<double, 4, 3> d_r_d_point;                          ///< order [x y rho] of the host chart
-    bool has_right = false;
     bool has_cameras = false;  ///< whether the next two are filled, the second one only if has_right
     Eigen::Matrix<double, kLensDim, 2> d_r_d_left_lens_transposed;            ///< of the rows u0, v0
     Eigen::Matrix<double, kPaddedRightDim, 2> d_r_d_right_camera_transposed;  ///< of u1, v1; order [theta p lens]
-    double cost = 0.0;                                                        ///< robust, 1/2 rho(|r|^2), summed
-    LossSums loss;                                                            ///< over the cameras
-    Eigen::Vector2d weights;         ///< rho' of either camera, the right one's only if has_right
-    Eigen::Vector2d squared_errors;  ///< |r|^2 without weights of either camera, the right one's only if has_right
+};
+
+/// J^T r of those Jacobians.
+struct StereoGradient {
+    Eigen::Matrix<double, kPoseDim, 1> pose;
+    Eigen::Matrix<double, kLensDim, 1> left_lens;            ///< only with CameraTerms
+    Eigen::Matrix<double, kRightCameraDim, 1> right_camera;  ///< likewise, and only if there is a right measurement
 };
 
 /// Reprojection residual of a landmark in both cameras of the keyframe at T_W_B, in pixels to first order.
@@ -87,5 +110,16 @@ struct StereoLinearization {
 Status linearize_stereo(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
                         const StereoView& view_lin, const Eigen::Matrix3d& R_B_W_lin, const InverseDepthPoint& point,
                         const RobustLoss& loss, const CameraTerms* cameras, StereoLinearization& out);
+
+/// The residual and its Jacobian by the point alone, as linearize_stereo().
+Status linearize_point(const StereoMeasurement& z, const StereoGeometry& geometry, const StereoView& view,
+                       const StereoView& view_lin, const InverseDepthPoint& point, const RobustLoss& loss,
+                       StereoResidual& out);
+
+/// J^T r for any r in the place of the residual's own, without the Jacobians J by pose and cameras: less work where
+/// no more than the gradient is wanted.
+/// @param cameras  as for linearize_stereo()
+StereoGradient stereo_gradient(const StereoResidual& at, const Eigen::Vector4d& r, const StereoGeometry& geometry,
+                               const Eigen::Matrix3d& R_B_W_lin, double rho, const CameraTerms* cameras);
 
 }  // namespace facet

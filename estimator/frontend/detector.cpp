@@ -2,6 +2,7 @@
 #include "estimator/frontend/detector.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -108,11 +109,9 @@ void Detector::offer_peaks(int u, int v, int count, float threshold) {
     const simd::Ints peak = (s >= threshold) & (s > simd::load(row - 1)) & (s >= simd::load(row + 1)) &
                             (s > simd::load(up - 1)) & (s > simd::load(up)) & (s > simd::load(up + 1)) &
                             (s >= simd::load(down - 1)) & (s >= simd::load(down)) & (s >= simd::load(down + 1));
-    if (!simd::any(peak)) {
-        return;
-    }
-    for (int i = 0; i < count; ++i) {
-        if (peak[i] != 0 && blocked[i] == 0) {
+    for (unsigned lanes = simd::lanes_of(peak); lanes != 0; lanes &= lanes - 1) {
+        const int i = std::countr_zero(lanes);
+        if (i < count && blocked[i] == 0) {
             offer(u + i, v, row[i]);
         }
     }

@@ -81,6 +81,19 @@ inline float greatest(const Floats& v) {
     return best;
 }
 
+/// A bit for each lane of a comparison's result that holds, that of lane 0 lowest.
+inline unsigned lanes_of(const Ints& mask) {
+#ifdef __AVX2__
+    return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+#else
+    unsigned lanes = 0;
+    for (int i = 0; i < kLanes; ++i) {
+        lanes |= mask[i] != 0 ? 1U << static_cast<unsigned>(i) : 0U;
+    }
+    return lanes;
+#endif
+}
+
 /// Whether any lane of a comparison's result holds.
 inline bool any(const Ints& mask) {
 #ifdef __AVX2__

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <span>
 
 namespace facet {
 
@@ -31,6 +32,21 @@ struct CauchyLoss {
         const double k2 = threshold * threshold;
         return 0.5 * k2 * std::log1p(s / k2);
     }
+    /// The sum over several residuals, of products: a logarithm costs as much as ten of them.
+    double cost(std::span<const double> squares) const {
+        constexpr double kLarge = 1e150;  // a factor more does not overflow
+        const double k2 = threshold * threshold;
+        double logarithms = 0.0;
+        double product = 1.0;
+        for (const double s : squares) {
+            product *= 1.0 + s / k2;
+            if (product > kLarge) {
+                logarithms += std::log(product);
+                product = 1.0;
+            }
+        }
+        return 0.5 * k2 * (logarithms + std::log(product));
+    }
     double weight(double s) const { return 1.0 / (1.0 + s / (threshold * threshold)); }
     double slope(double s) const { return weight(s) * weight(s); }
 };
@@ -42,6 +58,17 @@ struct RobustLoss {
 
     double cost(double s) const {
         return is_redescending ? CauchyLoss{threshold}.cost(s) : HuberLoss{threshold}.cost(s);
+    }
+    /// The sum over several residuals.
+    double cost(std::span<const double> squares) const {
+        if (is_redescending) {
+            return CauchyLoss{threshold}.cost(squares);
+        }
+        double sum = 0.0;
+        for (const double s : squares) {
+            sum += HuberLoss{threshold}.cost(s);
+        }
+        return sum;
     }
     double weight(double s) const {
         return is_redescending ? CauchyLoss{threshold}.weight(s) : HuberLoss{threshold}.weight(s);

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace facet {
 
@@ -20,10 +22,13 @@ public:
         if (!(square >= 0.0) || !std::isfinite(square)) {
             return;
         }
-        int exponent = 0;
-        const double mantissa = std::frexp(square, &exponent);  // [1/2, 1)
-        const int bin = (exponent - kLowest) * kPerOctave + static_cast<int>((2.0 * mantissa - 1.0) * kPerOctave);
-        ++bins_[static_cast<std::size_t>(square > 0.0 ? std::clamp(bin, 0, kBins - 1) : 0)];
+        // The highest bits of a double: its exponent, and eighths of the octave from there.
+        static_assert(kPerOctave == 8);
+        constexpr int kEighths = 3;
+        constexpr int kBias = std::numeric_limits<double>::max_exponent - 2;  // of 2^-1, where an octave begins
+        const auto highest = static_cast<int>(std::bit_cast<std::uint64_t>(square) >> (52 - kEighths));
+        const int bin = std::clamp(highest - (kBias + kLowest) * kPerOctave, 0, kBins - 1);
+        ++bins_[static_cast<std::size_t>(square > 0.0 ? bin : 0)];
         ++count_;
     }
 

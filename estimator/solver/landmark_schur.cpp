@@ -24,15 +24,6 @@ void add_square(const Eigen::Matrix<double, kDim, 2>& j_t, Block& h) {
     }
 }
 
-/// Adds A^T C - W_A W_C^T, A with two rows.
-template <class Block, class A, class Wa, class C, class Wc>
-void add_product(const A& a_t, const C& c_t, const Wa& wa, const Wc& wc, Block block) {
-    for (int i = 0; i < block.cols(); ++i) {
-        block.col(i) += c_t(i, 0) * a_t.col(0) + c_t(i, 1) * a_t.col(1) - wc(i, 0) * wa.col(0) - wc(i, 1) * wa.col(1) -
-                        wc(i, 2) * wa.col(2);
-    }
-}
-
 }  // namespace
 
 void LandmarkSchur::clear(CameraTermSums* cameras) {
@@ -51,7 +42,6 @@ void LandmarkSchur::add(int keyframe) {
     const auto& b = l.d_r_d_point;
     h_point_.noalias() += b.transpose().lazyProduct(b);
     g_point_.noalias() += b.transpose().lazyProduct(l.r);
-    FACET_ASSERT(cameras_ == nullptr || l.has_cameras);
 }
 
 void LandmarkSchur::add_plane(int row, const CoplanarityLinearization& linearization) {
@@ -89,6 +79,7 @@ void LandmarkSchur::multiply_by_point() {
         if (cameras_ == nullptr) {
             continue;
         }
+        FACET_ASSERT(l.has_cameras);
         h_cameras_point_.topRows<kLensDim>().noalias() += l.d_r_d_left_lens_transposed.lazyProduct(b.topRows<2>());
         if (l.has_right) {
             h_cameras_point_.bottomRows<kPaddedRight>().noalias() +=
@@ -101,34 +92,36 @@ void LandmarkSchur::multiply_by_point() {
     }
 }
 
-/// With the point's step dl = -(B^T B)^-1 B^T r the gradient is A^T (r + B dl).
-void LandmarkSchur::eliminate_gradient_into(ReducedSystem& system, const Eigen::Vector3d& point_step) const {
-    auto g = system.g();
-    for (int i = 0; i < count_; ++i) {
-        const StereoLinearization& l = terms_[i].linearization;
-        const Eigen::Vector4d r = l.r + l.d_r_d_point.lazyProduct(point_step);
-        g.segment<kPadded>(system.offset(terms_[i].keyframe)) += l.d_r_d_T_W_B_transposed.lazyProduct(r);
-        if (cameras_ == nullptr) {
-            continue;
-        }
-        cameras_->g.head<kLensDim>() += l.d_r_d_left_lens_transposed.lazyProduct(r.head<2>());
-        if (l.has_right) {
-            cameras_->g.tail<kPaddedRight>() += l.d_r_d_right_camera_transposed.lazyProduct(r.tail<2>());
-        }
+Status LandmarkSchur::solve_for_point(Eigen::Vector3d& step) const {
+    Cholesky3 cholesky;
+    FACET_TRY(cholesky.factorize(h_point_));
+    step = -cholesky.solve(g_point_);
+    return Status::kOk;
+}
+
+void LandmarkSchur::add_gradient(int i, const StereoGradient& gradient, ReducedSystem& system) const {
+    const Term& term = terms_[static_cast<std::size_t>(i)];
+    system.g().segment<kPoseDim>(system.offset(term.keyframe)) += gradient.pose;
+    if (cameras_ == nullptr) {
+        return;
     }
+    cameras_->g.head<kLensDim>() += gradient.left_lens;
+    if (term.linearization.has_right) {
+        cameras_->g.segment<kRightCameraDim>(kLensDim) += gradient.right_camera;
+    }
+}
+
+void LandmarkSchur::add_plane_gradient(const Eigen::Vector3d& point_step, ReducedSystem& system) const {
     if (plane_.row >= 0) {
         const CoplanarityLinearization& l = plane_.linearization;
-        g.segment<kPlaneDim>(plane_.row) += l.d_r_d_plane.transpose() * (l.r + l.d_r_d_point.dot(point_step));
+        system.g().segment<kPlaneDim>(plane_.row) += l.d_r_d_plane.transpose() * (l.r + l.d_r_d_point.dot(point_step));
     }
 }
 
 Status LandmarkSchur::eliminate_into(ReducedSystem& system) {
     Cholesky3 cholesky;
     FACET_TRY(cholesky.factorize(h_point_));
-    if (!system.has_matrix()) {
-        eliminate_gradient_into(system, -cholesky.solve(g_point_));
-        return Status::kOk;
-    }
+    FACET_ASSERT(system.has_matrix());
     multiply_by_point();
     // h_pose_point becomes W = A^T B L^-T, so that A^T B (L L^T)^-1 B^T A = W W^T.
     const Eigen::Vector3d g_white = cholesky.whiten(g_point_);
@@ -160,27 +153,37 @@ Status LandmarkSchur::eliminate_into(ReducedSystem& system) {
 }
 
 void LandmarkSchur::eliminate_cameras(const Eigen::Vector3d& g_white) {
+    // A^T C - W_A W_C^T as one product of five columns: [A^T W_A] [C^T -W_C]^T.
+    Eigen::Matrix<double, kPadded, 5> pose;
+    Eigen::Matrix<double, kLensDim, 5> left;
+    Eigen::Matrix<double, kPaddedRight, 5> right;
     const auto& w = h_cameras_point_;
     const auto w_left = w.topRows<kLensDim>();
     const auto w_right = w.bottomRows<kPaddedRight>();
     CameraTermSums& sums = *cameras_;
     auto h_left = sums.h.topLeftCorner<kLensDim, kLensDim>();
     auto h_right = sums.h.bottomRightCorner<kPaddedRight, kPaddedRight>();
+    left.rightCols<3>() = -w_left;
+    right.rightCols<3>() = -w_right;
     bool has_right = false;
     for (int i = 0; i < count_; ++i) {
         const StereoLinearization& l = terms_[i].linearization;
         const auto& w_pose = terms_[i].h_pose_point;
         CameraTermSums::PoseBlock& h_pose = sums.h_pose[static_cast<std::size_t>(terms_[i].keyframe)];
         const auto& a_t = l.d_r_d_T_W_B_transposed;
-        add_product(a_t.leftCols<2>(), l.d_r_d_left_lens_transposed, w_pose, w_left, h_pose.leftCols<kLensDim>());
+        pose.rightCols<3>() = w_pose;
+        pose.leftCols<2>() = a_t.leftCols<2>();
+        left.leftCols<2>() = l.d_r_d_left_lens_transposed;
+        h_pose.leftCols<kLensDim>() += pose.lazyProduct(left.transpose());
         add_square(l.d_r_d_left_lens_transposed, h_left);
         sums.g.head<kLensDim>() += l.d_r_d_left_lens_transposed.lazyProduct(l.r.head<2>());
         if (l.has_right) {
             has_right = true;
-            const auto& right = l.d_r_d_right_camera_transposed;
-            add_product(a_t.rightCols<2>(), right, w_pose, w_right, h_pose.rightCols<kPaddedRight>());
-            add_square(right, h_right);
-            sums.g.tail<kPaddedRight>() += right.lazyProduct(l.r.tail<2>());
+            pose.leftCols<2>() = a_t.rightCols<2>();
+            right.leftCols<2>() = l.d_r_d_right_camera_transposed;
+            h_pose.rightCols<kPaddedRight>() += pose.lazyProduct(right.transpose());
+            add_square(l.d_r_d_right_camera_transposed, h_right);
+            sums.g.tail<kPaddedRight>() += l.d_r_d_right_camera_transposed.lazyProduct(l.r.tail<2>());
         } else {
             h_pose.rightCols<kPaddedRight>() -= w_pose.lazyProduct(w_right.transpose());
         }

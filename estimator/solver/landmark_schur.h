@@ -32,6 +32,10 @@ public:
     /// Adds what next() holds as a measurement by this keyframe (each keyframe at most once, ascending).
     void add(int keyframe);
 
+    /// Number of measurements added, and the residual of the i-th.
+    int count() const { return count_; }
+    const StereoResidual& residual(int i) const { return terms_[static_cast<std::size_t>(i)].linearization; }
+
     /// Adds a co-planarity residual with the plane whose variables begin at this row of the system; at most one.
     void add_plane(int row, const CoplanarityLinearization& linearization);
 
@@ -42,14 +46,32 @@ public:
     /// Gaussian prior on the inverse depth, kept out of the poses' information: r = (rho - 0) / sigma.
     void add_rho_prior(double rho, double sigma);
 
-    /// Eliminates the point and adds the rest to the system, that of single cameras to their sums; the gradient alone
-    /// if the system wants no more.
+    /// Eliminates the point and adds the rest to the system, that of single cameras to their sums.
     /// @return kDegenerate if the point's information is singular (system and sums untouched).
     Status eliminate_into(ReducedSystem& system);
 
+    /// The same for the gradient alone, without the Jacobians by poses and cameras: of what next() holds, the residual
+    /// and its Jacobian by the point are used.
+    /// @param gradient  gradient(i, r) is the StereoGradient J^T r of the i-th measurement
+    template <class Gradient>
+    Status eliminate_gradient_into(ReducedSystem& system, const Gradient& gradient) {
+        Eigen::Vector3d point_step;
+        FACET_TRY(solve_for_point(point_step));
+        // With the point's step dl = -(B^T B)^-1 B^T r the gradient is A^T (r + B dl).
+        for (int i = 0; i < count_; ++i) {
+            const StereoResidual& l = terms_[static_cast<std::size_t>(i)].linearization;
+            const Eigen::Vector4d r = l.r + l.d_r_d_point.lazyProduct(point_step);
+            add_gradient(i, gradient(i, r), system);
+        }
+        add_plane_gradient(point_step, system);
+        return Status::kOk;
+    }
+
 private:
+    Status solve_for_point(Eigen::Vector3d& step) const;
+    void add_gradient(int i, const StereoGradient& gradient, ReducedSystem& system) const;
+    void add_plane_gradient(const Eigen::Vector3d& point_step, ReducedSystem& system) const;
     void multiply_by_point();
-    void eliminate_gradient_into(ReducedSystem& system, const Eigen::Vector3d& point_step) const;
     void eliminate_cameras(const Eigen::Vector3d& g_white);
     void eliminate_plane_into(ReducedSystem& system, const Eigen::Vector3d& g_white) const;
 

@@ -74,8 +74,13 @@ void LocalMap::add(const Landmark& landmark, const WindowState& state, const Win
     StereoLinearization l;
     for (const LandmarkObservation& o : landmark.observations) {
         const StereoView& view = cameras.view(o.keyframe, host);
-        if (!ok(linearize_stereo(o.measurement, cameras.geometry(), view, view, cameras.R_B_W_lin(o.keyframe),
-                                 landmark.point, cameras.loss(), nullptr, l))) {
+        const bool is_newest = o.keyframe == newest;
+        const Status status =
+            is_newest
+                ? linearize_stereo(o.measurement, cameras.geometry(), view, view, cameras.R_B_W_lin(newest),
+                                   landmark.point, cameras.loss(), nullptr, l)
+                : linearize_point(o.measurement, cameras.geometry(), view, view, landmark.point, cameras.loss(), l);
+        if (!ok(status)) {
             return;
         }
         information.noalias() += l.d_r_d_point.transpose().lazyProduct(l.d_r_d_point);

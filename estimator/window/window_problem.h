@@ -108,6 +108,9 @@ private:
     void add_imu_scale(const ImuFactorLinearization& linearization, int keyframe, ReducedSystem& system) const;
     double add_rest(ReducedSystem& system, int keyframe);
     double add_landmark(ReducedSystem& system, Landmark& landmark);
+    Status linearize_measurements(const Landmark& landmark, bool with_matrix);
+    Status eliminate_landmark(const Landmark& landmark, ReducedSystem& system);
+    double measure_fit(Landmark& landmark);
     /// To be called before the first and after the last landmark.
     void begin_landmarks(const ReducedSystem& system);
     void end_landmarks(ReducedSystem& system) const;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // The landmarks' part of the window problem.
 #include <algorithm>
-#include <array>
+#include <boost/container/static_vector.hpp>
 #include <cmath>
 
 #include "estimator/window/landmark_triangulation.h"
@@ -37,62 +37,84 @@ void WindowProblem::end_landmarks(ReducedSystem& system) const {
     add_calibration(system);
 }
 
+/// Linearizes a landmark's measurements into schur_: for the gradient alone no further than stereo_gradient() asks.
+Status WindowProblem::linearize_measurements(const Landmark& landmark, bool with_matrix) {
+    const int host = landmark.observations.front().keyframe;
+    schur_.clear(cameras_->estimates_lenses() ? &camera_sums_ : nullptr);
+    for (const LandmarkObservation& o : landmark.observations) {
+        StereoLinearization& l = schur_.next();
+        const StereoView& view = cameras_->view(o.keyframe, host);
+        const StereoView& view_lin = cameras_->view_lin(o.keyframe, host);
+        if (with_matrix) {
+            const CameraTerms terms = cameras_->terms(o);
+            FACET_TRY(linearize_stereo(o.measurement, cameras_->geometry(), view, view_lin,
+                                       cameras_->R_B_W_lin(o.keyframe), landmark.point, cameras_->loss(),
+                                       cameras_->estimates_lenses() ? &terms : nullptr, l));
+        } else {
+            FACET_TRY(linearize_point(o.measurement, cameras_->geometry(), view, view_lin, landmark.point,
+                                      cameras_->loss(), l));
+        }
+        schur_.add(o.keyframe);
+    }
+    return Status::kOk;
+}
+
+Status WindowProblem::eliminate_landmark(const Landmark& landmark, ReducedSystem& system) {
+    if (system.has_matrix()) {
+        return schur_.eliminate_into(system);
+    }
+    return schur_.eliminate_gradient_into(system, [&](int i, const Eigen::Vector4d& r) {
+        const LandmarkObservation& o = landmark.observations[static_cast<std::size_t>(i)];
+        const CameraTerms terms = cameras_->terms(o);
+        return stereo_gradient(schur_.residual(i), r, cameras_->geometry(), cameras_->R_B_W_lin(o.keyframe),
+                               landmark.point.rho, cameras_->estimates_lenses() ? &terms : nullptr);
+    });
+}
+
 double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
     if (!triangulate_landmark(*state_, *cameras_, *regularity_config_, 1,
                               landmark)) {  // it follows its cameras step by step as they move
         return landmark.cost;               // left out of this step, which must not look like a gain
     }
-    const int host = landmark.observations.front().keyframe;
-    schur_.clear(cameras_->estimates_lenses() ? &camera_sums_ : nullptr);
-    double cost = 0.0;
-    LossSums loss;
-    double squared_error_px2 = 0.0;
-    int rows = -3;
-    Eigen::Vector4d weighted_residual_px = Eigen::Vector4d::Zero();
-    Eigen::Vector2d weights = Eigen::Vector2d::Zero();
-    std::array<double, 2 * kMaxKeyframes> squares_px2;
-    std::size_t points = 0;
-    const double sigma_px = cameras_->noise().sigma_px();
-    const double variance_px2 = sigma_px * sigma_px;
-    for (const LandmarkObservation& o : landmark.observations) {
-        StereoLinearization& l = schur_.next();
-        const CameraTerms terms = cameras_->terms(o);
-        if (!ok(linearize_stereo(o.measurement, cameras_->geometry(), cameras_->view(o.keyframe, host),
-                                 cameras_->view_lin(o.keyframe, host), cameras_->R_B_W_lin(o.keyframe), landmark.point,
-                                 cameras_->loss(), cameras_->estimates_lenses() ? &terms : nullptr, l))) {
-            return landmark.cost;
-        }
-        schur_.add(o.keyframe);
-        cost += l.cost;
-        loss += l.loss;
-        squared_error_px2 += std::min(l.loss.squared_error * variance_px2, l.loss.points * kBlunderPx * kBlunderPx);
-        rows += o.measurement.has_right ? 4 : 2;
-        const Eigen::Vector2d used(l.weights(0), l.has_right ? l.weights(1) : 0.0);
-        weights += used;
-        weighted_residual_px.head<2>() += sigma_px * std::sqrt(used(0)) * l.r.head<2>();
-        weighted_residual_px.tail<2>() += sigma_px * std::sqrt(used(1)) * l.r.tail<2>();
-        squares_px2[points++] = l.squared_errors(0) * variance_px2;
-        if (l.has_right) {
-            squares_px2[points++] = l.squared_errors(1) * variance_px2;
-        }
-    }
-    cost += add_plane_height(landmark);
-    schur_.add_rho_prior(landmark.point.rho, kRhoPriorSigma);
-    if (!ok(schur_.eliminate_into(system))) {
+    if (!ok(linearize_measurements(landmark, system.has_matrix()))) {
         return landmark.cost;
     }
-    landmark.cost = cost;
+    const double plane_cost = add_plane_height(landmark);
+    schur_.add_rho_prior(landmark.point.rho, kRhoPriorSigma);
+    if (!ok(eliminate_landmark(landmark, system))) {
+        return landmark.cost;
+    }
+    landmark.cost = plane_cost + measure_fit(landmark);
+    return landmark.cost;
+}
+
+/// Adds what schur_ holds of a landmark to fit_. @return the robust cost of its measurements
+double WindowProblem::measure_fit(Landmark& landmark) {
+    LossSums loss;
+    int rows = -3;
+    boost::container::static_vector<double, 2 * kMaxKeyframes> squares;
+    const double sigma_px = cameras_->noise().sigma_px();
+    const double variance_px2 = sigma_px * sigma_px;
+    for (int i = 0; i < schur_.count(); ++i) {
+        const StereoResidual& l = schur_.residual(i);
+        loss += l.loss;
+        fit_.vision_squared_error_px2 +=
+            std::min(l.loss.squared_error * variance_px2, l.loss.points * kBlunderPx * kBlunderPx);
+        rows += l.has_right ? 4 : 2;
+        const Eigen::Vector2d used(l.weights(0), l.has_right ? l.weights(1) : 0.0);
+        fit_.weights += used;
+        fit_.weighted_residual_px.head<2>() += sigma_px * std::sqrt(used(0)) * l.r.head<2>();
+        fit_.weighted_residual_px.tail<2>() += sigma_px * std::sqrt(used(1)) * l.r.tail<2>();
+        for (const double square : l.squares()) {
+            squares.push_back(square);
+            fit_.vision_squares_px2.add(square * variance_px2);
+        }
+    }
     landmark.squared_error = loss.squared_error;
     ++fit_.active_landmarks;
     fit_.vision_rows += rows;
-    fit_.vision_squared_error_px2 += squared_error_px2;
     fit_.vision_loss += loss;
-    fit_.weighted_residual_px += weighted_residual_px;
-    fit_.weights += weights;
-    for (std::size_t i = 0; i < points; ++i) {
-        fit_.vision_squares_px2.add(squares_px2[i]);
-    }
-    return cost;
+    return cameras_->loss().cost({squares.data(), squares.size()});
 }
 
 /// Adds the landmark's height above its plane, if it has one, to schur_. @return its robust cost

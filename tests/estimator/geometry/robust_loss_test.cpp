@@ -2,6 +2,7 @@
 #include "estimator/geometry/robust_loss.h"
 
 #include <catch2/catch.hpp>
+#include <vector>
 
 namespace facet {
 
@@ -26,6 +27,18 @@ TEST_CASE("a loss's slope is how its influence grows, on average along and acros
         const double across = influence(r) / r;
         CHECK(loss.slope(r * r) == Approx(0.5 * (along + across)).epsilon(1e-4));
     }
+}
+
+TEST_CASE("the cost of several residuals is the sum of their costs, however large", "[robust_loss]") {
+    const RobustLoss loss{GENERATE(0.5, 1.2), GENERATE(false, true)};
+    std::vector<double> squares;
+    double sum = 0.0;
+    CHECK(loss.cost(squares) == 0.0);
+    for (int i = 0; i < 400; ++i) {
+        squares.push_back(i % 3 == 0 ? 1e12 * i : 0.01 * i);
+        sum += loss.cost(squares.back());
+    }
+    CHECK(loss.cost(squares) == Approx(sum).epsilon(1e-12));
 }
 
 TEST_CASE("far residuals pull with constant force under Huber's loss, and less and less under Cauchy's",
