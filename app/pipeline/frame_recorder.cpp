@@ -13,6 +13,10 @@
 namespace facet {
 namespace {
 
+/// So many frames' times get their memory at the beginning: growing, they would be copied in flight, twice the memory
+/// while that lasts.
+constexpr std::size_t kFramesReserved = 20'000;
+
 bool is_finite(const NavState& s) {
     return s.q_W_B.coeffs().allFinite() && s.p_W_B.allFinite() && s.v_W_B.allFinite() && s.bias.gyro.allFinite() &&
            s.bias.accel.allFinite();
@@ -30,7 +34,9 @@ FrameRecorder::Files::Files(const std::string& folder)
       planes(folder) {}
 
 FrameRecorder::FrameRecorder(std::string folder, const RecorderLimits& limits)
-    : folder_(std::move(folder)), limits_(limits), run_mesh_(limits.mesh_faces) {}
+    : folder_(std::move(folder)), limits_(limits), run_mesh_(limits.mesh_faces) {
+    summary_.timed.reserve(std::min(limits.timed_frames, kFramesReserved));
+}
 
 /// Of a run that never began the warnings may say why.
 FrameRecorder::~FrameRecorder() {

@@ -58,12 +58,14 @@ TEST_CASE("the account counts frames by what became of them") {
 
 TEST_CASE("a run of hours keeps the newest frames' times and a bounded mesh") {
     FrameRecorder recorder("", {.timed_frames = 10, .mesh_faces = 2});
+    const RunSummary::TimedFrame* const memory = recorder.summary().timed.data();
     for (int k = 0; k < 25; ++k) {
         recorder.write(tracked_frame(k), {});
     }
     const RunSummary& run = recorder.summary();
     CHECK(run.frames == 25);
     REQUIRE(run.timed.size() == 10);
+    CHECK(run.timed.data() == memory);  // taken at the beginning
     std::vector<int> kept;
     for (const RunSummary::TimedFrame& t : run.timed) {
         kept.push_back(static_cast<int>(t.timing.total.wall_ms));
