@@ -20,8 +20,8 @@ struct SquareLayout {
 /// Gives squares without texture, in which nothing can be matched, the plane that their surroundings speak for. Squares
 /// of even grey that run on without a step in it are taken for one region, since few edges in depth show none in grey.
 /// A plane is laid through the patches at the region's rim; others of them may lie before it (what stands before a
-/// wall), but hardly any behind. A square is filled if, seen from it across the region, rim patches on that plane lie to
-/// opposite sides. Filled patches are marked as inferred, and claim no more than how far the rim may lie off the plane.
+/// wall), but hardly any behind. A square is filled if, seen from it across the region, rim patches on that plane lie
+/// to opposite sides. Filled patches are marked as inferred, and claim no more than how far the rim may lie off it.
 /// Deterministic.
 /// @param image    from which the patches come
 /// @param patches  of each square, row by row
