@@ -24,6 +24,7 @@ constexpr double kOffPlanePx = 0.25;       // and px beyond that
 constexpr double kMostBehind = 0.1;        // patches behind a plane for each one on it,
 constexpr double kBehindCost = 5.0;        // and how many on it one of them outweighs
 constexpr double kRimTogether = 16.0;      // patches at a rim that share samples
+constexpr double kMostSigma = 0.03;        // m, along the normal: what views infer from one rim errs alike in all
 constexpr double kLeastBareFacing = 0.15;  // cosine between ray and normal
 
 /// A measured square beside a region.
@@ -216,13 +217,13 @@ private:
     void set(int i, const RimPlane& plane) {
         const Eigen::Vector3d ray = raster_.middle(at(i)).cast<double>().homogeneous();
         const double rho = plane.n.dot(ray);
-        if (rho <= kLeastBareFacing * plane.n.norm() * ray.norm()) {
+        const double sigma = std::hypot(std::sqrt(ray.dot(plane.covariance * ray)), kOffPlanePx * layout_.per_px);
+        if (rho <= kLeastBareFacing * plane.n.norm() * ray.norm() || sigma > kMostSigma * rho * plane.n.norm()) {
             return;
         }
         SurfacePatch& patch = patches_[at(i)];
         patch.n_C = plane.n.cast<float>();
-        patch.sigma =
-            static_cast<float>(std::hypot(std::sqrt(ray.dot(plane.covariance * ray)), kOffPlanePx * layout_.per_px));
+        patch.sigma = static_cast<float>(sigma);
         patch.is_inferred = true;
     }
 

@@ -22,6 +22,7 @@ struct SquareLayout {
 /// A plane is laid through the patches at the region's rim; others of them may lie before it (what stands before a
 /// wall), but hardly any behind. A square is filled if, seen from it across the region, rim patches on that plane lie
 /// to opposite sides. Filled patches are marked as inferred, and claim no more than how far the rim may lie off it.
+/// What is less certain than the mesh demands is not filled, since views that infer from one rim err alike.
 /// Deterministic.
 /// @param image    from which the patches come
 /// @param patches  of each square, row by row

@@ -13,7 +13,7 @@
 namespace facet {
 namespace {
 
-constexpr SquareLayout kLayout{4, test::kSceneWidth / 4, test::kSceneHeight / 4, 1.0 / 24.0};
+constexpr SquareLayout kLayout{4, test::kSceneWidth / 4, test::kSceneHeight / 4, 1.0 / 80.0};
 
 const SquareRaster& raster() {
     static const SquareRaster squares(test::scene_rig().left, kLayout.side_px, kLayout.columns, kLayout.rows);
@@ -56,7 +56,7 @@ TEST_CASE("a bare wall between pictures of one plane is that plane") {
     const SurfacePatch& middle = scene.at(40, 30);
     REQUIRE(middle.is_inferred);
     CHECK((middle.n_C - kWall).norm() < 1e-3F);
-    CHECK(middle.sigma >= 0.25F / 24.0F);
+    CHECK(middle.sigma >= 0.25F / 80.0F);
     CHECK(!scene.at(10, 30).is_inferred);
 }
 
@@ -69,6 +69,12 @@ TEST_CASE("two lines to either side are evidence, one is none") {
     Scene beside([](int column, int) { return column / 3 == 5 ? kWall : kNothing; });
     beside.fill();
     CHECK(beside.inferred() == 0);
+}
+
+TEST_CASE("a wall too far away to be known well is not inferred") {
+    Scene scene([](int column, int row) { return is_inside(column, row) ? kNothing : Eigen::Vector3f(0.5F * kWall); });
+    scene.fill();
+    CHECK(scene.inferred() == 0);
 }
 
 TEST_CASE("no plane goes on across a step in grey") {
