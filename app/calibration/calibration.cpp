@@ -63,7 +63,7 @@ void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibrat
     const YamlNode left = chain.at("cam0");
     const bool has_right = chain.has("cam1");
     for (const auto& entry : chain.raw()) {
-        const auto name = entry.first.as<std::string>();
+        const std::string& name = entry.first.Scalar();  // empty if the key is no text
         if (!has_right && name != "cam0" && name.starts_with("cam")) {
             chain.at(name).fail("is there without cam1: call the second camera cam1, or leave cam0 alone");
         }

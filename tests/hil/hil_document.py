@@ -57,6 +57,20 @@ def real_table(rows):
         f"{row['ate_replay_mm']:.2f} mm", f"{row['ate_mm']:.2f} mm") for row in rows])  # fmt: skip
 
 
+def soak_table(rows):
+    head = ("part", "frames used", "not TRACKING", "late", "latency, median / p99", "memory", "ATE")
+    names = {"first": "first 10 min", "last": "last 10 min", "all": "all"}
+    lines = []
+    for row in rows:
+        for part, name in names.items():
+            p = row[part]
+            of = f" of {row['of']}" if part == "all" else ""
+            lines.append((name, f"{p['frames']}{of}", str(p["not_tracking"]), str(p["late"]),
+                          f"{p['median_ms']:.1f} / {p['p99_ms']:.1f} ms", f"{p['mib']:.1f} MiB",
+                          f"{p['ate_mm']:.2f} mm"))  # fmt: skip
+    return table(head, lines)
+
+
 def made_by(args):
     """The command that a reader can repeat: scripts/hil finds the programs, and by default simulates the log."""
     local = LOCAL_OPTIONS | {"--kernel", "--inject"} | ({"--log"} if Path(args.log).name == SIMULATED_LOG else set())
@@ -71,6 +85,7 @@ def update(args, results):
         "real": (real_table, agreement["real"]),
         "faults": (faults_table, results["faults"]),
         "records": (records_table, results["records"]),
+        "soak": (soak_table, results["soak"]),
     }
     for name, (make, rows) in parts.items():
         text = f"{make(rows)}\n\n{made_by(args)}" if rows else ""

@@ -13,12 +13,14 @@ from unittest import mock
 
 sys.dont_write_bytecode = True
 import hil_document  # noqa: E402
+import hil_soak  # noqa: E402
 
 FAULT = {"sensor": "icm42688", "words": "silent", "length_s": 0.3, "states": ["DEGRADED"], "reasons": ["imu_gap"],
          "recovery_s": math.nan, "longest_gap_s": 0.3, "ate_mm": 1.03, "ends": "TRACKING", "found": {"gap": 1}}
 FLIGHT = {"sensor": "dronecan", "time": "real", "frames": 240, "of": 241, "late_ms": 5.2, "ate_replay_mm": 1.1,
           "ate_mm": 1.2, "latency_ms": {"median": 28.4, "p99": 55.6}}
-NOTHING = {"agreement": [], "faults": [], "records": []}
+PART = {"frames": 11998, "not_tracking": 1, "late": 2, "median_ms": 18.3, "p99_ms": 23.3, "mib": 98.04, "ate_mm": 0.512}
+NOTHING = {"agreement": [], "faults": [], "records": [], "soak": []}
 
 
 class Document(unittest.TestCase):
@@ -48,6 +50,21 @@ class Document(unittest.TestCase):
     def test_latencies_of_flights_in_real_time(self):
         after, _ = self.update("<!-- scripts/hil: real -->\n<!-- end -->\n", agreement=[FLIGHT])
         self.assertIn("| DroneCAN | 240 of 241 | 28 / 56 ms | 5 ms | 1.10 mm | 1.20 mm |", after)
+
+    def test_the_parts_of_a_long_flight(self):
+        after, _ = self.update("<!-- scripts/hil: soak -->\n<!-- end -->\n",
+                               soak=[{"of": 72000, "first": PART, "last": PART, "all": PART}])
+        self.assertIn("| first 10 min | 11998 | 1 | 2 | 18.3 / 23.3 ms | 98.0 MiB | 0.51 mm |", after)
+        self.assertIn("| all | 11998 of 72000 |", after)
+
+    def test_what_the_program_says_each_second(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = Path(folder, "states.csv")
+            table.write_text('seconds,resident_mib,"words"\n'
+                             '9.66,106.2,"starting"\n'
+                             '19.66,106.3,"TRACKING quality 95, 20.0 frames/s, latency 18.3/23.3 ms, 300 features, '
+                             '6 planes, 2 late, 1 overruns, 0 source errors"\n', encoding="utf-8")  # fmt: skip
+            self.assertEqual(hil_soak.read_states(table), [(19.66, 106.3, "TRACKING", 18.3, 23.3, 2, 1)])
 
     def test_a_table_without_a_place_is_told(self):
         after, said = self.update("nothing\n", faults=[FAULT])

@@ -66,6 +66,7 @@ class Job:
     mode: str = "spr"
     start_s: float = 0.0
     duration_s: float = 0.0
+    turns: int = 1  # more: what the program says of its state each second is kept
     virtual_time: bool = True
     rate_hz: float = 20.0
     faults: list = field(default_factory=list)
@@ -116,6 +117,7 @@ def write_job(programs, job):
     play += pixel_options(job.pixels) + ["--watchdog", str(job.watchdog_s)]
     for fault in job.faults:
         play += ["--fault", fault]
+    play += ["--turns", str(job.turns), "--states", "/run/share/states.csv"] if job.turns > 1 else []
     play += ["--report", "/run/share/inject.json"]
     lines = '--trigger "$HIL_LINES/sim_gpio0/pull" --data-ready "$HIL_LINES/sim_gpio1/pull"'
     run = [str(programs.facet), "run", "--config", "/run/share/vehicle.yaml", "--quiet"]

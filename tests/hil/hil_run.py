@@ -16,6 +16,7 @@ import hil_broken_records  # noqa: E402
 import hil_document  # noqa: E402
 import hil_faults  # noqa: E402
 import hil_guest  # noqa: E402
+import hil_soak  # noqa: E402
 from hil_flight import Hil  # noqa: E402
 
 
@@ -40,6 +41,10 @@ def parse(arguments):
                         "comma-separated; stopped: the program")
     parser.add_argument("--records", action="store_true", help="also recordings that are broken off")
     parser.add_argument("--bring-up", action="store_true", help="also the steps of docs/bring_up.md")
+    parser.add_argument("--soak", type=float, default=0.0, metavar="MINUTES",
+                        help="also a flight of this length; the log must end as it began (facet sim --closed) and is "
+                        "repeated without a seam")
+    parser.add_argument("--soak-time", choices=("virtual", "real"), default="real")
     parser.add_argument("--document", type=Path, metavar="FILE", help="puts the tables between their marks there")
     parser.add_argument("--mode", default="spr")
     parser.add_argument("--start", type=float, default=0.0)
@@ -65,6 +70,7 @@ def main(arguments):
         return 2
     times = {"virtual": [True], "real": [False], "both": [True, False], "none": []}[args.time]
     try:
+        args.timeout = max(args.timeout, 60.0 * args.soak + 600.0)
         hil = Hil(args)
         hil.out.mkdir(parents=True, exist_ok=True)
         faults, restart = chosen_faults(args.faults)
@@ -73,6 +79,7 @@ def main(arguments):
             "records": lambda: hil_broken_records.rows(hil) if args.records else [],
             "bring_up": lambda: hil_bring_up.rows(hil) if args.bring_up else [],
             "faults": lambda: hil_faults.fault_rows(hil, faults, restart) if faults or restart else [],
+            "soak": lambda: hil_soak.rows(hil, args.soak, args.soak_time) if args.soak > 0.0 else [],
         }
         results = {name: [] for name in parts}
         for name, measure in parts.items():

@@ -214,6 +214,8 @@ TEST_CASE("Kalibr files name what is missing") {
     const std::string alone =
         dir.write("alone.yaml", std::string(kCamchain).substr(0, std::string(kCamchain).find("cam1:")));
     CHECK_FALSE(load_kalibr_calibration(alone, imu).rig.has_right);  // a vehicle with one camera
+    const std::string odd = dir.write("odd.yaml", replaced(kCamchain, "cam1:", "[cam1]:"));
+    CHECK_FALSE(load_kalibr_calibration(odd, imu).rig.has_right);  // a key that is no text is none of ours
     CHECK(complaint("cam0:\n  T_cam_imu", "cam0:\n  T_imu_cam") == path + ":1: cam0.T_cam_imu: missing");
     CHECK(complaint("timeshift_cam_imu: -0.0075", "timeshift_cam_imu: 12") ==
           path + ":13: cam0.timeshift_cam_imu: more than 1 s: cameras and IMU are not on one clock");

@@ -241,3 +241,21 @@ TEST_CASE("an accelerometer that goes wrong at rest is doubted, though keyframes
         CHECK((k == 0 || flight.has(kReasonImuContradicted)));
     }
 }
+
+TEST_CASE("an accelerometer that is right again is believed again, and nothing is left of it", "[outage]") {
+    Flight flight;
+    flight.feed(0.5);
+    flight.fly(2.5);
+    const Estimate before = flight.estimate;
+    flight.push_x = 8.0;
+    flight.fly(1.0);
+    flight.push_x = 0.0;
+    CHECK(flight.fly(6.0) < 5.0);  // two keyframes, which are rare at rest
+    CHECK_FALSE(flight.has(kReasonImuContradicted));
+    const NavState& after = flight.estimate.state;
+    CAPTURE(after.p_W_B.transpose(), after.bias.accel.transpose(), flight.estimate.health.reset_counter);
+    CHECK((after.p_W_B - before.state.p_W_B).norm() < 0.02);
+    CHECK((after.bias.accel - before.state.bias.accel).norm() < 0.05);
+    const Eigen::Vector3d up_B = after.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
+    CHECK(up_B.head<2>().norm() < 0.01);
+}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Starts of which inertial samples alone do not tell the velocity: with one camera in motion, and after a state that has
-// run away.
+// Starts of which inertial samples alone do not tell the velocity: with one camera in motion, and after a state that
+// has run away.
 #include <algorithm>
 #include <cmath>
 
@@ -11,8 +11,8 @@ using facet::test::StillVehicle;
 
 namespace {
 
-/// A vehicle that sways along the wall. Its acceleration is a pixel a frame squared this way, then that way, so that the
-/// picture is where it would be, to the last bit, at each frame.
+/// A vehicle that sways along the wall. Its acceleration is a pixel a frame squared this way, then that way, so that
+/// the picture is where it would be, to the last bit, at each frame.
 struct Swaying {
     /// @param frames  of half a period, even: its top speed is half as many pixels a frame
     explicit Swaying(int frames) : frames_(frames) {}

@@ -12,6 +12,8 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <string_view>
 #include <utility>
 
 namespace facet::hil {
@@ -19,12 +21,14 @@ namespace {
 
 constexpr const char* kSocket = "/run/facet-hil-notify";
 constexpr int kPoll_ms = 20;
+constexpr std::string_view kStatus = "STATUS=";
 
 }  // namespace
 
-Child::Child(std::vector<std::string> command, Duration watchdog)
+Child::Child(std::vector<std::string> command, Duration watchdog, bool keep_states)
     : command_(std::move(command)),
       watchdog_(watchdog),
+      keep_states_(keep_states),
       socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0), kSocket) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -87,6 +91,14 @@ std::string Child::heard(int timeout_ms) {
     return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : std::string();
 }
 
+double Child::resident_mib() const {
+    std::ifstream file("/proc/" + std::to_string(pid_) + "/statm");
+    double whole = 0.0;
+    double resident = 0.0;
+    file >> whole >> resident;
+    return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
 bool Child::wait_ready() {
     while (running()) {
         if (heard(kPoll_ms).starts_with("READY=1")) {
@@ -103,6 +115,8 @@ bool Child::tend(Timestamp now) {
             fed_at_ = now;
         } else if (words.starts_with("READY=1") && killed_at_.ns != 0) {
             ready_again_at_ = now;
+        } else if (keep_states_ && words.starts_with(kStatus)) {
+            states_.push_back({now, resident_mib(), words.substr(kStatus.size())});
         }
     }
     if (watchdog_.ns > 0 && any_fed_ && now - fed_at_ > watchdog_) {

@@ -12,12 +12,20 @@
 
 namespace facet::hil {
 
+/// What the program said of its state, and its memory then.
+struct ChildState {
+    Timestamp at;
+    double resident_mib = 0.0;
+    std::string words;
+};
+
 /// Starts a program with NOTIFY_SOCKET and, if it is watched, WATCHDOG_USEC. Throws std::system_error; a program that
 /// still runs when its owner ends is killed.
 class Child {
 public:
     /// @param watchdog  zero: it is not watched, and not started again
-    Child(std::vector<std::string> command, Duration watchdog);
+    /// @param keep_states  keeps what it says of its state while it is tended
+    Child(std::vector<std::string> command, Duration watchdog, bool keep_states);
     Child(const Child&) = delete;
     Child& operator=(const Child&) = delete;
     ~Child();
@@ -35,14 +43,17 @@ public:
     /// When the watchdog killed it, and when the one that was started then was ready; zero if it did not.
     Timestamp killed_at() const { return killed_at_; }
     Timestamp ready_again_at() const { return ready_again_at_; }
+    const std::vector<ChildState>& states() const { return states_; }
 
 private:
     void start();
     std::string heard(int timeout_ms);
+    double resident_mib() const;
     int collect(int options);
 
     std::vector<std::string> command_;
     Duration watchdog_;
+    bool keep_states_;
     Descriptor socket_;
     pid_t pid_ = -1;
     int exit_code_ = -1;
@@ -50,6 +61,7 @@ private:
     Timestamp fed_at_;
     Timestamp killed_at_;
     Timestamp ready_again_at_;
+    std::vector<ChildState> states_;
 };
 
 }  // namespace facet::hil

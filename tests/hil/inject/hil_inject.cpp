@@ -25,6 +25,7 @@ struct Arguments {
     RecordingPart part;
     std::string imu = "icm42688";
     std::string out;
+    std::string states;
     std::string format = "GREY";
     double watchdog_s = 0.0;
     bool at_once = false;
@@ -58,6 +59,17 @@ void write_report(const std::string& path, const InjectorReport& report, const C
     (void)::close(fd);
 }
 
+/// What the program said of its state each second: seconds since the first frame, MiB resident, its words.
+void write_states(const std::string& path, const InjectorReport& report, const Child& child) {
+    TextFile file(path);
+    file.write("seconds,resident_mib,\"words\"\n");
+    for (const ChildState& state : child.states()) {
+        file.print("{:.3f},{:.3f},\"{}\"\n", (state.at - (report.first_frame + report.shift)).seconds(),
+                   state.resident_mib, state.words);
+    }
+    file.close();
+}
+
 int play(Arguments& args) {
     InjectorOptions& options = args.options;
     options.imu = imu_kind(args.imu);
@@ -70,7 +82,7 @@ int play(Arguments& args) {
     LinuxClock clock;
     Injector injector(options, recording, clock);
     become_punctual();
-    Child child(args.command, Duration::from_seconds(args.watchdog_s));
+    Child child(args.command, Duration::from_seconds(args.watchdog_s), !args.states.empty());
     if (!args.at_once && !child.wait_ready()) {
         fmt::print(stderr, "hil_inject: {} ended with code {} before it was ready\n", args.command.front(),
                    child.stop());
@@ -82,6 +94,9 @@ int play(Arguments& args) {
         return reboot(RB_POWER_OFF);
     }
     const int exit_code = child.stop();
+    if (!args.states.empty()) {
+        write_states(args.states, report, child);
+    }
     write_report(args.out, report, child, exit_code);
     return exit_code;
 }
@@ -110,6 +125,8 @@ int main(int argc, char** argv) {
         command.add_option("--log", args.log, "Folder in EuRoC/ASL format")->required();
         command.add_option("--start", args.part.start_s, "Seconds of the log to leave out");
         command.add_option("--duration", args.part.duration_s, "Seconds to play; 0 for all");
+        command.add_option("--turns", args.part.turns, "How often that is played; it must end as it began")
+            ->check(CLI::Range(1, 10000));
         command.add_option("--imu", args.imu, "Sensor that is played")
             ->check(CLI::IsMember(std::vector<std::string>(kImuNames.begin(), kImuNames.end())));
     };
@@ -129,6 +146,7 @@ int main(int argc, char** argv) {
     play_command->add_option("--data-ready", args.options.data_ready_pull, "... of the inertial sensor's line");
     play_command->add_option("--can", args.options.can_interface, "CAN interface")->capture_default_str();
     play_command->add_option("--report", args.out, "JSON file to write")->required();
+    play_command->add_option("--states", args.states, "CSV file to write: what the program says of its state");
     play_command->add_option("command", args.command, "Program and arguments, after --")->required();
     play_command->add_flag("--at-once", args.at_once, "Do not wait until the program says READY=1");
     CLI::App* const encode_command =

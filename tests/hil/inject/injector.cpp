@@ -54,7 +54,7 @@ void Injector::plan() {
     for (std::size_t i = 0; i < options_.faults.faults().size(); ++i) {
         const Fault& fault = options_.faults.faults()[i];
         actions_.push_back({recording_.frames.front().stamp + fault.begin, What::kFaultBegin, i});
-        if (const Timestamp end = recording_.frames.front().stamp + fault.end; end < recording_.frames.back().stamp) {
+        if (const Timestamp end = recording_.frames.front().stamp + fault.end; end < frames_.back().stamp) {
             actions_.push_back({end, What::kFaultEnd, i});
         }
     }
@@ -67,8 +67,10 @@ void Injector::plan_frames() {
     for (int k = options_.lead_frames; k > 0; --k) {
         frames_.push_back({recorded.front().stamp - Duration{k * period.ns}, 0});
     }
-    for (std::size_t i = 0; i < recorded.size(); ++i) {
-        frames_.push_back({recorded[i].stamp, i});
+    for (int turn = 0; turn < recording_.turns; ++turn) {
+        for (std::size_t i = 0; i < recorded.size(); ++i) {
+            frames_.push_back({recorded[i].stamp + Duration{turn * recording_.turn.ns}, i});
+        }
     }
     const Duration half{options_.exposure.ns / 2};
     const Duration arrival = half + options_.readout;

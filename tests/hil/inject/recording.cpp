@@ -18,6 +18,22 @@ std::vector<std::uint8_t> pixels(const ImageView& image) {
     return all;
 }
 
+/// Of each turn but the last, as many samples as fit between its beginning and the next one's.
+void repeat_inertial(Recording& recording) {
+    const std::vector<ImuSample> once = recording.imu;
+    for (int turn = 1; turn < recording.turns; ++turn) {
+        const Duration later{turn * recording.turn.ns};
+        const Timestamp begin = once.front().stamp + later;
+        while (recording.imu.back().stamp >= begin) {
+            recording.imu.pop_back();
+        }
+        for (ImuSample sample : once) {
+            sample.stamp = sample.stamp + later;
+            recording.imu.push_back(sample);
+        }
+    }
+}
+
 }  // namespace
 
 Duration imu_period(const Recording& recording) {
@@ -58,6 +74,11 @@ Recording load_recording(const std::string& folder, const RecordingPart& part) {
     if (recording.imu.empty() || recording.frames.empty()) {
         throw std::runtime_error(folder + ": no samples in that part of the log");
     }
+    const auto frames = static_cast<std::int64_t>(recording.frames.size());
+    recording.turns = part.turns;
+    recording.turn = {(recording.frames.back().stamp - recording.frames.front().stamp).ns /
+                      std::max<std::int64_t>(frames - 1, 1) * frames};
+    repeat_inertial(recording);
     return recording;
 }
 

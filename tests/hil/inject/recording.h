@@ -19,8 +19,10 @@ struct RecordedFrame {
 struct Recording {
     int width = 0;
     int height = 0;
-    std::vector<ImuSample> imu;
-    std::vector<RecordedFrame> frames;
+    std::vector<ImuSample> imu;         ///< of all turns
+    std::vector<RecordedFrame> frames;  ///< of the first turn; those of the others differ by their stamps only
+    int turns = 1;
+    Duration turn;  ///< from a turn's first frame to the next turn's
 };
 
 /// Mean time between inertial samples.
@@ -31,6 +33,7 @@ struct RecordingPart {
     double start_s = 0.0;
     double duration_s = 0.0;  ///< 0: to the end
     bool images = true;
+    int turns = 1;  ///< how often it is played without a seam, as --loops of facet replay; it must end as it began
 };
 
 /// Reads the part of an ASL folder that a replay with the same arguments would read, and decodes it at once, so that no

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-2-Clause
+"""A long flight in the guest: whether its last ten minutes are as good as its first."""
+import csv
+import re
+import statistics
+from pathlib import Path
+
+import hil_agreement
+import hil_compare
+
+PART_S = 600.0
+SENSOR = "icm42688"
+GROWTH_MIB = 1.0  # of memory from the second sixth of the flight, when the mesh is there, to the last one
+TRUTH_STEP = 2  # of its rows at 200 Hz every second one
+STATE = re.compile(r"(\w+) quality .* latency ([\d.]+)/([\d.]+) ms, .* (\d+) late, (\d+) overruns")
+
+
+def turn_of(log):
+    """Frames of the log, and the time from its first one to that of the next turn."""
+    with open(log / "mav0/cam0/data.csv", encoding="utf-8") as file:
+        stamps = [int(row[0]) for row in csv.reader(file) if row and not row[0].startswith("#")]
+    return len(stamps), (stamps[-1] - stamps[0]) // (len(stamps) - 1) * len(stamps)
+
+
+def write_truth(log, turns, period_ns, path):
+    """The ground truth of all turns as a table; the log itself has that of one."""
+    lines = (log / "mav0/state_groundtruth_estimate0/data.csv").read_text(encoding="utf-8").splitlines()
+    rows = [line.split(",", 1) for line in lines if not line.startswith("#")][::TRUTH_STEP]
+    begin_ns = int(rows[0][0])
+    with open(path, "w", encoding="utf-8") as file:
+        for turn in range(turns):
+            file.writelines(f"{int(stamp) + turn * period_ns},{rest}\n" for stamp, rest in rows
+                            if turn == turns - 1 or int(stamp) - begin_ns < period_ns)  # fmt: skip
+
+
+def read_states(path):
+    """[(seconds since the first frame, MiB, state, median and 99th percentile of the latest latencies in ms, late
+    frames, overruns)], what the program said each second."""
+    states = []
+    with open(path, encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            said = STATE.match(row["words"])
+            if said:
+                states.append((float(row["seconds"]), float(row["resident_mib"]), said[1], float(said[2]),
+                               float(said[3]), int(said[4]), int(said[5])))  # fmt: skip
+    return states
+
+
+def part_of(hil, flight, states, truth, begin_s, end_s):
+    """What a part of the flight was like."""
+    first_ns = flight["report"]["first_frame_ns"]
+    span = [first_ns + round(second * hil_compare.NANO) for second in (begin_s, end_s)]
+    poses = {stamp: pose for stamp, pose in flight["poses"].items() if span[0] <= stamp < span[1]}
+    said = [state for state in states if begin_s <= state[0] < end_s]
+    name = f"{flight['name']}_{begin_s:.0f}"
+    return {
+        "frames": len(poses),
+        "not_tracking": sum(state != "TRACKING" for stamp, state, _, _ in flight["health"]
+                            if span[0] <= stamp < span[1]),
+        "late": said[-1][5] - said[0][5], "overruns": said[-1][6] - said[0][6],
+        "median_ms": statistics.median(state[3] for state in said),
+        "p99_ms": statistics.median(state[4] for state in said),
+        "worst_p99_ms": max(state[4] for state in said),
+        "mib": max(state[1] for state in said),
+        "ate_mm": hil_compare.ate_mm(hil.programs.facet, truth, poses, hil.out / "eval" / name),
+    }  # fmt: skip
+
+
+def is_good(row):
+    """Nothing lost, and flat: memory, latency, error."""
+    first, last = row["first"], row["last"]
+    return (row["frames"] >= hil_agreement.LEAST_FRAMES * row["of"]
+            and row["growth_mib"] <= GROWTH_MIB
+            and last["median_ms"] <= (1.0 + hil_agreement.MAX_ATE_SHARE) * first["median_ms"]
+            and last["ate_mm"] - first["ate_mm"]
+            <= max(hil_agreement.MAX_ATE_SHARE * first["ate_mm"], hil_agreement.LEAST_ATE_MM))  # fmt: skip
+
+
+def rows(hil, minutes, time):
+    frames, period_ns = turn_of(hil.log)
+    turns = max(1, round(60e9 * minutes / period_ns))
+    length_s = turns * period_ns / hil_compare.NANO
+    flight = hil.fly(SENSOR, "soak", virtual_time=time == "virtual", turns=turns)
+    truth = hil.out / "soak" / "truth.csv"
+    write_truth(hil.log, turns, period_ns, truth)
+    states = read_states(Path(hil.out / "soak" / "states.csv"))
+    part_s = min(PART_S, length_s / 2)
+    row = {"sensor": SENSOR, "minutes": length_s / 60.0, "frames": len(flight["poses"]), "of": turns * frames,
+           "late_ms": flight["report"]["latest_ms"], "drops": flight["summary"]["live"]["drops"]}  # fmt: skip
+    for name, begin_s, end_s in (("first", 0.0, part_s), ("last", length_s - part_s, length_s),
+                                 ("all", 0.0, length_s)):  # fmt: skip
+        row[name] = part_of(hil, flight, states, truth, begin_s, end_s)
+    early = [state[1] for state in states if length_s / 6 <= state[0] < length_s / 3]
+    row["growth_mib"] = row["last"]["mib"] - max(early)
+    row["good"] = is_good(row)
+    print_row(row)
+    return [row]
+
+
+def print_row(row):
+    print(f"  {row['minutes']:.1f} min: {row['frames']} of {row['of']} frames, injector late by up to "
+          f"{row['late_ms']:.0f} ms, memory {row['growth_mib']:+.1f} MiB"
+          f"{'' if row['good'] else '  OUTSIDE THE LIMITS'}")  # fmt: skip
+    for name in ("first", "last", "all"):
+        part = row[name]
+        print(f"  {name:<6} {part['frames']:>6} frames, {part['not_tracking']} not TRACKING, {part['late']} late, "
+              f"{part['median_ms']:.1f} / {part['p99_ms']:.1f} ms (at worst {part['worst_p99_ms']:.1f}), "
+              f"{part['mib']:.1f} MiB, ATE {part['ate_mm']:.2f} mm", flush=True)  # fmt: skip
