@@ -86,7 +86,11 @@ void Estimator::Impl::drop_doubt_without_witness(Preintegration& preintegration)
     if (is_odd_pair && !is_witnessed) {
         imu.trust(newest.stamp, now.stamp);
     } else if (!sees) {
+        const Preintegration as_replaced = preintegration;
         imu.show_read(newest.stamp, now.stamp);
+        if (ok(predict(now.stamp, preintegration))) {
+            imu.set_doubt_noise(InertialDoubt::noise_between(preintegration, as_replaced));
+        }
     } else {
         return;
     }

@@ -58,6 +58,12 @@ bool InertialDoubt::is_justified(const FrameEstimate& usual, const FrameEstimate
 
 StepNoise InertialDoubt::noise() const { return density(gyro_left_, accel_left_); }
 
+StepNoise InertialDoubt::noise_between(const Preintegration& as_read, const Preintegration& as_replaced) {
+    const Eigen::Vector3d turn = so3_log(as_replaced.delta_q().conjugate() * as_read.delta_q());
+    const Eigen::Vector3d push = as_read.delta_v() - as_replaced.delta_v();
+    return density(turn.norm() / as_read.dt_s(), push.norm() / as_read.dt_s());
+}
+
 void InertialDoubt::end() {
     axes_ = 0;
     agreements_ = tilts_ = 0;

@@ -63,6 +63,8 @@ public:
     /// What readings that have been replaced leave. @param ij  as replaced
     void measure(const NavState& i, const NavState& j, const Preintegration& ij);
     StepNoise noise() const;
+    /// Of doubted readings as they are, if those are all there is: what separates them from the replaced ones.
+    static StepNoise noise_between(const Preintegration& as_read, const Preintegration& as_replaced);
 
     /// After a keyframe, with the two before it: measures what replaced readings leave, and may end the doubt by what
     /// was read in their place. @param last  oldest first, with inertial factors  @param empty  to integrate with

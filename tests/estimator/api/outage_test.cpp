@@ -259,3 +259,20 @@ TEST_CASE("an accelerometer that is right again is believed again, and nothing i
     const Eigen::Vector3d up_B = after.q_W_B.conjugate() * Eigen::Vector3d::UnitZ();
     CHECK(up_B.head<2>().norm() < 0.01);
 }
+
+TEST_CASE("doubted readings are all there is when the images go, and as uncertain as they were found", "[outage]") {
+    Flight flight;
+    flight.feed(0.5);
+    flight.fly(2.5);
+    const Eigen::Vector3d before = flight.estimate.state.p_W_B;
+    flight.push_x = 8.0;
+    flight.fly(0.5);
+    REQUIRE(flight.has(kReasonImuContradicted));
+    for (int k = 0; k < 6; ++k) {
+        flight.fly(0.05, [&flight](StereoFrame& frame) { frame = flight.vehicle.frame(flight.now_s - 0.01, true); });
+        const double error = (flight.estimate.state.p_W_B - before).norm();
+        const double sigma = std::sqrt(flight.estimate.covariance.diagonal().segment<3>(kPos).sum());
+        CAPTURE(k, error, sigma);
+        CHECK(error < 3.0 * sigma);
+    }
+}
