@@ -19,11 +19,11 @@ constexpr double kDivergedYawSigma = 0.2;       // rad
 constexpr double kKnownVelocity = 0.25;  // m/s
 constexpr double kFruitless_s = 2.0;
 constexpr int kStereoStart = 8;
-// A vehicle that rotors shake stands if its images do for this long; then so many keyframes come as fast as at any
-// start and know what the shaking has made of the velocity. More, so near each other, tell gravity what is noise.
+// A vehicle that rotors shake stands if its images do for this long; then keyframes come as fast as at any start until
+// so many of them know what the shaking has made of the velocity.
 constexpr double kShakenRest_s = 0.3;
 constexpr double kStampSlack_s = 1e-3;
-constexpr int kHastenedAtRest = 1;
+constexpr int kHastenedAtRest = 4;
 constexpr int kStandingTracks = 8;        // the median of fewer says nothing
 constexpr double kOriginSigma = 1e-4;     // m, rad: a choice, not an estimate
 constexpr double kUnknownYawSigma = 1.8;  // rad: that of any direction
