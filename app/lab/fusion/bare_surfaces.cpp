@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <iterator>
 
+#include "app/support/rng.h"
+
 namespace facet {
 namespace {
 
@@ -16,7 +18,8 @@ constexpr double kMostSpread = 4.0;        // grey: standard deviation in a bare
 constexpr double kMostStep = 4.0;          // grey: between the means of two that hang together
 constexpr int kRim = 3;                    // squares beyond a region within which its rim begins
 constexpr int kPlanes = 3;                 // of a region
-constexpr int kTries = 200;                // triples of patches
+constexpr int kTries = 200;                // triples of patches,
+constexpr std::uint64_t kSeed = 1;         // drawn the same way for every plane
 constexpr double kLeastApart = 1e-5;       // determinant of a triple's rays
 constexpr int kFewestOnPlane = 12;         // patches on a plane
 constexpr double kOnPlaneSigmas = 3.0;     // that a patch on a plane may lie off it,
@@ -148,11 +151,8 @@ private:
 
     /// The plane through three patches on which most lie, less those behind it.
     bool find_plane(RimPlane& plane) const {
-        std::uint64_t state = 0x9E3779B97F4A7C15ULL;
-        const auto pick = [&]() -> const RimPatch& {
-            state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-            return rim_[static_cast<std::size_t>((state >> 33U) % rim_.size())];
-        };
+        RandomStream random(kSeed, 0);
+        const auto pick = [&]() -> const RimPatch& { return rim_[at(random.index(static_cast<int>(rim_.size())))]; };
         double best = 0.0;
         for (int t = 0; t < kTries && std::ssize(rim_) >= kFewestOnPlane; ++t) {
             const std::array<const RimPatch*, 3> triple{&pick(), &pick(), &pick()};
