@@ -48,6 +48,11 @@ struct Flight {
     double fly(double duration_s) {
         return fly(duration_s, [](StereoFrame&) {});
     }
+    /// Half a second of inertial samples, then frames at rest.
+    void begin(double duration_s) {
+        feed(0.5);
+        fly(duration_s);
+    }
     void feed(double duration_s) {
         vehicle.feed_imu(estimator, now_s, now_s + duration_s, push_x);
         now_s += duration_s;
@@ -68,8 +73,7 @@ TEST_CASE("frames away for longer than the inertial history: lost, said so, and 
     const auto [rate_hz, away_s] = GENERATE(table<double, double>({{200.0, 25.0}, {1000.0, 6.0}}));
     CAPTURE(rate_hz, away_s);
     Flight flight(rate_hz);
-    flight.feed(0.5);
-    flight.fly(1.5);
+    flight.begin(1.5);
     REQUIRE(flight.estimate.health.state == TrackingState::kTracking);
     const Estimate before = flight.estimate;
 
@@ -96,8 +100,7 @@ TEST_CASE("frames away for longer than the inertial history: lost, said so, and 
 
 TEST_CASE("a window that begins anew knows its velocity within a few frames, though nothing moves", "[outage]") {
     Flight flight;
-    flight.feed(0.5);
-    flight.fly(1.5);
+    flight.begin(1.5);
     flight.wait(3.5);
     flight.push_x = 0.3;
     flight.wait(0.5);
@@ -115,8 +118,7 @@ TEST_CASE("a window that begins anew knows its velocity within a few frames, tho
 
 TEST_CASE("a frame later than what was carried on without it is refused, the next ones are waited for", "[outage]") {
     Flight flight;
-    flight.feed(0.5);
-    flight.fly(1.0);
+    flight.begin(1.0);
     flight.wait(2.0);
     int refused = 0;
     for (int k = 0; k < 40; ++k) {
@@ -130,8 +132,7 @@ TEST_CASE("a frame later than what was carried on without it is refused, the nex
 
 TEST_CASE("an inertial clock that goes back has lost time: the window begins anew, and says so", "[outage]") {
     Flight flight;
-    flight.feed(0.5);
-    flight.fly(1.5);
+    flight.begin(1.5);
     const Estimate before = flight.estimate;
     // Other readings at stamps that there have been: half a second of time is on no clock.
     for (int k = 0; k < 100; ++k) {
@@ -146,8 +147,7 @@ TEST_CASE("an inertial clock that goes back has lost time: the window begins ane
 
 TEST_CASE("samples and frames that come twice have lost no time", "[outage]") {
     Flight flight;
-    flight.feed(0.5);
-    flight.fly(1.5);
+    flight.begin(1.5);
     for (int k = 0; k < 100; ++k) {
         const Timestamp stamp = facet::test::at(flight.now_s - 0.5 + 0.005 * k);
         CHECK(flight.estimator.add_imu({stamp, {0.001, -0.002, 0.003}, {0.0, 0.0, 9.81}}) == Status::kOutOfOrder);
@@ -164,8 +164,7 @@ TEST_CASE("samples and frames that come twice have lost no time", "[outage]") {
 
 TEST_CASE("the right camera takes over when the left one dies, and both work again when it returns", "[outage]") {
     Flight flight;
-    flight.feed(0.5);
-    flight.fly(1.5);
+    flight.begin(1.5);
     const auto no_left = [](StereoFrame& frame) { frame.left = {}; };
     flight.fly(0.2, no_left);
     CHECK_FALSE(flight.estimate.health.is_exchanged);  // a few lost images are no reason
@@ -188,8 +187,7 @@ TEST_CASE("with one camera dead a lost estimate comes back", "[outage]") {
     const bool left = GENERATE(true, false);
     CAPTURE(left);
     Flight flight;
-    flight.feed(0.5);
-    flight.fly(1.5);
+    flight.begin(1.5);
     const auto one = [left](StereoFrame& frame) { (left ? frame.right : frame.left) = {}; };
     flight.fly(1.5, one);
     CHECK(flight.estimate.health.state == TrackingState::kDegraded);
@@ -230,8 +228,7 @@ TEST_CASE("stamps near the ends of their range are refused, all others work", "[
 
 TEST_CASE("an accelerometer that goes wrong at rest is doubted, though keyframes are rare there", "[outage]") {
     Flight flight;
-    flight.feed(0.5);
-    flight.fly(2.5);
+    flight.begin(2.5);
     const Estimate before = flight.estimate;
     flight.push_x = 8.0;
     for (int k = 0; k < 20; ++k) {
@@ -244,8 +241,7 @@ TEST_CASE("an accelerometer that goes wrong at rest is doubted, though keyframes
 
 TEST_CASE("an accelerometer that is right again is believed again, and nothing is left of it", "[outage]") {
     Flight flight;
-    flight.feed(0.5);
-    flight.fly(2.5);
+    flight.begin(2.5);
     const Estimate before = flight.estimate;
     flight.push_x = 8.0;
     flight.fly(1.0);
@@ -262,8 +258,7 @@ TEST_CASE("an accelerometer that is right again is believed again, and nothing i
 
 TEST_CASE("doubted readings are all there is when the images go, and as uncertain as they were found", "[outage]") {
     Flight flight;
-    flight.feed(0.5);
-    flight.fly(2.5);
+    flight.begin(2.5);
     const Eigen::Vector3d before = flight.estimate.state.p_W_B;
     flight.push_x = 8.0;
     flight.fly(0.5);
