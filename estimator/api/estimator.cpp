@@ -257,10 +257,10 @@ void Estimator::Impl::act(FrameAction action, Preintegration& preintegration) {
             } else {
                 FrameEstimate seen;
                 const bool is_seen = ok(examine_image(preintegration, seen));
-                // Where images stand still, the samples of a second of shaking lead millimetres astray: far enough for
-                // the solver to end before it has come back along the directions that only the prior holds.
-                const bool is_shaken_rest = is_seen && !doubt.is_active() && tracks.is_still && !rests;
-                take_keyframe(preintegration, is_shaken_rest ? &seen.state : nullptr);
+                // Inertial samples lead astray: in a second of shaking by millimetres, far enough for the solver to end
+                // before it has come back along the directions that only the prior holds, and by pixels in flight.
+                const bool is_sound = is_seen && !doubt.is_active() && 2 * seen.agreeing > seen.landmarks;
+                take_keyframe(preintegration, is_sound ? &seen.state : nullptr);
                 frame_chi2 = is_seen ? seen.chi2 : 0.0;
             }
             break;

@@ -18,6 +18,7 @@ struct LevenbergOptions {
     /// A matrix whose model promised no more than a step gained, but for this share, is good for the next steps too:
     /// they cost a gradient and a substitution instead of a system and its factor. Above 1: a new matrix at each step.
     double trusted_gain = 0.75;
+    bool trusts_first = false;  ///< the start is so good that the first matrix may serve more than one step, too
 };
 
 struct LevenbergSummary {
@@ -60,8 +61,8 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
     LevenbergSummary summary;
     double lambda = 0.0;
     double growth = 4.0;
-    bool has_matrix = true;   // the current system, not only its gradient
-    bool is_trusted = false;  // the matrix may serve once more
+    bool has_matrix = true;                  // the current system, not only its gradient
+    bool is_trusted = options.trusts_first;  // the matrix may serve once more
     const auto linearize_in_full = [&](int into) {
         ++summary.systems;
         summary.matrix = into;

@@ -135,6 +135,7 @@ Status Window::add_keyframe(const KeyframeInput& input, const Preintegration& pr
     keyframe.has_imu_factor = true;
     keyframe.rests_since_previous = input.rests_since_previous;
     images_rest_ = input.images_rest;
+    is_guessed_ = input.guess != nullptr;
     learn_calibration_quality();
     make_room();
     let_calibration_wander(input.stamp);
@@ -214,6 +215,7 @@ WindowSummary Window::optimize(double effort) {
         planes_.update(proposals_, state_, cameras_);
     }
     LevenbergOptions options;
+    options.trusts_first = is_guessed_;
     options.max_iterations = std::max(1, static_cast<int>(std::lround(effort * config_.max_iterations)));
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
     if (summary.solver.solver_failed) {

@@ -28,8 +28,10 @@ struct KeyframeInput {
     Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate at the stamp, bias subtracted (rad/s)
     bool rests_since_previous = false;              ///< by images and inertial samples: the vehicle stood still
     std::span<const FeatureObservation> observations;
-    bool images_rest = false;         ///< by images alone: they have not moved since the previous keyframe
-    const NavState* guess = nullptr;  ///< where the optimization begins; without it, where inertial samples lead
+    bool images_rest = false;  ///< by images alone: they have not moved since the previous keyframe
+    /// What the keyframe's own image tells of its state: the optimization begins there, and need not take a second
+    /// matrix. nullptr: it begins where inertial samples lead.
+    const NavState* guess = nullptr;
 };
 
 /// Summary of one optimization.
@@ -208,6 +210,7 @@ private:
     bool has_cameras_covariance_ = false;  ///< of that factor
     bool marginalization_failed_ = false;
     bool images_rest_ = false;  ///< at the newest keyframe
+    bool is_guessed_ = false;   ///< the newest keyframe began at a guess
 };
 
 }  // namespace facet

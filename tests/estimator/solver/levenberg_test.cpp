@@ -131,3 +131,35 @@ TEST_CASE("levenberg keeps a matrix that predicts well, and reaches the same min
     CHECK((kept.x() - exact.x()).norm() < 1e-5);
     CHECK(Eigen::VectorXd(workspace->systems[current].g()).norm() < 1e-4);
 }
+
+TEST_CASE("levenberg keeps the first matrix of a good start, if that is trusted", "[levenberg]") {
+    const auto workspace = std::make_unique<LevenbergWorkspace>();
+    LevenbergOptions options;
+    options.max_iterations = 60;
+    options.relative_decrease = 1e-13;
+    int current = 0;
+    Valley usual(1.002, 1.004);
+    CHECK(levenberg(usual, options, *workspace, current).systems == 2);
+    Valley trusting(1.002, 1.004);
+    options.trusts_first = true;
+    const LevenbergSummary summary = levenberg(trusting, options, *workspace, current);
+    CHECK(summary.systems == 1);
+    CHECK(trusting.linearizations == 1);
+    CHECK(summary.is_factorized);
+    CHECK((trusting.x() - usual.x()).norm() < 1e-5);
+    CHECK(Eigen::VectorXd(workspace->systems[current].g()).norm() < 1e-4);
+}
+
+TEST_CASE("levenberg makes a new matrix where the first one was trusted in vain", "[levenberg]") {
+    const auto workspace = std::make_unique<LevenbergWorkspace>();
+    Valley valley(-1.2, 1.0);
+    LevenbergOptions options;
+    options.max_iterations = 100;
+    options.relative_decrease = 1e-14;
+    options.trusts_first = true;
+    int current = 0;
+    const LevenbergSummary summary = levenberg(valley, options, *workspace, current);
+    CHECK(summary.systems > 1);
+    CHECK(valley.x()(0) == Approx(1.0).margin(1e-5));
+    CHECK(valley.x()(1) == Approx(1.0).margin(1e-5));
+}
