@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimator/imu/stretch.h"
+#include "estimator/imu/vibration_share.h"
 
 namespace facet {
 namespace {
@@ -211,6 +212,9 @@ Status initialize_shaken(const ImuBuffer& buffer, const RestStretch& rest, doubl
     if (!may_be_rest(means.w_B, means.a_B, gravity_m_per_s2, config)) {
         return Status::kDegenerate;
     }
+    const VibrationShare near_zero = VibrationLearner{}.share();  // nothing has been learnt yet
+    means.w_sigma *= std::sqrt(near_zero.gyro);
+    means.a_sigma *= std::sqrt(near_zero.accel);
     InitialState result;
     fill_still(means, gravity_m_per_s2, config, result);
     out = result;

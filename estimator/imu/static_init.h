@@ -63,7 +63,9 @@ struct RestStretch {
 };
 
 /// State at the end of a rest that images have shown, however much rotors shake the IMU: as at rest above, from tapered
-/// means, with their deviations (stretch.h). Neither deviations nor drift of the samples are judged.
+/// means. Their variances are those of stretch.h times the share of the vibration that the window's inertial factors
+/// begin with (vibration_share.h), for neither takes its spectrum to be flat down to zero. Deviations and drift of the
+/// samples are not judged.
 /// @return kDegenerate if the mean rate or force is not that of a rest; else as tapered_means() (out untouched).
 ///         Reentrant. No heap.
 Status initialize_shaken(const ImuBuffer& buffer, const RestStretch& rest, double gravity_m_per_s2,

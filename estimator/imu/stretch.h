@@ -42,7 +42,7 @@ struct TaperedMeans {
 /// a plain mean keeps A / (pi f T) of a tone. The deviations are those that a spectrum gives to the mean which is flat
 /// from zero to 3 / T, as high as the stretch has it at 2 / T and 3 / T, where the window hides the mean:
 ///   sigma^2 = 1/2 sum_m |sum_k h_k x_k exp(2 pi i m t_k / T)|^2 / (sum_k h_k)^2,    m = 2, 3
-/// which is cautious, as spectra of shaking fall towards zero.
+/// which is right for white noise and cautious for shaking, whose spectrum falls towards zero.
 /// [Harris78] On the Use of Windows for Harmonic Analysis with the Discrete Fourier Transform, Proc. IEEE 1978.
 /// @return kNotReady with fewer than 16 samples; kDegenerate with a gap or a clipped reading in the stretch; else as
 ///         ImuBuffer::for_each_step (out untouched). Reentrant. No heap.

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -306,6 +307,35 @@ TEST_CASE("at rest by images, shaken by rotors: gravity and gyroscope bias to a 
     CHECK(initialize_shaken(*scenario.record(1.0), {at_s(0.1), at_s(0.4)}, 9.81, config, initial) ==
           Status::kDegenerate);
     CHECK(initialize_shaken(*buffer, {at_s(0.1), at_s(0.15)}, 9.81, config, initial) == Status::kNotReady);
+}
+
+TEST_CASE("shaken: what is claimed of gravity and bias is cautious, but not by an order of magnitude") {
+    const InitializerConfig config;
+    std::mt19937 rng(3);
+    std::uniform_real_distribution<double> phase(0.0, 6.2831853);
+    double squares = 0.0;
+    double claims = 0.0;
+    for (int run = 0; run < 60; ++run) {
+        std::array<double, 9> phases{};
+        std::generate(phases.begin(), phases.end(), [&] { return phase(rng); });
+        Scenario scenario;
+        scenario.a_W = [&](double t) {  // 0.3 m/s^2 rms, flat from 5 to 25 Hz, as broad-band shaking of a real vehicle
+            Eigen::Vector3d a_W = Eigen::Vector3d::Zero();
+            for (std::size_t k = 0; k < phases.size(); ++k) {
+                a_W.x() += 0.141 * std::sin(6.2831853 * (5.0 + 2.5 * static_cast<double>(k)) * t + phases.at(k));
+            }
+            return a_W;
+        };
+        const auto buffer = scenario.record(1.0);
+        InitialState initial;
+        REQUIRE(ok(initialize_shaken(*buffer, {at_s(0.1), at_s(0.4)}, 9.81, config, initial)));
+        const double claim = 1.0 / initial.sqrt_information.block<1, 3>(kTheta, kBiasAccel).norm();
+        claims += claim * claim - config.still_accel_sigma_m_per_s2 * config.still_accel_sigma_m_per_s2;
+        squares += std::pow(9.81 * tilt_error(initial.state, scenario.q_W_B), 2);
+    }
+    CAPTURE(std::sqrt(claims / 60.0), std::sqrt(squares / 60.0));
+    CHECK(claims > squares);
+    CHECK(claims < 36.0 * squares);
 }
 
 }  // namespace facet
