@@ -128,7 +128,13 @@ Json planes(const RunSummary& summary) {
     return json;
 }
 
-/// Statistics of one of the two times that a frame has.
+/// Stages that every frame has.
+bool is_of_every_frame(Stage stage) {
+    return stage == Stage::kPropagation || stage == Stage::kTracking || stage == Stage::kFrameUpdate;
+}
+
+/// Statistics of one of the two times that a frame has. A keyframe's stages: at keyframes what every frame has, all
+/// else at the frames that did it, which may be those that follow.
 Json timing_by(double SpentTime::*time, const RunSummary& summary) {
     std::vector<double> all;
     std::vector<double> estimates;
@@ -139,8 +145,11 @@ Json timing_by(double SpentTime::*time, const RunSummary& summary) {
         all.push_back(frame.timing.total.*time);
         estimates.push_back(frame.timing.estimate.*time);
         (frame.is_keyframe ? keyframes : tracked).push_back(frame.timing.total.*time);
-        for (std::size_t i = 0; i < kStageCount && frame.is_keyframe; ++i) {
-            stages[i].push_back(frame.timing.stages[i].*time);
+        for (std::size_t i = 0; i < kStageCount; ++i) {
+            const double spent = frame.timing.stages[i].*time;
+            if (is_of_every_frame(static_cast<Stage>(i)) ? frame.is_keyframe : spent > 0.0) {
+                stages[i].push_back(spent);
+            }
         }
     }
     Json json = {{"all", to_json(timing_statistics(all))},

@@ -55,6 +55,8 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
         FACET_ASSERT(ok(depth_->configure(config.depth, calibration.rig)));  // validated above
     }
     rig_ = calibration.rig;
+    waiting_.configure(rig_);
+    waiting_has_view_ = false;
     last_health_ = {};
     lost_after_s_ = config.health.lost_after_s;
     estimator_.set_stage_observer(&timer_);
@@ -109,12 +111,13 @@ void FramePipeline::add_frame(const StereoFrame& frame, Timestamp output_stamp, 
 
 void FramePipeline::finish_frame(const StereoFrame& frame, FrameResult& result) {
     const StageTimer::Instant begin = StageTimer::now();
-    estimator_.complete_view();
+    estimator_.finish_frame();
     timer_.add_total(begin);
-    mesh_is_new_ = result.is_keyframe && result.is_usable && update_mesh(frame, result.estimate.health);
-    update_depth(frame);
+    mesh_is_new_ = result.status != Status::kNotReady && mesh_keyframe(frame, result);
+    update_depth();
     result.has_mesh = mesh_is_new_;
     if (result.has_mesh) {
+        result.mesh_frame_stamp = meshed_.frame.stamp;
         result.mesh_vertices = mesher_->mesh().vertex_count();
         result.mesh_faces = mesher_->mesh().face_count();
         result.mesh = mesher_->counters();
@@ -154,8 +157,8 @@ void FramePipeline::stream_world(const FrameResult& result) {
     }
     const StageTimer::Instant begin = StageTimer::now();
     WorldState& world = world_->next();
-    world.stamp_ns = result.estimate.stamp.ns;
-    world.resets = result.estimate.health.reset_counter;
+    world.stamp_ns = meshed_.estimate_stamp.ns;
+    world.resets = meshed_.reset_counter;
     describe_world(mesher_->mesh(), {result.planes.data(), result.planes.size()}, grid_.get(), world);
     world_->publish();
     timer_.add_total(begin);
@@ -196,33 +199,48 @@ std::span<const DepartedFace> FramePipeline::departed() const {
     return mesh_is_new_ ? mesher_->departed() : std::span<const DepartedFace>();
 }
 
-/// The turn of mesher and plane finder at a keyframe: part of the keyframe's time.
-bool FramePipeline::update_mesh(const StereoFrame& frame, const Health& health) {
-    const KeyframeView& view = estimator_.keyframe_view();
-    if (view.number == last_view_) {
-        return false;  // the first keyframe, or one the window refused
+bool FramePipeline::mesh_keyframe(const StereoFrame& frame, const FrameResult& result) {
+    const std::uint32_t view = estimator_.keyframe_view().number;
+    const bool is_new = view != last_view_;
+    last_view_ = view;
+    const bool may_mesh = result.is_keyframe && result.is_usable;
+    const bool waits = estimator_.keyframe_waits();
+    const bool is_present = is_new && may_mesh && !waits;
+    const bool is_due = !is_new && waiting_has_view_;
+    const MeshedKeyframe present{frame, result.estimate.stamp, result.estimate.health.reset_counter};
+    if (is_present || is_due) {
+        update_mesh(is_present ? present : waiting_.get());
+        waiting_.drop();
     }
-    last_view_ = view.number;
+    waiting_has_view_ = is_new && waiting_.is_set();
+    if (may_mesh && waits) {
+        waiting_.keep(present);
+    }
+    return is_present || is_due;
+}
+
+void FramePipeline::update_mesh(const MeshedKeyframe& keyframe) {
+    meshed_ = keyframe;
+    const KeyframeView& view = estimator_.keyframe_view();
     end_depth();
     const StageTimer::Instant begin = StageTimer::now();
     timer_.begin(Stage::kMesh);
     mesher_->set_camera(view.is_exchanged ? rig_.right : rig_.left);
-    mesher_->update(view, view.is_exchanged ? frame.right : frame.left);
-    update_grid(view, health);
+    mesher_->update(view, view.is_exchanged ? keyframe.frame.right : keyframe.frame.left);
+    update_grid(view, keyframe.reset_counter);
     timer_.end(Stage::kMesh);
-    update_planes(view, health);
+    update_planes(view, keyframe.reset_counter);
     timer_.add_total(begin);
-    return true;
 }
 
 /// Before planes draw vertices to them: the grid has the surface as measured now and as it was shown before.
-void FramePipeline::update_grid(const KeyframeView& view, const Health& health) {
+void FramePipeline::update_grid(const KeyframeView& view, std::uint32_t reset_counter) {
     if (!grid_ || !has_grid_reader_) {
         return;
     }
-    if (health.reset_counter != grid_reset_counter_) {
+    if (reset_counter != grid_reset_counter_) {
         grid_->clear();
-        grid_reset_counter_ = health.reset_counter;
+        grid_reset_counter_ = reset_counter;
     }
     grid_->update(view, mesher_->mesh(), static_cast<std::uint32_t>(mesher_->counters().updates));
 }
@@ -239,7 +257,7 @@ void FramePipeline::end_depth() {
 }
 
 /// A keyframe with a mesh begins; each frame after it does a part. Its last part is the grid's.
-void FramePipeline::update_depth(const StereoFrame& frame) {
+void FramePipeline::update_depth() {
     if (!depth_ || !has_grid_reader_ || !(mesh_is_new_ || depth_->has_begun())) {
         return;
     }
@@ -249,16 +267,17 @@ void FramePipeline::update_depth(const StereoFrame& frame) {
     }
     const StageTimer::Instant begin = StageTimer::now();
     timer_.begin(Stage::kDepth);
-    mesh_is_new_ ? depth_->begin(estimator_.keyframe_view(), frame.left, frame.right) : depth_->advance(*mesher_);
+    mesh_is_new_ ? depth_->begin(estimator_.keyframe_view(), meshed_.frame.left, meshed_.frame.right)
+                 : depth_->advance(*mesher_);
     timer_.end(Stage::kDepth);
     timer_.add_total(begin);
 }
 
 /// Planes are found in every mode; whether the estimator uses them is its mode's business.
-void FramePipeline::update_planes(const KeyframeView& view, const Health& health) {
-    if (health.reset_counter != planes_reset_counter_) {
+void FramePipeline::update_planes(const KeyframeView& view, std::uint32_t reset_counter) {
+    if (reset_counter != planes_reset_counter_) {
         planes_->reset();
-        planes_reset_counter_ = health.reset_counter;
+        planes_reset_counter_ = reset_counter;
     }
     timer_.begin(Stage::kPlanes);
     const PlaneProposals& proposals = planes_->update(mesher_->mesh(), view);

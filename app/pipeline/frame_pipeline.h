@@ -11,6 +11,7 @@
 #include "app/calibration/calibration.h"
 #include "app/config/program_config.h"
 #include "app/output/frame_log.h"
+#include "app/pipeline/meshed_keyframe.h"
 #include "app/pipeline/obstacle_sweep.h"
 #include "app/pipeline/stage_timer.h"
 #include "estimator/api/estimator.h"
@@ -32,9 +33,10 @@ struct FrameResult {
     Status status = Status::kOk;
     Estimate estimate;  ///< its state counts if `is_usable`
     bool is_keyframe = false;
-    bool is_usable = false;  ///< there is an estimate to be used
-    FrameTiming timing;      ///< of the frame and the inertial samples before it; so far, while it is not finished
-    bool has_mesh = false;   ///< mesh and planes were brought up to date; the fields below count
+    bool is_usable = false;      ///< there is an estimate to be used
+    FrameTiming timing;          ///< of the frame and the inertial samples before it; so far, while it is not finished
+    bool has_mesh = false;       ///< mesh and planes were brought up to date; the fields below count
+    Timestamp mesh_frame_stamp;  ///< of the keyframe that they have taken in: this frame, or the one two frames before
     int mesh_vertices = 0;
     int mesh_faces = 0;
     MeshCounters mesh;
@@ -102,15 +104,19 @@ public:
     /// @param result        status kNotReady: inertial samples do not reach the frame yet; without mesh, planes, ranges
     ///                      and timing, which finish_frame() adds
     void estimate_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result);
-    /// What no estimate waits for: at a keyframe surface points, mesh, grid and planes; ranges, and all viewers. To be
-    /// called after each estimate_frame(), with the same frame and result, unless the frame is offered again. If the
-    /// next frame is there by then, it waits: the planes found here count from the next keyframe on.
+    /// What no estimate waits for: a keyframe's surface points, its turn in the window, and its mesh, grid and planes,
+    /// at once or at the two frames after it (Estimator::keyframe_waits()); ranges, and all viewers. To be called after
+    /// each estimate_frame(), with the same frame and result, unless the frame is offered again. If the next frame is
+    /// there by then, it waits: the planes found here count from the next keyframe on.
     void finish_frame(const StereoFrame& frame, FrameResult& result);
     /// Both.
     void add_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result);
 
     /// The last frame was finished too late for whoever waits for it; see Estimator.
     void report_overrun() { estimator_.report_overrun(); }
+
+    /// The keyframe of the newest mesh. Its images are valid until the next finish_frame().
+    const MeshedKeyframe& meshed() const { return meshed_; }
 
     /// Faces that left the horizon at the last frame; empty if that had no mesh.
     std::span<const DepartedFace> departed() const;
@@ -136,11 +142,13 @@ private:
     void describe_refusal(Timestamp stamp, Status status, Health& health) const;
     void update_ranges(FrameResult& result);
     void stream_world(const FrameResult& result);
-    bool update_mesh(const StereoFrame& frame, const Health& health);
+    /// Brings the mesh up to date if it is time for a keyframe, the present or an earlier one. @return whether it was
+    bool mesh_keyframe(const StereoFrame& frame, const FrameResult& result);
+    void update_mesh(const MeshedKeyframe& keyframe);
     void end_depth();
-    void update_depth(const StereoFrame& frame);
-    void update_planes(const KeyframeView& view, const Health& health);
-    void update_grid(const KeyframeView& view, const Health& health);
+    void update_depth();
+    void update_planes(const KeyframeView& view, std::uint32_t reset_counter);
+    void update_grid(const KeyframeView& view, std::uint32_t reset_counter);
 
     StereoRig rig_;
     Estimator estimator_;
@@ -155,6 +163,9 @@ private:
     std::uint32_t planes_reset_counter_ = 0;  ///< the estimator's when the planes were last looked for
     std::uint32_t grid_reset_counter_ = 0;    ///< and when the grid was last filled
     std::uint32_t last_view_ = 0;
+    KeptKeyframe waiting_;           ///< a keyframe whose mesh is still to be made
+    bool waiting_has_view_ = false;  ///< it is last_view_
+    MeshedKeyframe meshed_;
     Health last_health_;                      ///< of the newest estimate
     Timestamp last_accepted_;                 ///< stamp of its frame, as given
     std::optional<Timestamp> refused_since_;  ///< stamp of the first frame after it

@@ -47,7 +47,7 @@ int main() {
         if (!ok(sampled) || i % 10 != 0 || !ok(estimator.add_frame(frame, estimate))) {
             continue;
         }
-        estimator.complete_view();
+        estimator.finish_frame();
         const facet::KeyframeView& view = estimator.keyframe_view();
         if (view.number != last_view) {  // a new keyframe: landmarks give faces, faces give planes, and those go back
             last_view = view.number;

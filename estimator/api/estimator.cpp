@@ -69,6 +69,8 @@ void Estimator::Impl::reset() {
     lost_time_s = 0.0;
     reset_counter = 0;
     summary = {};
+    summary_is_new = false;
+    waiting.is_set = false;
     view_is_open = false;
     view.number = 0;
     view.landmarks.clear();
@@ -190,16 +192,6 @@ void Estimator::Impl::hold_still() {
     now.covariance.diagonal().segment<3>(kVel).setConstant(sigmas.v_m_per_s * sigmas.v_m_per_s);
 }
 
-void Estimator::Impl::update_by_image(Preintegration& preintegration) {
-    FrameEstimate updated;
-    if (ok(examine_image(preintegration, updated))) {
-        now.state = updated.state;
-        now.covariance = updated.covariance;
-        map_landmarks = updated.landmarks;
-        frame_chi2 = updated.chi2;
-    }
-}
-
 Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
     const Timestamp before = now.stamp;
     Preintegration preintegration = preintegration_from({});
@@ -247,6 +239,10 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
 void Estimator::Impl::act(FrameAction action, Preintegration& preintegration) {
     map_landmarks = 0;
     frame_chi2 = 0.0;
+    if (action != FrameAction::kCarryOn) {
+        take_waiting(preintegration);
+    }
+    const Phase before = phase;
     switch (action) {
         case FrameAction::kCarryOn: update_by_image(preintegration); break;
         case FrameAction::kTakeKeyframe:
@@ -260,8 +256,12 @@ void Estimator::Impl::act(FrameAction action, Preintegration& preintegration) {
                 // Inertial samples lead astray: in a second of shaking by millimetres, far enough for the solver to end
                 // before it has come back along the directions that only the prior holds, and by pixels in flight.
                 const bool is_sound = is_seen && !doubt.is_active() && 2 * seen.agreeing > seen.landmarks;
-                take_keyframe(preintegration, is_sound ? &seen.state : nullptr);
-                frame_chi2 = is_seen ? seen.chi2 : 0.0;
+                if (is_sound && may_wait(before)) {
+                    let_wait(preintegration, seen);
+                } else {
+                    take_keyframe(preintegration, is_sound ? &seen.state : nullptr);
+                    frame_chi2 = is_seen ? seen.chi2 : 0.0;
+                }
             }
             break;
         case FrameAction::kHold:
@@ -314,27 +314,18 @@ std::span<const MemoryPart> Estimator::memory() {
                                             {"front-end", 2 * sizeof(Frontend) + sizeof(FrontendOutput)},
                                             {"start in motion", sizeof(MotionStart) + sizeof(MonocularStart)},
                                             {"frames between keyframes", sizeof(LocalMap) + sizeof(FrameUpdate)},
+                                            {"keyframe that waits", sizeof(WaitingKeyframe)},
                                             {"landmark view", sizeof(KeyframeView)}};
     return kParts;
 }
 
 const Belief& Estimator::belief() const { return impl_->now; }
 
-void Estimator::complete_view() { impl_->complete_view(); }
+void Estimator::finish_frame() { impl_->finish_frame(); }
+
+bool Estimator::keyframe_waits() const { return impl_->waits_at_newest_frame(); }
 
 const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
-
-CalibrationEstimate Estimator::calibration() const {
-    CalibrationEstimate estimate;
-    estimate.correction = impl_->calibration_as_given();
-    for (int i = 0; i < impl_->config.calibration.dim() && impl_->window.has_factor(); ++i) {
-        estimate.sigma(i) = impl_->window.calibration_sigma(i);
-    }
-    if (impl_->is_exchanged) {
-        estimate.sigma.segment<kLensDim>(kLeftLens).swap(estimate.sigma.segment<kLensDim>(kRightLens));
-    }
-    return estimate;
-}
 
 const VisionResiduals& Estimator::residuals() const { return impl_->window.residuals(); }
 
@@ -368,6 +359,9 @@ Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     Impl& s = *impl_;
     if (!ImuBuffer::is_sane(frame.stamp)) {
         return Status::kInvalidArgument;
+    }
+    if (!s.waits_at_newest_frame() || s.reset_wanted || s.monitor.state() != TrackingState::kTracking) {
+        s.take_waiting();  // first of all: it may move the clocks' offset
     }
     const Timestamp stamp = s.imu_stamp(frame.stamp);
     s.offered = stamp;

@@ -23,7 +23,7 @@ namespace facet {
 ///   FACET_TRY(estimator.configure(config, rig));
 ///   estimator.add_imu(sample);             // every sample, in order of time
 ///   estimator.add_frame(frame, estimate);  // every frame, once the samples reach its stamp
-///   estimator.complete_view();             // for a mesh: when the estimate is on its way
+///   estimator.finish_frame();              // when the estimate is on its way
 /// Thread-bound: one thread at a time. Deterministic: equal inputs give equal bytes. No clock, file, log or exception.
 /// Heap only in the constructor and in configure().
 class Estimator {
@@ -102,12 +102,20 @@ public:
     ///         of an estimated calibration parameter, unless all are zero: nothing is known of it (nothing changed)
     Status resume(const KeptState& kept, double elapsed_s);
 
-    /// Fills keyframe_view(), if the last frame was a keyframe: as much work as a tracked frame, for which no estimate
-    /// waits. Call it before the next add_frame, or, without a mesh, not at all: estimates are the same.
-    void complete_view();
+    /// The work of the last frame for which no estimate waits. After a keyframe: its surface points, as much work as a
+    /// tracked frame. Then its turn in the window and its keyframe_view(), at once or, with
+    /// WindowConfig::spread_keyframes and all well, after the frame that follows it, so that no frame takes the time
+    /// of both. Call it after each add_frame, before the next one. If it is not called, add_frame does what estimates
+    /// need, later, and they are the same; there is no view then.
+    void finish_frame();
 
-    /// Landmarks, surface points and camera at the newest keyframe for which complete_view() was called; empty before
-    /// the second keyframe. Valid until the next add_frame.
+    /// Whether the last frame is a keyframe whose turn in the window comes after the next frame. Its estimate is that
+    /// of its image, like a tracked frame's.
+    bool keyframe_waits() const;
+
+    /// Landmarks, surface points and camera at a keyframe, which it names by its stamp: the newest one that the window
+    /// has taken, where finish_frame() was called after it; empty before the second keyframe. Valid until the next
+    /// add_frame, and after it as long as its number is the same.
     const KeyframeView& keyframe_view() const;
 
     /// The calibration as it is estimated now. Takes about a millisecond: not for every frame.

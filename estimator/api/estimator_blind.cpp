@@ -59,6 +59,7 @@ void Estimator::Impl::carry_without_frames() {
 }
 
 void Estimator::Impl::carry_to(Timestamp stamp) {
+    take_waiting();
     const Belief before = now;
     Preintegration preintegration = preintegration_from(now.state.bias);
     if (!ok(imu.integrate_between(now.stamp, stamp, config.imu_noise, preintegration, &span))) {

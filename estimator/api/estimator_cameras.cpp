@@ -77,6 +77,7 @@ Status Estimator::Impl::pass_over(const StereoFrame& frame, Timestamp stamp, Est
 }
 
 void Estimator::Impl::exchange_cameras() {
+    take_waiting();
     const RigCalibration corrections_now = exchange(window.calibration(), rig);
     rig = rig.exchanged();
     is_exchanged = !is_exchanged;
@@ -98,6 +99,18 @@ void Estimator::Impl::exchange_cameras() {
 
 RigCalibration Estimator::Impl::calibration_as_given() const {
     return is_exchanged ? exchange(window.calibration(), rig) : window.calibration();
+}
+
+CalibrationEstimate Estimator::calibration() const {
+    CalibrationEstimate estimate;
+    estimate.correction = impl_->calibration_as_given();
+    for (int i = 0; i < impl_->config.calibration.dim() && impl_->window.has_factor(); ++i) {
+        estimate.sigma(i) = impl_->window.calibration_sigma(i);
+    }
+    if (impl_->is_exchanged) {
+        estimate.sigma.segment<kLensDim>(kLeftLens).swap(estimate.sigma.segment<kLensDim>(kRightLens));
+    }
+    return estimate;
 }
 
 void Estimator::Impl::configure_starts() {

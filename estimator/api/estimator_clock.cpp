@@ -98,6 +98,7 @@ void Estimator::Impl::begin_on_new_clock() {
     frontend.reset();
     q_Bf_B.setIdentity();
     map.clear();
+    waiting.is_set = false;
     doubt = {};
     summary = {};
     tracks = {};

@@ -22,11 +22,29 @@ Status Estimator::Impl::compare_with_map(const Preintegration& preintegration, F
                               {tracks.observations.data(), tracks.observations.size()}, out);
 }
 
+void Estimator::Impl::update_by_image(Preintegration& preintegration) {
+    FrameEstimate updated;
+    if (ok(examine_image(preintegration, updated))) {
+        take_over(updated);
+    }
+}
+
+void Estimator::Impl::take_over(const FrameEstimate& updated) {
+    now.state = updated.state;
+    now.covariance = updated.covariance;
+    map_landmarks = updated.landmarks;
+    frame_chi2 = updated.chi2;
+}
+
 Status Estimator::Impl::examine_image(Preintegration& preintegration, FrameEstimate& out) {
     if (!config.window.update_frames || phase == Phase::kCoasting || map.empty()) {
         return Status::kNotFound;
     }
     FACET_TRY(compare_with_map(preintegration, out));
+    if (waiting.is_set && InertialDoubt::is_called_for(out, config.health.wrong_vision_chi2)) {
+        take_waiting(preintegration);
+        FACET_TRY(compare_with_map(preintegration, out));
+    }
     if (monitor.is_usable() && may_accuse && InertialDoubt::is_called_for(out, config.health.wrong_vision_chi2)) {
         doubt_readings(preintegration, out);
     }

@@ -10,6 +10,7 @@
 #include "estimator/api/motion_start.h"
 #include "estimator/api/phase.h"
 #include "estimator/api/refused_run.h"
+#include "estimator/api/waiting_keyframe.h"
 #include "estimator/frontend/frontend.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/propagation.h"
@@ -100,7 +101,9 @@ struct Estimator::Impl {
     int map_landmarks = 0;      ///< that the newest frame was compared with
     double frame_chi2 = 0.0;    ///< of that comparison
     KeyframeView view;          ///< landmarks at the newest keyframe
-    bool view_is_open = false;  ///< the last frame was a keyframe, and its view is still to be filled
+    bool view_is_open = false;  ///< the window has taken a keyframe, and its view is still to be filled
+    WaitingKeyframe waiting;
+    bool summary_is_new = false;  ///< no estimate has told of it yet
 
     void reset();
     void configure_starts();
@@ -140,6 +143,8 @@ struct Estimator::Impl {
     /// Corrects the predicted state by the frame's image, if that sees enough of the map.
     /// @param preintegration  from the newest keyframe to now
     void update_by_image(Preintegration& preintegration);
+    /// The state as an image tells it.
+    void take_over(const FrameEstimate& updated);
     Status compare_with_map(const Preintegration& preintegration, FrameEstimate& out);
     /// Compares the frame with the map; if it contradicts the inertial readings, settles which of them is right, and
     /// predicts `now` and integrates anew. @return kNotFound if there is nothing to compare with
@@ -176,8 +181,27 @@ struct Estimator::Impl {
     void own_up();
     /// @param seen  the state by the frame's image, for the window to begin from; nullptr: not known
     void take_keyframe(const Preintegration& preintegration, const NavState* seen);
-    /// What no estimate waits for: the view with its surface points, and what close_view() does.
+    /// Share of the solver's steps at a keyframe.
+    double effort() const;
+    /// Puts a keyframe into the window, optimizes it, and takes from it what later frames need. `now` and `span` are
+    /// the keyframe's, as predicted; `now` becomes the window's. @return false if the window refuses it
+    bool enter_window(const KeyframeInput& input, const Preintegration& preintegration, double effort);
+    /// Whether the keyframe at hand may wait: all is well, and the image tells the state meanwhile.
+    /// @param before  the phase before it
+    bool may_wait(Phase before) const;
+    /// The keyframe at hand gets its turn later. @param seen  the state by its image, which is given out
+    void let_wait(const Preintegration& preintegration, const FrameEstimate& seen);
+    bool waits_at_newest_frame() const { return waiting.is_set && waiting.predicted.stamp == now.stamp; }
+    /// The turn of a keyframe that waits, if there is one: `newest` is that keyframe then. `now` stays with the newest
+    /// frame, whose estimate has been or will be told from what was known without it.
+    void take_waiting();
+    /// The same where the frame at hand must know of it: predicts `now` anew.
+    void take_waiting(Preintegration& preintegration);
+    /// What no estimate waits for: a waiting keyframe's turn, the view with its surface points, and what close_view()
+    /// does.
+    void finish_frame();
     void complete_view();
+    void fill_view(const FrontendOutput& seen);
     /// Hands on what the last keyframe has found of the cameras, for the frames after it.
     void close_view();
     /// During a start in motion: if the window contradicts the closed-form solution, it begins anew from that solution.

@@ -45,14 +45,17 @@ KeyframeInput Estimator::Impl::keyframe_input() const {
     return input;
 }
 
-void Estimator::Impl::take_keyframe(const Preintegration& preintegration, const NavState* seen) {
-    KeyframeInput input = keyframe_input();
-    input.guess = seen;
-    if (!ok(window.add_keyframe(input, preintegration))) {
-        return;
-    }
+double Estimator::Impl::effort() const {
     const bool is_starting = monitor.state() == TrackingState::kInit;
-    summary = window.optimize(is_starting ? kInitEffort : (is_late ? kLateEffort : 1.0));
+    return is_starting ? kInitEffort : (is_late ? kLateEffort : 1.0);
+}
+
+bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegration& preintegration, double effort) {
+    if (!ok(window.add_keyframe(input, preintegration))) {
+        return false;
+    }
+    summary = window.optimize(effort);
+    summary_is_new = true;
     frontend.drop_tracks(window.rejected());
     now.state = window.newest().state;
     follow_doubt();
@@ -64,10 +67,19 @@ void Estimator::Impl::take_keyframe(const Preintegration& preintegration, const 
     now.vibration = vibration.share();
     newest = now;
     static_cast<void>(window.fill_map(map));  // on failure it is empty: frames are predicted then
-    rests = true;
     view_is_open = true;
+    return true;
+}
+
+void Estimator::Impl::take_keyframe(const Preintegration& preintegration, const NavState* seen) {
+    KeyframeInput input = keyframe_input();
+    input.guess = seen;
+    if (!enter_window(input, preintegration, effort())) {
+        return;
+    }
+    rests = true;
     hastened = std::max(0, hastened - 1);
-    if (is_starting) {
+    if (monitor.state() == TrackingState::kInit) {
         complete_view();  // while the window is as it was optimized
         motion_start.add_keyframe(now.stamp, input.observations, imu);
         monocular_start.add_keyframe(now.stamp, input.observations, imu, now.state.bias);
@@ -87,9 +99,13 @@ void Estimator::Impl::complete_view() {
     if (!view_is_open) {
         return;
     }
+    fill_view(tracks);
+}
+
+void Estimator::Impl::fill_view(const FrontendOutput& seen) {
     close_view();
     const StageScope scope(observer, Stage::kLandmarks);
-    fill_keyframe_view(window, tracks, view);
+    fill_keyframe_view(window, seen, view);
     view.heading_and_place = heading_and_place(newest);
     view.is_exchanged = is_exchanged;
 }

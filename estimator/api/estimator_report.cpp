@@ -22,9 +22,11 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     if (frame_taken && phase != Phase::kEmpty) {
         e.image = tracks.image;
         e.is_keyframe = tracks.is_keyframe;
+        e.is_optimized = e.is_keyframe && !waits_at_newest_frame();
         e.tracked = std::max(tracks.tracked, static_cast<int>(tracks.observations.size()));
         e.stereo = tracks.stereo;
     }
+    e.is_optimized = e.is_optimized || summary_is_new;
     e.newest_landmarks = window.state().keyframes.size() > 1 ? summary.newest_landmarks : e.tracked;
     e.imu = span;
     e.speed_m_per_s = now.state.v_W_B.norm();
@@ -59,6 +61,7 @@ Eigen::Matrix<double, 9, 9> Estimator::Impl::reported_covariance() const {
 void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimate& estimate) {
     const HealthEvidence e = evidence(frame, frame_taken);
     is_late = is_late && !e.is_keyframe;
+    summary_is_new = false;
 
     estimate = {};
     estimate.stamp = e.is_started ? now.stamp : frame.stamp;
@@ -76,7 +79,7 @@ void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimat
     health.mean_vision_chi2 = summary.fit.vision_chi2(config.window.pixel_sigma_px);
     health.map_landmarks = map_landmarks;
     health.frame_chi2 = frame_chi2;
-    health.iterations = e.is_keyframe ? summary.solver.iterations : 0;
+    health.iterations = e.is_optimized ? summary.solver.iterations : 0;
     health.time_offset_sigma_s = calibration_sigma(kTimeOffset);
     health.reset_counter = reset_counter;
     health.is_exchanged = is_exchanged;

@@ -36,6 +36,7 @@ StateCovariance inverse(const StateCovariance& covariance) {
 
 void Estimator::Impl::begin_window(const StateCovariance& information, CalibrationStart calibration) {
     window.start(keyframe_input(), now.state, information, calibration);
+    waiting.is_set = false;
     view_is_open = false;
     doubt.end();
     is_bent = false;

@@ -47,7 +47,7 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
         raise(e.image == ImageState::kDark || e.image == ImageState::kFlat, kReasonImageDark);
         raise(e.image == ImageState::kOverexposed, kReasonImageOverexposed);
         raise(e.image == ImageState::kFrozen, kReasonImageFrozen);
-        raise(e.tracked < config_.few_features || (e.is_keyframe && e.newest_landmarks < kFewLandmarks),
+        raise(e.tracked < config_.few_features || (e.is_optimized && e.newest_landmarks < kFewLandmarks),
               kReasonFewFeatures);
         raise(e.is_keyframe && e.has_right && e.stereo < kFewStereo, kReasonFewStereo);
         raise(e.lacks_right, kReasonNoRightImage);
@@ -103,8 +103,10 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
         const bool has_vision = e.has_frame && e.frame_taken && e.image == ImageState::kUsable &&
                                 (health.reasons & kReasonFewFeatures) == 0U;
         last_vision_ = has_vision ? e.stamp : last_vision_;
-        if (e.is_keyframe) {
+        if (e.is_optimized) {
             wrong_keyframes_ = e.vision_chi2 > config_.wrong_vision_chi2 ? wrong_keyframes_ + 1 : 0;
+        }
+        if (e.is_keyframe) {
             has_pair_ = has_pair_ || e.has_right;
             is_matched_ = is_matched_ || e.stereo >= kFewStereo;
         }
@@ -120,7 +122,7 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
             has_diverged_ = has_diverged_ || diverged;
         } else if (state_ == TrackingState::kInit) {
             const bool is_ready = e.velocity_sigma_m_per_s < config_.ready_velocity_sigma_m_per_s &&
-                                  e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_keyframe &&
+                                  e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_optimized &&
                                   e.vision_chi2 < config_.high_vision_chi2 && e.is_confirmed;
             state_ = is_ready || (e.stands && has_vision) ? TrackingState::kTracking : TrackingState::kInit;
         }

@@ -18,6 +18,7 @@ struct WindowConfig {
     double redundant_px = 5.0;
     double outlier_threshold_px = 3.0;
     bool update_frames = true;
+    bool spread_keyframes = true;
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
@@ -41,6 +42,9 @@ inline constexpr auto kWindowFields = std::to_array<ParameterField<WindowConfig>
      "Observations whose residual after optimization is larger than this are removed."},
     {FACET_FIELD(WindowConfig, update_frames), "-", 0, 1,
      "Correct the state at frames between keyframes by their images; otherwise it is predicted from inertial data."},
+    {FACET_FIELD(WindowConfig, spread_keyframes), "-", 0, 1,
+     "Let a keyframe enter the window after the estimate of the frame that follows it, so that no frame takes the time "
+     "of both; otherwise at once. Where anything is out of the ordinary, it is at once in any case."},
 });
 
 }  // namespace facet

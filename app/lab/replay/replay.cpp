@@ -184,10 +184,13 @@ void Replay::fuse(const StereoFrame& frame) {
     if (!fusion_ || !result_.is_usable) {
         return;
     }
-    const std::uint32_t resets = result_.estimate.health.reset_counter;
     if (result_.has_mesh) {
-        fusion_->add(pipeline_.keyframe_view(), resets, frame.left, frame.right, pipeline_.mesher());
-    } else if (!result_.is_keyframe) {
+        const MeshedKeyframe& keyframe = pipeline_.meshed();
+        fusion_->add(pipeline_.keyframe_view(), keyframe.reset_counter, keyframe.frame.left, keyframe.frame.right,
+                     pipeline_.mesher());
+    }
+    if (!result_.is_keyframe) {
+        const std::uint32_t resets = result_.estimate.health.reset_counter;
         const NavState& state = result_.estimate.state;
         fusion_->add_between(Se3{state.q_W_B, state.p_W_B} * pipeline_.rig().T_B_C0, resets, frame.left, frame.right);
     }

@@ -70,16 +70,18 @@ TEST_CASE("the view of a keyframe is filled on demand, and estimates do not depe
     vehicle.feed_imu(plain, 0.0, 2.1);
     Estimate a;
     Estimate b;
+    bool is_after_keyframe = false;
     for (int k = 0; k < 30; ++k) {
         const StereoFrame frame = vehicle.moved_frame(0.5 + 0.05 * k, 4 * k);
         REQUIRE(ok(asked.add_frame(frame, a)));
         REQUIRE(ok(plain.add_frame(frame, b)));
         const std::uint32_t before = asked.keyframe_view().number;
-        asked.complete_view();
+        asked.finish_frame();
         const std::uint32_t number = asked.keyframe_view().number;
-        asked.complete_view();  // once
+        asked.finish_frame();  // once
         CHECK(asked.keyframe_view().number == number);
-        CHECK((number == before || a.health.is_keyframe));
+        CHECK((number == before || a.health.is_keyframe || is_after_keyframe));
+        is_after_keyframe = a.health.is_keyframe;
         CHECK(a.state.q_W_B.coeffs() == b.state.q_W_B.coeffs());
         CHECK(a.state.p_W_B == b.state.p_W_B);
         CHECK(a.covariance == b.covariance);

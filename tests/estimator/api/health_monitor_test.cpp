@@ -62,13 +62,13 @@ TEST_CASE("a start in motion is INIT until velocity and gravity are known at a k
     Fixture f;
     f.monitor.restart(at(0.0), false);
     HealthEvidence e = good(0.2);
-    e.is_keyframe = true;
+    e.is_keyframe = e.is_optimized = true;
     e.velocity_sigma_m_per_s = 0.4;
     CHECK(f.step(e) == TrackingState::kInit);
     CHECK(f.health.quality == 0);
     e = good(0.4);
     CHECK(f.step(e) == TrackingState::kInit);  // no keyframe
-    e.is_keyframe = true;
+    e.is_keyframe = e.is_optimized = true;
     e.vision_chi2 = 6.0;
     CHECK(f.step(e) == TrackingState::kInit);  // the window has not come together yet
     e.vision_chi2 = 0.8;
@@ -86,7 +86,7 @@ TEST_CASE("quality is low after a start, then full", "[health]") {
 TEST_CASE("images of two cameras that never match are worth half, until they do", "[health]") {
     Fixture f;
     HealthEvidence e = good(2.5);
-    e.is_keyframe = true;
+    e.is_keyframe = e.is_optimized = true;
     e.stereo = 3;  // as exchanged cameras show by chance
     CHECK(f.step(e) == TrackingState::kTracking);
     CHECK(f.has(kReasonFewStereo));
@@ -106,7 +106,7 @@ TEST_CASE("images of two cameras that never match are worth half, until they do"
 TEST_CASE("one camera alone owes no stereo", "[health]") {
     Fixture f;
     HealthEvidence e = good(2.5);
-    e.is_keyframe = true;
+    e.is_keyframe = e.is_optimized = true;
     e.has_right = false;
     e.stereo = 0;
     f.step(e);
@@ -127,7 +127,7 @@ TEST_CASE("darkness degrades at once, loses after the limit, and only a restart 
     CHECK(f.step(good(6.2)) == TrackingState::kLost);
     f.monitor.restart(at(6.3), false);
     HealthEvidence e = good(6.6);
-    e.is_keyframe = true;
+    e.is_keyframe = e.is_optimized = true;
     CHECK(f.step(e) == TrackingState::kTracking);
 }
 
@@ -166,7 +166,7 @@ TEST_CASE("a start with one camera waits for its second opinion", "[health]") {
     Fixture f;
     f.monitor.restart(at(0.0), false);
     HealthEvidence e = good(1.0);
-    e.is_keyframe = true;
+    e.is_keyframe = e.is_optimized = true;
     e.is_confirmed = false;
     CHECK(f.step(e) == TrackingState::kInit);
     e.is_confirmed = true;
@@ -195,7 +195,7 @@ TEST_CASE("each sign of divergence loses the estimate by itself", "[health]") {
 TEST_CASE("residuals must be wrong at three keyframes in a row", "[health]") {
     Fixture f;
     HealthEvidence e = good(3.0);
-    e.is_keyframe = true;
+    e.is_keyframe = e.is_optimized = true;
     e.vision_chi2 = 40.0;
     CHECK(f.step(e) == TrackingState::kDegraded);
     CHECK(f.step(e) == TrackingState::kDegraded);
