@@ -39,7 +39,7 @@ def base_parser(description, out):
 class Condition:
     """What a row of a table was measured under: errors of the calibration, and what rotors add to the IMU."""
     factor: float
-    vibration: str = "none"
+    vibration: str = "none"  # idle, flight; idle+images, flight+images: images turn as well
 
     def __str__(self):
         return f"{self.factor:g}" + ("" if self.vibration == "none" else f", {self.vibration}")
@@ -56,7 +56,9 @@ class Condition:
 
     def options(self, seed):
         """Options of `facet replay` for one draw."""
-        shaken = [] if self.vibration == "none" else ["--inject", f"vibration={self.vibration},{seed}"]
+        kind, _, images = self.vibration.partition("+")
+        shown = f",1,{images}" if images else ""
+        shaken = [] if kind == "none" else ["--inject", f"vibration={kind},{seed}{shown}"]
         return (["--inject", f"calibration={self.factor:g},{seed}"] if self.factor > 0 else []) + shaken
 
     def fields(self):
@@ -70,7 +72,7 @@ class Condition:
 
 
 CONDITION_LEGEND = ("K: errors of the calibration in units of what a good one leaves unknown; idle, flight: with what "
-                    "a real drone's rotors add to the inertial samples")
+                    "a real drone's rotors add to the inertial samples, +images: by which images turn as well")
 
 
 def add_condition_options(parser, seeds=(1, 2, 3)):
@@ -81,6 +83,8 @@ def add_condition_options(parser, seeds=(1, 2, 3)):
     """
     parser.add_argument("--vibration", choices=["idle", "flight", "none"], default="flight",
                         help="what rotors add to the IMU in the first row (default flight); none: no such row")
+    parser.add_argument("--images", action="store_true",
+                        help="after that row one whose images turn with the vibration, too, as on a real vehicle")
     parser.add_argument("--factors", type=float, nargs="+", default=[1.0, 2.0, 0.0], metavar="K",
                         help="errors of the calibration, in the order of the rows (default: 1 2 0)")
     if seeds:
@@ -93,8 +97,9 @@ def add_condition_options(parser, seeds=(1, 2, 3)):
 
 def conditions(arguments):
     """What the rows are measured under, in their order."""
-    quiet = [Condition(factor) for factor in arguments.factors]
-    return quiet if arguments.vibration == "none" else [Condition(arguments.factors[0], arguments.vibration), *quiet]
+    kinds = [] if arguments.vibration == "none" else ["", "+images"] if arguments.images else [""]
+    shaken = [Condition(arguments.factors[0], arguments.vibration + kind) for kind in kinds]
+    return [*shaken, *(Condition(factor) for factor in arguments.factors)]
 
 
 def shorten_if_quick(arguments):
@@ -181,8 +186,11 @@ def replay(arguments, dataset, out, extra=()):
 
 
 def evaluate(arguments, dataset, out, extra=()):
-    """Evaluates a replay's folder; the figures are in its eval.json."""
-    command = [arguments.facet, "eval", "--groundtruth", dataset, "--estimate", out, "--json", out / "eval.json"]
+    """Evaluates a replay's folder; the figures are in its eval.json. Images that were turned have a truth of their own,
+    which does not go with a scene."""
+    turned = out / "groundtruth.csv"
+    truth = turned if turned.is_file() and "--scene" not in extra else dataset
+    command = [arguments.facet, "eval", "--groundtruth", truth, "--estimate", out, "--json", out / "eval.json"]
     return run(command + list(extra), out / "log.txt")
 
 

@@ -12,7 +12,7 @@ from bench.benchmark_lib import Condition, simulator_sum, sum_of
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*$")
 SETTING = re.compile(r"[A-Za-z0-9._]+=[A-Za-z0-9.+-]+$")
 MODES = ["s", "sp", "spr"]
-VIBRATIONS = ["none", "idle", "flight"]
+VIBRATIONS = ["none", "idle", "flight", "idle+images", "flight+images"]
 KEYS = {"flights", "modes", "conditions", "seeds", "parameters", "config", "duration"}
 FLIGHT_KEYS = {"scene", "seed", "duration", "options"}
 

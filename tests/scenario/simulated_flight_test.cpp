@@ -222,6 +222,22 @@ TEST_CASE("a simulated flight is estimated to millimetres, the same each time, a
     CHECK(evaluate_trajectory(log, dir.file("damaged")).se3.translation_m.rmse < kMaxAte_m);  // 0.97 mm
 }
 
+TEST_CASE("a vibration that images show, too, is another one than that of samples alone, and flown through",
+          "[scenario]") {
+    const test::TempDir dir;
+    const std::string log = pinhole_log();
+    for (const char* shown : {"samples", "images"}) {
+        INFO(shown);
+        const std::string out = dir.file(shown);
+        const RunSummary run = replay(log, out, {std::string("vibration=flight,1,1,") + shown});
+        CHECK(run.estimates >= 95);
+        CHECK(run.last.health.state == TrackingState::kTracking);
+        CHECK(evaluate_trajectory(log, out).se3.translation_m.rmse < 2.0 * kMaxAte_m);
+        CHECK(fs::exists(out + "/groundtruth.csv") == (std::string(shown) == "images"));
+    }
+    CHECK(bytes(dir.file("samples/trajectory.csv")) != bytes(dir.file("images/trajectory.csv")));
+}
+
 TEST_CASE("the front-end that stands on OpenCV flies too, the same each time", "[scenario]") {
     if (!has_opencv_engine()) {
         WARN("this build has no OpenCV front-end");

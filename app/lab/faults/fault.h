@@ -54,7 +54,7 @@ enum class FaultKind : std::uint8_t {
 
 /// A fault while t, counted from the first instant of the replay, is in [begin, begin + length).
 struct Fault {
-    static constexpr std::size_t kMaxValues = 3;
+    static constexpr std::size_t kMaxValues = 4;
 
     FaultKind kind = FaultKind::kBlackout;
     std::array<double, kMaxValues> values{};  ///< as FaultInfo says; defaults are filled in
@@ -71,6 +71,11 @@ struct Fault {
 enum class FaultCamera : std::uint8_t { kBoth, kLeft, kRight };
 /// Which sensor of the IMU, as the value PART.
 enum class FaultPart : std::uint8_t { kBoth, kGyro, kAccel };
+/// What shows a vibration, as the value SHOWN.
+enum class VibrationShown : std::uint8_t {
+    kSamples,  ///< inertial samples alone
+    kImages,   ///< images as well: the body turns to and fro
+};
 /// How the IMU's axes are wrong, as the value KIND of kImuAxes.
 enum class AxesError : std::uint8_t {
     kCycle,   ///< x y z carry what belongs to y z x

@@ -31,7 +31,7 @@ public:
     static constexpr Duration kMaxWait{1'000'000'000};
 
     /// @param noise  calibrated densities, for imu_noise
-    /// @param rig    for mover
+    /// @param rig    for mover and vibration
     /// @param begin  instant from which the faults' times count
     FaultInjector(std::vector<Fault> faults, const ImuNoise& noise, const StereoRig& rig, Timestamp begin);
     FaultInjector(const FaultInjector&) = delete;
@@ -45,6 +45,10 @@ public:
     /// What comes out next, nullptr if nothing does yet. Valid until pop().
     const Delivery* front() const { return out_.empty() ? nullptr : &out_.front(); }
     void pop() { out_.pop_front(); }
+
+    /// As FrameFaults has them.
+    bool turns_images() const { return images_.turns_images(); }
+    Eigen::Vector3d turn_at(Timestamp log_stamp) { return images_.turn_at(log_stamp); }
 
     /// For each fault, in order, the samples or frames it has changed or swallowed.
     const std::vector<std::size_t>& hits() const { return schedule_.hits(); }

@@ -119,8 +119,12 @@ std::vector<FaultInfo> faults_of_inertial_values() {
          "the IMU's axes wrong by FACTOR times what a data sheet allows: 0.5 % of scale, 5 mrad of misalignment"},
         {FaultKind::kVibration,
          "vibration",
-         {{"KIND", 0.0, 1.0, kNeeded, {"idle", "flight"}}, kSeed, {"FACTOR", 0.0, 100.0, 1.0}},
-         "inertial samples shaken FACTOR times as by a real drone's rotors, KIND idle or flight"},
+         {{"KIND", 0.0, 1.0, kNeeded, {"idle", "flight"}},
+          kSeed,
+          {"FACTOR", 0.0, 100.0, 1.0},
+          {"SHOWN", 0.0, 1.0, 0.0, {"samples", "images"}}},
+         "inertial samples shaken FACTOR times as by a real drone's rotors, KIND idle or flight; SHOWN images: images "
+         "turn to and fro with them"},
     };
 }
 

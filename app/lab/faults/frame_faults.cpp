@@ -24,6 +24,15 @@ FrameFaults::FrameFaults(FaultSchedule& schedule, const StereoRig& rig) : schedu
     schedule_.for_all(FaultKind::kPairOff, [&](const Fault& fault, std::size_t) {
         longest_pair_off_ = std::max(longest_pair_off_, static_cast<std::size_t>(fault.values[0]));
     });
+    schedule_.for_all(FaultKind::kVibration, [&](const Fault& fault, std::size_t i) {
+        if (word_of<VibrationShown>(fault, 3) == VibrationShown::kImages) {
+            angles_.try_emplace(i, fault, i);
+        }
+    });
+    if (!angles_.empty()) {
+        turns_.emplace_back(rig.left, rig.T_B_C0.q);
+        turns_.emplace_back(rig.right, rig.T_B_C1.q);
+    }
 }
 
 template <class Apply>
@@ -37,6 +46,32 @@ void FrameFaults::for_images(FaultKind kind, std::size_t camera_value, OwnedFram
         }
         return true;
     });
+}
+
+/// The sum over all vibrations, which are too small for their order to matter.
+Eigen::Vector3d FrameFaults::turn_at(Timestamp log_stamp) {
+    const Duration t = schedule_.since_begin(log_stamp);
+    Eigen::Vector3d theta_B = Eigen::Vector3d::Zero();
+    for (auto& [fault, angle] : angles_) {
+        if (schedule_.faults().at(fault).is_active_or_before(t)) {
+            theta_B += angle.at(t);
+        }
+    }
+    return theta_B;
+}
+
+void FrameFaults::shake(OwnedFrame& frame) {
+    bool is_shaken = false;
+    schedule_.for_active(FaultKind::kVibration, frame.log_stamp, [&](const Fault&, std::size_t i) {
+        const bool is_shown = angles_.contains(i);
+        is_shaken = is_shaken || is_shown;
+        return is_shown;
+    });
+    if (is_shaken) {
+        const Eigen::Vector3d theta_B = turn_at(frame.log_stamp);
+        turns_.front().apply(theta_B, frame.left);
+        turns_.back().apply(theta_B, frame.right);
+    }
 }
 
 void FrameFaults::freeze(OwnedFrame& frame) {
@@ -112,6 +147,7 @@ void FrameFaults::pair_with_earlier(OwnedFrame& frame) {
 }
 
 void FrameFaults::change(OwnedFrame& frame, std::uint64_t number) {
+    shake(frame);
     freeze(frame);
     change_scene(frame, number);
     change_light(frame, number);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/lab/faults/inertial_faults.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -13,7 +12,6 @@ constexpr double kInitialGyroBias_rad_per_s = 0.03;
 constexpr double kInitialAccelBias_m_per_s2 = 0.06;
 // What data sheets allow of scale and misalignment: half a percent, five milliradians.
 constexpr double kImuScaleSigma = 5e-3;
-constexpr Duration kLongestLead = Duration::from_seconds(100.0);  // of inertial samples before the first frame
 
 Eigen::Vector3d normal_vector(double sigma, RandomStream& random) {
     const double x = random.normal();
@@ -39,10 +37,8 @@ void replace(FaultPart part, const Eigen::Vector3d& w_B, const Eigen::Vector3d& 
 }  // namespace
 
 InertialFaults::InertialFaults(FaultSchedule& schedule, const ImuNoise& noise) : schedule_(schedule), noise_(noise) {
-    schedule_.for_all(FaultKind::kVibration, [&](const Fault& fault, std::size_t i) {
-        const VibrationKind kind = fault.values[0] == 0.0 ? VibrationKind::kIdle : VibrationKind::kFlight;
-        vibrations_.try_emplace(i, vibration_spectrum(kind), hash64(static_cast<std::uint64_t>(fault.values[1]), i));
-    });
+    schedule_.for_all(FaultKind::kVibration,
+                      [&](const Fault& fault, std::size_t i) { vibrations_.try_emplace(i, fault, i); });
     schedule_.for_all(FaultKind::kImuScale, [&](const Fault& fault, std::size_t i) {
         RandomStream random(static_cast<std::uint64_t>(fault.values[1]), 0);
         ImuScale::for_each(scales_[i],
@@ -90,8 +86,7 @@ void InertialFaults::shake_and_bias(ImuSample& sample, std::uint64_t number) {
             continue;
         }
         if (fault.kind == FaultKind::kVibration) {
-            const RotorVibration::Vector6 shake =
-                fault.values[2] * vibrations_.at(i).at(std::max(0.0, (t + kLongestLead).seconds()));
+            const RotorVibration::Vector6 shake = vibrations_.at(i).at(t);
             sample.w_B += shake.head<3>();
             sample.a_B += shake.tail<3>();
         } else if (fault.kind == FaultKind::kImuScale) {

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "app/lab/faults/fault_schedule.h"
-#include "app/lab/faults/rotor_vibration.h"
+#include "app/lab/faults/fault_vibration.h"
 #include "estimator/values/imu_noise.h"
 #include "estimator/values/imu_scale.h"
 #include "estimator/values/nav_state.h"
@@ -36,7 +36,7 @@ private:
 
     FaultSchedule& schedule_;
     ImuNoise noise_;
-    std::map<std::size_t, RotorVibration> vibrations_;  ///< by fault
+    std::map<std::size_t, FaultVibration> vibrations_;  ///< by fault
     std::map<std::size_t, ImuBias> biases_;             ///< by fault
     std::map<std::size_t, ImuScale> scales_;            ///< errors, by fault
     std::map<std::size_t, ImuSample> frozen_;           ///< the first sample of the time, by fault

@@ -23,6 +23,7 @@
 #include "app/lab/replay/ray_log.h"
 #include "app/lab/replay/replay_output.h"
 #include "app/lab/replay/sweep_log.h"
+#include "app/lab/replay/turned_truth.h"
 #include "app/pipeline/carried_estimate.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
@@ -338,6 +339,10 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         pipeline_.show_to(viewer);
     }
     recorder_.open();
+    if (injector_) {
+        write_turned_truth(options_.truth_folder.empty() ? options_.dataset : options_.truth_folder, *injector_,
+                           options_.out + "/groundtruth.csv");
+    }
     start_check_.emplace(given.rig);
     if (options_.write_rays) {
         pipeline_.keep_grid();

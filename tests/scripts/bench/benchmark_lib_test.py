@@ -106,6 +106,14 @@ class Draws(unittest.TestCase):
         self.assertEqual([str(row) for row in lib.conditions(self.arguments("--vibration", "none"))], ["1", "2", "0"])
         self.assertEqual(lib.log_options(arguments), [])
 
+    def test_images_show_the_vibration_in_a_row_of_their_own(self):
+        rows = lib.conditions(self.arguments("--images", "--factors", "1"))
+        self.assertEqual([str(row) for row in rows], ["1, flight", "1, flight+images", "1"])
+        self.assertEqual(rows[1].options(3), ["--inject", "calibration=1,3", "--inject", "vibration=flight,3,1,images"])
+        self.assertEqual(len({row.name(1) for row in rows}), 3)
+        none = self.arguments("--images", "--vibration", "none", "--factors", "1")
+        self.assertEqual([str(row) for row in lib.conditions(none)], ["1"])
+
     def test_quick_is_one_draw_of_a_short_log(self):
         arguments = self.arguments("--quick", "--seeds", "7", "8")
         self.assertEqual((arguments.factors, arguments.seeds), ([1.0, 0.0], [7]))

@@ -28,16 +28,17 @@ TEST_CASE("a fault is read with its values and its time") {
 }
 
 TEST_CASE("what is left out has its default, and no end") {
-    using Values = std::array<double, 3>;
-    CHECK(parse_fault("clip@8+0.1").values == Values{160.0, 17.0, 0.0});
-    CHECK(parse_fault("clip=80").values == Values{80.0, 17.0, 0.0});
-    CHECK(parse_fault("clip=80,9,accel").values == Values{80.0, 9.0, 2.0});
-    CHECK(parse_fault("drop_frames=0.1").values == Values{0.1, 1.0, 0.0});
-    CHECK(parse_fault("calibration").values == Values{1.0, 1.0, 0.0});
-    CHECK(parse_fault("calibration=1.5,4").values == Values{1.5, 4.0, 0.0});
-    CHECK(parse_fault("vibration=flight").values == Values{1.0, 1.0, 1.0});
-    CHECK(parse_fault("vibration=idle,7@2").values == Values{0.0, 7.0, 1.0});
-    CHECK(parse_fault("vibration=flight,7,3").values == Values{1.0, 7.0, 3.0});
+    using Values = std::array<double, 4>;
+    CHECK(parse_fault("clip@8+0.1").values == Values{160.0, 17.0, 0.0, 0.0});
+    CHECK(parse_fault("clip=80").values == Values{80.0, 17.0, 0.0, 0.0});
+    CHECK(parse_fault("clip=80,9,accel").values == Values{80.0, 9.0, 2.0, 0.0});
+    CHECK(parse_fault("drop_frames=0.1").values == Values{0.1, 1.0, 0.0, 0.0});
+    CHECK(parse_fault("calibration").values == Values{1.0, 1.0, 0.0, 0.0});
+    CHECK(parse_fault("calibration=1.5,4").values == Values{1.5, 4.0, 0.0, 0.0});
+    CHECK(parse_fault("vibration=flight").values == Values{1.0, 1.0, 1.0, 0.0});
+    CHECK(parse_fault("vibration=idle,7@2").values == Values{0.0, 7.0, 1.0, 0.0});
+    CHECK(parse_fault("vibration=flight,7,3").values == Values{1.0, 7.0, 3.0, 0.0});
+    CHECK(word_of<VibrationShown>(parse_fault("vibration=flight,7,3,images"), 3) == VibrationShown::kImages);
     CHECK(word_of<FaultCamera>(parse_fault("freeze"), 0) == FaultCamera::kBoth);
     CHECK(word_of<FaultCamera>(parse_fault("dark=0.1,right@3"), 1) == FaultCamera::kRight);
     CHECK(word_of<FaultPart>(parse_fault("imu_nan=0.5,gyro"), 1) == FaultPart::kGyro);
@@ -90,6 +91,9 @@ TEST_CASE("every error names the specification and the token") {
         {"drop_frames=0.1,z", "SEED 'z' is not a number"},
         {"vibration", "'vibration' needs a value: vibration=KIND"},
         {"vibration=3", "KIND '3' must be one of idle, flight"},
+        {"vibration=flight,1,1,image", "SHOWN 'image' must be one of samples, images"},
+        {"vibration=flight,images", "SEED 'images' is not a number"},
+        {"vibration=flight,1,1,images,2", "'vibration' takes no further value '2'"},
         {"calibration@3", "'calibration' holds for the whole run: no start"},
         {"calibration=-1", "K '-1' must be within [0, 100]"},
     };

@@ -114,6 +114,35 @@ TEST_CASE("right images come with the left ones of frames later, without any bef
     CHECK(mean(early[1].right) == pixel_of(0, 1));
 }
 
+TEST_CASE("images turn with a vibration that they show, while it lasts, and not with one of samples") {
+    const StereoRig rig = sim::euroc_rig();
+    const CameraIntrinsics& k = rig.left.intrinsics();
+    GreyImage stripes{.width = k.width, .height = k.height, .pixels = {}};
+    for (int i = 0; i < k.width * k.height; ++i) {
+        stripes.pixels.push_back(static_cast<std::uint8_t>(i % 16 < 8 ? 40 : 200));
+    }
+    for (const char* shown : {"samples", "images"}) {
+        FaultSchedule schedule({parse_fault(std::string("vibration=flight,1,1,") + shown + "@1+1")}, {kBegin});
+        FrameFaults faults(schedule, rig);
+        std::vector<OwnedFrame> out;
+        for (const int i : {19, 30, 31, 40}) {
+            OwnedFrame frame;
+            frame.stamp = frame.log_stamp = frame.output_stamp = {kBegin + i * kStep};
+            frame.left = frame.right = stripes;
+            frame.has_right = true;
+            faults.change(frame, static_cast<std::uint64_t>(i) + 1);
+            out.push_back(frame);
+        }
+        const bool turns = std::string(shown) == "images";
+        CHECK(out[0].left.pixels == stripes.pixels);
+        CHECK((out[1].left.pixels != stripes.pixels) == turns);
+        CHECK((out[1].right.pixels != stripes.pixels) == turns);
+        CHECK((out[1].left.pixels != out[2].left.pixels) == turns);
+        CHECK(out[3].left.pixels == stripes.pixels);
+        CHECK(schedule.hits() == std::vector<std::size_t>{turns ? 2U : 0U});
+    }
+}
+
 TEST_CASE("the board is drawn into both images, and slides with time") {
     const StereoRig rig = sim::euroc_rig();
     FaultSchedule schedule({parse_fault("mover=0.5,1@1+1")}, {kBegin});
