@@ -37,8 +37,8 @@ struct FrontendConfig {
     std::uint32_t seed = 1;
     double keyframe_min_interval_s = 0.2;
     double keyframe_max_interval_s = 1.0;
-    double keyframe_overlap = 0.6;
-    double keyframe_disparity_px = 12.0;
+    double keyframe_overlap = 0.7;
+    double keyframe_disparity_px = 8.0;
     double recall_radius_px = 15.0;
     double still_disparity_px = 0.5;
 

@@ -25,14 +25,14 @@ TEST_CASE("keyframe policy table", "[frontend]") {
     };
     const Row rows[] = {
         {"nothing happened", 0.5, 100, 100, 0.0, true, true, false},
-        {"overlap low", 0.3, 59, 100, 0.0, true, true, true},
-        {"overlap just enough", 0.3, 60, 100, 0.0, true, true, false},
+        {"overlap low", 0.3, 69, 100, 0.0, true, true, true},
+        {"overlap just enough", 0.3, 70, 100, 0.0, true, true, false},
         {"overlap low, but too soon", 0.1, 10, 100, 0.0, true, true, false},
         {"all tracks lost, but too soon", 0.15, 0, 100, 0.0, true, true, false},
         {"all tracks lost", 0.2, 0, 100, 0.0, true, true, true},
         {"never had tracks", 0.2, 0, 0, 0.0, true, true, true},
-        {"disparity high", 0.2, 100, 100, 12.1, true, true, true},
-        {"disparity not high enough", 0.2, 100, 100, 11.9, true, true, false},
+        {"disparity high", 0.2, 100, 100, 8.1, true, true, true},
+        {"disparity not high enough", 0.2, 100, 100, 7.9, true, true, false},
         {"disparity high, but too soon", 0.1, 100, 100, 50.0, true, true, false},
         {"right image back", 0.2, 100, 100, 0.0, false, true, true},
         {"right image back, but too soon", 0.1, 100, 100, 0.0, false, true, false},
