@@ -256,10 +256,11 @@ void Estimator::Impl::act(FrameAction action, Preintegration& preintegration) {
                 // Inertial samples lead astray: in a second of shaking by millimetres, far enough for the solver to end
                 // before it has come back along the directions that only the prior holds, and by pixels in flight.
                 const bool is_sound = is_seen && !doubt.is_active() && 2 * seen.agreeing > seen.landmarks;
-                if (is_sound && may_wait(before)) {
-                    let_wait(preintegration, seen);
+                const NavState* guess = is_sound ? &seen.state : nullptr;
+                if (is_seen && may_wait(before)) {
+                    let_wait(preintegration, seen, guess);
                 } else {
-                    take_keyframe(preintegration, is_sound ? &seen.state : nullptr);
+                    take_keyframe(preintegration, guess);
                     frame_chi2 = is_seen ? seen.chi2 : 0.0;
                 }
             }

@@ -179,8 +179,8 @@ struct Estimator::Impl {
     void begin_on_new_clock();
     /// Adds what is not known of `now` beyond what its window tells, when that ends.
     void own_up();
-    /// @param seen  the state by the frame's image, for the window to begin from; nullptr: not known
-    void take_keyframe(const Preintegration& preintegration, const NavState* seen);
+    /// @param guess  where the optimization begins; nullptr: where inertial samples lead
+    void take_keyframe(const Preintegration& preintegration, const NavState* guess);
     /// Share of the solver's steps at a keyframe.
     double effort() const;
     /// Puts a keyframe into the window, optimizes it, and takes from it what later frames need. `now` and `span` are
@@ -189,8 +189,10 @@ struct Estimator::Impl {
     /// Whether the keyframe at hand may wait: all is well, and the image tells the state meanwhile.
     /// @param before  the phase before it
     bool may_wait(Phase before) const;
-    /// The keyframe at hand gets its turn later. @param seen  the state by its image, which is given out
-    void let_wait(const Preintegration& preintegration, const FrameEstimate& seen);
+    /// The keyframe at hand gets its turn later.
+    /// @param seen   the state by its image, which is given out
+    /// @param guess  as in take_keyframe()
+    void let_wait(const Preintegration& preintegration, const FrameEstimate& seen, const NavState* guess);
     bool waits_at_newest_frame() const { return waiting.is_set && waiting.predicted.stamp == now.stamp; }
     /// The turn of a keyframe that waits, if there is one: `newest` is that keyframe then. `now` stays with the newest
     /// frame, whose estimate has been or will be told from what was known without it.

@@ -71,9 +71,9 @@ bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegrat
     return true;
 }
 
-void Estimator::Impl::take_keyframe(const Preintegration& preintegration, const NavState* seen) {
+void Estimator::Impl::take_keyframe(const Preintegration& preintegration, const NavState* guess) {
     KeyframeInput input = keyframe_input();
-    input.guess = seen;
+    input.guess = guess;
     if (!enter_window(input, preintegration, effort())) {
         return;
     }

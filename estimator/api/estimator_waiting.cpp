@@ -19,15 +19,17 @@ bool Estimator::Impl::may_wait(Phase before) const {
     return config.window.spread_keyframes && is_calm && is_under_way && tracks.stereo >= HealthMonitor::kFewStereo;
 }
 
-void Estimator::Impl::let_wait(const Preintegration& preintegration, const FrameEstimate& seen) {
+void Estimator::Impl::let_wait(const Preintegration& preintegration, const FrameEstimate& seen, const NavState* guess) {
     waiting.is_set = true;
     waiting.wants_view = false;
     waiting.tracks = tracks;
     waiting.input = keyframe_input();
     waiting.input.observations = {waiting.tracks.observations.data(), waiting.tracks.observations.size()};
     waiting.predicted = now;
-    waiting.seen = seen.state;
-    waiting.input.guess = &waiting.seen;
+    if (guess != nullptr) {
+        waiting.guess = *guess;
+        waiting.input.guess = &waiting.guess;
+    }
     waiting.preintegration = preintegration;
     waiting.span = span;
     waiting.effort = effort();

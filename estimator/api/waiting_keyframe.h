@@ -18,7 +18,7 @@ struct WaitingKeyframe {
     FrontendOutput tracks;          ///< with surface points, once they are matched
     KeyframeInput input;            ///< its observations are those of `tracks`
     Belief predicted;               ///< by inertial samples
-    NavState seen;                  ///< by its image: where the optimization begins
+    NavState guess;                 ///< where the optimization begins, if the input says so
     Preintegration preintegration;  ///< from the keyframe before
     ImuSpan span;                   ///< of the same samples
     double effort = 1.0;            ///< of the solver
