@@ -20,7 +20,7 @@ std::uint8_t between(const GreyImage& image, const Eigen::Vector2d& uv) {
     const std::uint8_t* upper = image.pixels.data() + static_cast<std::ptrdiff_t>(v0) * image.width + u0;
     const std::uint8_t* lower = upper + image.width;
     const double grey = (1.0 - b) * ((1.0 - a) * upper[0] + a * upper[1]) + b * ((1.0 - a) * lower[0] + a * lower[1]);
-    return static_cast<std::uint8_t>(grey + 0.5);
+    return static_cast<std::uint8_t>(std::lround(grey));
 }
 
 }  // namespace
