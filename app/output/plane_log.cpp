@@ -45,6 +45,9 @@ std::vector<PlaneTriangle> triangles_on(const PlaneAxes& axes, const std::vector
     return triangles;
 }
 
+/// Of the ellipsoid of what is not known: place and both turns.
+double volume(const PlaneFit& fit) { return fit.sigma_m * fit.sigma_along_rad * fit.sigma_across_rad; }
+
 /// Neighbouring ids are far apart on the colour circle.
 Colour colour_of(std::uint32_t id) {
     constexpr double kGoldenTurn = 0.61803398875;
@@ -124,7 +127,7 @@ void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes) {
                     f.centroid_W.z(), f.extent_along_m, f.extent_across_m);
         const auto at = records_.try_emplace(plane->id.value, Record{*plane, stamp, stamp}).first;
         at->second.last = stamp;
-        if (plane->lost == 0) {
+        if (plane->lost == 0 && volume(f) <= volume(at->second.plane.fit)) {
             at->second.plane = *plane;
         }
     }

@@ -19,9 +19,10 @@ namespace facet {
 std::vector<NamedCounter> named_counters(const PlaneCounters& counters);
 
 /// planes.csv: a row for every keyframe and plane reported at it, by id. planes.json: every plane of the run as it was
-/// when last found, with the regions of its surface, in the format of mesh/README.md. planes.ply: these regions, each
-/// plane in a colour of its own. World frame of the estimate, metres; n . p = distance; the normal points to the side
-/// the plane was seen from. Heap; thread-bound. Throws InputError if a file cannot be written.
+/// when it was known best (least product of the three standard deviations: at its last keyframes a plane leaves the
+/// view, with few landmarks left), with the regions of its surface, in the format of mesh/README.md. planes.ply: these
+/// regions, each plane in a colour of its own. World frame of the estimate, metres; n . p = distance; the normal points
+/// to the side the plane was seen from. Heap; thread-bound. Throws InputError if a file cannot be written.
 class PlaneLog {
 public:
     explicit PlaneLog(const std::string& folder);

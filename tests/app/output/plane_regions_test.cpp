@@ -270,5 +270,32 @@ TEST_CASE("planes.json and planes.ply hold the regions of the plane that faces l
     CHECK(area == Approx(region["area"].get<double>()).epsilon(1e-3));
 }
 
+TEST_CASE("planes.json has a plane as it was when known best, not as it was when it left the view") {
+    const test::TempDir folder;
+    TrackedPlane plane;
+    plane.id = {4};
+    plane.is_reported = true;
+    const auto tell = [&](PlaneLog& log, int keyframe, double distance, double sigma_across, int lost) {
+        plane.fit.distance_m = distance;
+        plane.fit.sigma_m = 0.002;
+        plane.fit.sigma_along_rad = 0.01;
+        plane.fit.sigma_across_rad = sigma_across;
+        plane.lost = lost;
+        log.write(Timestamp{keyframe}, {&plane, 1});
+    };
+    PlaneLog log(folder.path());
+    tell(log, 1, 1.0, 0.03, 0);
+    tell(log, 2, 2.0, 0.01, 0);
+    tell(log, 3, 3.0, 0.02, 0);
+    tell(log, 4, 4.0, 0.001, 1);  // not seen any more: nothing has been learnt
+    log.close();
+    log.write_planes(folder.path(), {});
+    const nlohmann::json planes = nlohmann::json::parse(test::read_file(folder.file("planes.json")));
+    REQUIRE(planes.size() == 1);
+    CHECK(planes[0]["distance"] == 2.0);
+    CHECK(planes[0]["first_stamp_ns"] == 1);
+    CHECK(planes[0]["last_stamp_ns"] == 4);
+}
+
 }  // namespace
 }  // namespace facet
