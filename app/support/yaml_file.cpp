@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -218,7 +217,7 @@ YamlNode load_yaml(const std::string& path) {
     }
     std::ifstream stream(path, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(stream), {}};
-    if (!stream.is_open() || stream.bad() || std::filesystem::is_directory(path)) {
+    if (!stream.is_open() || stream.bad()) {
         throw InputError(path + ": cannot be read");
     }
     constexpr std::string_view kDirective = "%YAML";

@@ -168,9 +168,10 @@ TEST_CASE("a file that refers to itself, or is none, is refused with one line") 
     CHECK(input_error_text([&] { load_config("/dev/zero", config); }) == "/dev/zero: is not a regular file");
 }
 
-TEST_CASE("a missing file is named") {
+TEST_CASE("a missing file is named, and a directory refused") {
     const test::TempDir dir;
     ProgramConfig config;
+    CHECK(input_error_text([&] { load_config(dir.path(), config); }) == dir.path() + ": is a directory");
     CHECK(input_error_text([&] { load_config(dir.file("no.yaml"), config); }) ==
           dir.file("no.yaml") + ": cannot be read");
 }
