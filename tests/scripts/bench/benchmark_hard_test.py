@@ -23,6 +23,14 @@ words = sys.argv[1:]
 after = lambda option: pathlib.Path(words[words.index(option) + 1])
 if words[0] == "--version":
     print("commit   0123abc")
+elif words[0] == "sim":
+    truth = after("--out") / "truth"
+    truth.mkdir()
+    tilted = words[words.index("--seed") + 1] == "101"  # by 2.6 degrees
+    floor = {"name": "floor", "normal": [0.0, 0.045, 0.999] if tilted else [0.0, 0.0, 1.0]}
+    truth.joinpath("planes.json").write_text(json.dumps([floor, {"name": "wall", "normal": [1.0, 0.0, 0.0]}]))
+    with pathlib.Path(__file__).with_suffix(".scenes").open("a") as scenes:
+        scenes.write(words[words.index("--scene") + 1] + "\n")
 elif words[0] == "replay":
     with pathlib.Path(__file__).with_suffix(".count").open("a") as count:
         count.write("1")
@@ -99,9 +107,16 @@ class Table(unittest.TestCase):
             table = document.read_text()
             self.assertIn("-->\nkept\n<!-- end -->", table)
             self.assertIn("| nominal | 2 + 2 | 2.00 | 0.500 [0.500, 0.500] | 0.50 | 0.50 |", table)
+            self.assertIn("| of these, a floor tilted by 1 deg and more | 2 | 2.00 | 0.500 |", table)
             self.assertIn("| dim light | 2 | 2.00 | 0.500 | 0.50 | 0.50 |", table)
             self.assertIn("'dim light:1'`, commit 0123abc.", table)  # nothing of --resume and --jobs
             self.assertEqual(len(json.loads((folder / "out/results.json").read_text())["nominal"]["101"]), 2)
+
+    def test_halls_are_flights_of_their_own(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            self.assertEqual(self.command(folder, "--conditions", "nominal", "without planes:1"), (0, 12))
+            self.assertEqual((folder / "facet.scenes").read_text().split(), ["building", "building", "hall"])
 
     def test_unknown_rows_are_refused(self):
         with tempfile.TemporaryDirectory() as name:
