@@ -49,7 +49,8 @@ FlightFigures evaluate_flight(const std::string& log, const std::string& out) {
                    associate(truth, estimate, EvaluationOptions{}.max_truth_gap), MeshEvalOptions{}.pose_interval_s);
     const Se3& T_true_est = figures.trajectory.se3.T_true_est;
     figures.mesh = evaluate_mesh(load_mesh(out + "/mesh.ply"), scene, T_true_est, {});
-    figures.planes = evaluate_planes(read_planes(out + "/planes.csv"), scene, T_true_est, {});
+    figures.planes =
+        evaluate_planes(read_planes(out + "/planes.csv"), load_surfaces(out + "/planes.json"), scene, T_true_est, {});
     return figures;
 }
 

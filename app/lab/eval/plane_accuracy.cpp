@@ -1,38 +1,17 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/lab/eval/plane_accuracy.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <set>
 #include <utility>
 
-#include "app/support/input_error.h"
 #include "app/support/statistics.h"
-#include "drivers/replay_asl/csv_file.h"
 #include "platform/base/angle.h"
 
 namespace facet {
 namespace {
-
-constexpr std::array kColumns{"stamp_ns",  "id",      "nx", "ny", "nz", "distance_m",
-                              "landmarks", "area_m2", "cx", "cy", "cz"};
-
-PlaneRow row_of(const std::array<double, kColumns.size()>& v, Timestamp stamp) {
-    PlaneRow row;
-    row.stamp = stamp;
-    row.id = static_cast<std::uint32_t>(v[1]);
-    row.normal = {v[2], v[3], v[4]};
-    row.distance = v[5];
-    row.landmarks = v[6];
-    row.area_m2 = v[7];
-    row.centroid = {v[8], v[9], v[10]};
-    return row;
-}
 
 /// Samples of the true surface on each true plane.
 std::vector<std::vector<Eigen::Vector3d>> sample_planes(const SceneTruth& truth, const PlaneEvalOptions& options) {
@@ -98,63 +77,6 @@ PlaneMatch match(const PlaneRow& row, const Se3& T_true_est, const SceneTruth& t
     return best;
 }
 
-/// The true plane that a report matches strictly, the nearest; -1 if none.
-int match_strictly(const PlaneRow& row, const Se3& T_true_est, const SceneTruth& truth,
-                   const std::vector<std::vector<Eigen::Vector3d>>& samples, const PlaneEvalOptions& options) {
-    const Eigen::Vector3d n = T_true_est.q * row.normal;
-    const Eigen::Vector3d c = T_true_est * row.centroid;
-    const double least_cosine = std::cos(options.strict_angle_deg * kRadPerDeg);
-    const double disc_m2 = std::max(row.area_m2, options.strict_seen_m2);
-    const double squared_radius = disc_m2 / std::numbers::pi;
-    int best = -1;
-    double nearest = options.strict_offset_m;
-    for (std::size_t k = 0; k < truth.planes.size(); ++k) {
-        const double offset = std::abs(truth.planes[k].normal.dot(c) - truth.planes[k].distance);
-        if (offset > nearest || n.dot(truth.planes[k].normal) < least_cosine) {
-            continue;
-        }
-        const auto under = std::count_if(samples[k].begin(), samples[k].end(), [&](const Eigen::Vector3d& p) {
-            return (p - c).squaredNorm() < squared_radius;
-        });
-        if (static_cast<double>(under) > options.strict_overlap * disc_m2 * options.samples_per_m2) {
-            nearest = offset;
-            best = static_cast<int>(k);
-        }
-    }
-    return best;
-}
-
-/// @param matches  of each found plane: how often each true plane was matched strictly, -1 for none
-StrictPlanes judge_strictly(const std::map<std::uint32_t, std::map<int, int>>& matches,
-                            const std::vector<TruePlaneResult>& truths, const PlaneEvalOptions& options) {
-    std::set<int> owned;
-    for (const auto& [id, counts] : matches) {
-        int total = 0;
-        for (const auto& [plane, count] : counts) {
-            total += count;
-        }
-        const auto most = std::max_element(counts.begin(), counts.end(),
-                                           [](const auto& a, const auto& b) { return a.second < b.second; });
-        if (most->first >= 0 && 2 * most->second > total) {
-            owned.insert(most->first);
-        }
-    }
-    StrictPlanes strict;
-    strict.found = static_cast<int>(matches.size());
-    strict.right = static_cast<int>(owned.size());
-    for (std::size_t k = 0; k < truths.size(); ++k) {
-        if (truths[k].seen_m2 < options.strict_seen_m2) {
-            continue;
-        }
-        const bool is_found = owned.count(static_cast<int>(k)) > 0;
-        ++strict.wanted;
-        strict.wanted_m2 += truths[k].seen_m2;
-        strict.wanted_found += is_found ? 1 : 0;
-        strict.found_m2 += is_found ? truths[k].seen_m2 : 0.0;
-    }
-    return strict;
-}
-
 double share_within(const std::vector<double>& values, double limit) {
     const auto within = std::count_if(values.begin(), values.end(), [=](double v) { return v <= limit; });
     return values.empty() ? 0.0 : static_cast<double>(within) / static_cast<double>(values.size());
@@ -162,53 +84,18 @@ double share_within(const std::vector<double>& values, double limit) {
 
 }  // namespace
 
-std::vector<PlaneRow> read_planes(const std::string& path) {
-    CsvFile csv;
-    if (!csv.open(path)) {
-        throw InputError(path + ": cannot be read");
-    }
-    std::vector<std::string_view> fields;
-    std::array<std::size_t, kColumns.size()> at{};
-    if (csv.next(fields)) {
-        for (std::size_t i = 0; i < kColumns.size(); ++i) {
-            const auto found = std::find(fields.begin(), fields.end(), kColumns[i]);
-            if (found == fields.end()) {
-                throw InputError(fmt::format("{}:{}: no column {}", path, csv.line(), kColumns[i]));
-            }
-            at[i] = static_cast<std::size_t>(found - fields.begin());
-        }
-    }
-    const std::size_t columns = fields.size();
-    std::vector<PlaneRow> rows;
-    while (csv.next(fields)) {
-        std::array<double, kColumns.size()> values{};
-        Timestamp stamp;
-        bool is_good = fields.size() == columns && parse_int64(fields[at[0]], stamp.ns);
-        for (std::size_t i = 1; i < kColumns.size() && is_good; ++i) {
-            is_good = parse_double(fields[at[i]], values[i]) && std::isfinite(values[i]);
-        }
-        if (!is_good) {
-            throw InputError(fmt::format("{}:{}: not a row of planes", path, csv.line()));
-        }
-        rows.push_back(row_of(values, stamp));
-    }
-    return rows;
-}
-
-PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const SceneTruth& truth, const Se3& T_true_est,
-                                const PlaneEvalOptions& options) {
+PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const PlaneSurfaces& surfaces,
+                                const SceneTruth& truth, const Se3& T_true_est, const PlaneEvalOptions& options) {
     PlaneEvaluation result;
     const std::vector<std::vector<Eigen::Vector3d>> samples = sample_planes(truth, options);
     std::map<std::uint32_t, FoundPlaneResult> found;
     std::map<std::uint32_t, double> most;
-    std::map<std::uint32_t, std::map<int, int>> strict_matches;
     std::map<int, std::set<std::uint32_t>> ids_of;
     std::map<int, std::set<std::int64_t>> stamps_of;
     std::vector<double> angles;
     std::vector<double> offsets;
     for (const PlaneRow& row : rows) {
         const PlaneMatch m = match(row, T_true_est, truth, samples, options);
-        ++strict_matches[row.id][match_strictly(row, T_true_est, truth, samples, options)];
         FoundPlaneResult& plane = found[row.id];
         plane.id = row.id;
         ++plane.keyframes;
@@ -229,6 +116,7 @@ PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const SceneTr
         result.right += 2 * plane.right > plane.keyframes ? 1 : 0;
     }
     const TriangleTree tree(truth.surface);
+    std::vector<double> seen_m2;
     for (std::size_t k = 0; k < truth.planes.size(); ++k) {
         TruePlaneResult t = look_at(truth.planes[k], samples[k], truth, tree, options);
         const int index = static_cast<int>(k);
@@ -236,9 +124,10 @@ PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const SceneTr
         t.keyframes = static_cast<int>(stamps_of[index].size());
         result.wanted += t.is_wanted ? 1 : 0;
         result.wanted_found += t.is_wanted && t.keyframes > 0 ? 1 : 0;
+        seen_m2.push_back(t.seen_m2);
         result.truths.push_back(t);
     }
-    result.strict = judge_strictly(strict_matches, result.truths, options);
+    result.strict = judge_strictly(rows, surfaces, truth, tree, T_true_est, seen_m2, options.strict);
     result.told = rows.size();
     result.told_right = angles.size();
     result.good_angle = share_within(angles, options.good_angle_deg);

@@ -7,22 +7,10 @@
 #include <vector>
 
 #include "app/lab/eval/mesh_accuracy.h"
+#include "app/lab/eval/plane_rows.h"
+#include "app/lab/eval/strict_planes.h"
 
 namespace facet {
-
-/// A row of planes.csv: a plane as reported at one keyframe, in the world of the estimate.
-struct PlaneRow {
-    Timestamp stamp;
-    std::uint32_t id = 0;
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-    double distance = 0.0;  ///< (m)
-    double landmarks = 0.0;
-    double area_m2 = 0.0;                                ///< of its faces
-    Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< of its landmarks (m)
-};
-
-/// Reads planes.csv by the names of its columns. Throws InputError if it cannot be read or a column is missing.
-std::vector<PlaneRow> read_planes(const std::string& path);
 
 struct PlaneEvalOptions {
     // A true plane has to be found (is "wanted") if it is level or upright, and was seen well for long enough.
@@ -39,11 +27,7 @@ struct PlaneEvalOptions {
     // A match is good in angle or offset within these.
     double good_angle_deg = 1.0;
     double good_offset_m = 0.03;
-    // Strict matching: also of this size, and with true surface under so much of a disc of the estimate's area.
-    double strict_angle_deg = 2.0;
-    double strict_offset_m = 0.03;
-    double strict_overlap = 0.5;
-    double strict_seen_m2 = 0.5;  ///< a true plane of any tilt is wanted from so much seen surface on
+    StrictOptions strict;
 };
 
 /// The true plane that an estimate matches, and how far it is off.
@@ -70,20 +54,6 @@ struct FoundPlaneResult {
     PlaneMatch last;  ///< when last reported with more than half of the most landmarks it had had until then
 };
 
-/// Planes judged strictly: a found plane is of a true one if it matches it strictly at more than half of its keyframes,
-/// and all but one of several that are of the same true plane are wrong.
-struct StrictPlanes {
-    int found = 0;
-    int right = 0;
-    int wanted = 0;
-    int wanted_found = 0;
-    double wanted_m2 = 0.0;  ///< seen area of the true planes wanted,
-    double found_m2 = 0.0;   ///< and of those found
-    double precision() const { return found > 0 ? static_cast<double>(right) / found : 0.0; }
-    double recall() const { return wanted > 0 ? static_cast<double>(wanted_found) / wanted : 0.0; }
-    double area_recall() const { return wanted_m2 > 0.0 ? found_m2 / wanted_m2 : 0.0; }
-};
-
 /// Recall counts true planes, precision the planes found; `told` counts reports, one for every keyframe and plane.
 struct PlaneEvaluation {
     std::vector<TruePlaneResult> truths;  ///< as in the scene: indices of PlaneMatch
@@ -104,8 +74,8 @@ struct PlaneEvaluation {
     double recall() const { return wanted > 0 ? static_cast<double>(wanted_found) / wanted : 0.0; }
 };
 
-/// Evaluates planes given in the world of the estimate. Heap. Reentrant.
-PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const SceneTruth& truth, const Se3& T_true_est,
-                                const PlaneEvalOptions& options);
+/// Evaluates planes given in the world of the estimate. @param surfaces  what is known of where they are. Heap. Reentrant.
+PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const PlaneSurfaces& surfaces,
+                                const SceneTruth& truth, const Se3& T_true_est, const PlaneEvalOptions& options);
 
 }  // namespace facet

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/support/input_error.h"
+#include "platform/base/regular_file.h"
 
 namespace facet {
 namespace {
@@ -37,6 +38,10 @@ public:
         if (json_.contains("min") && json_.contains("max")) {
             plane.box = {vector("min"), vector("max")};
         }
+        plane.id = id();
+        if (json_.contains("regions")) {
+            plane.outline = outline();
+        }
         return plane;
     }
 
@@ -52,13 +57,56 @@ private:
             }
             return at->get<std::string>();
         }
-        if (const auto at = json_.find("id"); at != json_.end()) {
-            if (!at->is_number_unsigned()) {
-                fail("has an id that is not a natural number");
-            }
-            return fmt::format("plane {}", at->get<std::uint64_t>());
+        const std::optional<std::uint64_t> number = id();
+        return number.has_value() ? fmt::format("plane {}", *number) : std::string();
+    }
+
+    std::optional<std::uint64_t> id() const {
+        const auto at = json_.find("id");
+        if (at == json_.end()) {
+            return std::nullopt;
         }
-        return {};
+        if (!at->is_number_unsigned()) {
+            fail("has an id that is not a natural number");
+        }
+        return at->get<std::uint64_t>();
+    }
+
+    PlaneOutline outline() const {
+        PlaneOutline outline;
+        outline.origin = vector("origin");
+        const Json& axes = list(json_, "axes");
+        if (axes.size() != 2) {
+            fail("has no two \"axes\"");
+        }
+        for (std::size_t i = 0; i < 2; ++i) {
+            outline.axes[i] = numbers<3>(axes[i], "axes");
+        }
+        for (const Json& region : list(json_, "regions")) {
+            outline.lines.push_back(corners(list(region, "boundary")));
+            for (const Json& hole : list(region, "holes")) {
+                outline.lines.push_back(corners(hole));
+            }
+        }
+        return outline;
+    }
+
+    const Json& list(const Json& parent, const char* member) const {
+        if (!parent.is_object() || !parent.contains(member) || !parent.at(member).is_array()) {
+            fail(fmt::format("has no list \"{}\"", member));
+        }
+        return parent.at(member);
+    }
+
+    std::vector<Eigen::Vector2d> corners(const Json& line) const {
+        if (!line.is_array()) {
+            fail("has a region without corners");
+        }
+        std::vector<Eigen::Vector2d> corners;
+        for (const Json& corner : line) {
+            corners.emplace_back(numbers<2>(corner, "corner"));
+        }
+        return corners;
     }
 
     double number(const char* member) const {
@@ -71,16 +119,20 @@ private:
 
     Eigen::Vector3d vector(const char* member) const {
         const auto at = json_.find(member);
-        if (at == json_.end() || !at->is_array() || at->size() != 3) {
-            fail(fmt::format("has no \"{}\" of three numbers", member));
+        return numbers<3>(at != json_.end() ? *at : Json(), member);
+    }
+
+    template <int kCount>
+    Eigen::Vector<double, kCount> numbers(const Json& json, const char* what) const {
+        Eigen::Vector<double, kCount> v;
+        bool is_good = json.is_array() && json.size() == kCount;
+        for (int i = 0; i < kCount && is_good; ++i) {
+            const Json& number = json[static_cast<std::size_t>(i)];
+            is_good = number.is_number() && std::abs(number.get<double>()) < kFar_m;
+            v[i] = is_good ? number.get<double>() : 0.0;
         }
-        Eigen::Vector3d v;
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Json& component = (*at)[i];
-            if (!component.is_number()) {
-                fail(fmt::format("has no \"{}\" of three numbers", member));
-            }
-            v[static_cast<Eigen::Index>(i)] = component.get<double>();
+        if (!is_good) {
+            fail(fmt::format("has no \"{}\" of {} numbers", what, kCount == 2 ? "two" : "three"));
         }
         return v;
     }
@@ -111,6 +163,9 @@ Json parse_json(std::istream& stream, const std::string& path) {
 const Eigen::AlignedBox3d EvalPlane::kEverywhere(Eigen::Vector3d::Constant(-kFar_m), Eigen::Vector3d::Constant(kFar_m));
 
 std::vector<EvalPlane> load_planes(const std::string& path) {
+    if (const std::string refusal = refuse_file(path); !refusal.empty()) {
+        throw InputError(path + ": " + refusal);
+    }
     std::ifstream file(path);
     if (!file) {
         return {};

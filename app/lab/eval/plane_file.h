@@ -4,10 +4,20 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace facet {
+
+/// Where a plane has surface: closed lines of corners [a, b], which stand for origin + a axes[0] + b axes[1] (m). A
+/// point is surface if an odd number of them is around it.
+struct PlaneOutline {
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    Eigen::Vector3d axes[2] = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
+    std::vector<std::vector<Eigen::Vector2d>> lines;  ///< boundaries and holes of all regions
+};
 
 /// A plane normal . x = distance to compare with.
 struct EvalPlane {
@@ -16,6 +26,8 @@ struct EvalPlane {
     double distance = 0.0;                  ///< of the plane from the world's origin along its normal (m)
     double seen_m2 = 0.0;                   ///< area of its surface seen in the whole run; 0 if the file does not say
     Eigen::AlignedBox3d box = kEverywhere;  ///< around its surface; everywhere if the file does not say
+    std::optional<std::uint64_t> id{};      ///< none if the file does not say
+    PlaneOutline outline{};                 ///< no lines if the file has no regions
 
     static const Eigen::AlignedBox3d kEverywhere;
 };

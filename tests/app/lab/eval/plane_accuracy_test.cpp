@@ -57,7 +57,7 @@ PlaneRow row(std::uint32_t id, int second, double x, double turn_deg = 0.0) {
 }
 
 TEST_CASE("a wall found is found, with its errors; what is small, hidden or slanted is not asked for") {
-    const PlaneEvaluation e = evaluate_planes({row(4, 1, 3.02, 0.5), row(4, 2, 3.01, 0.7)}, scene(2.0), Se3{}, {});
+    const PlaneEvaluation e = evaluate_planes({row(4, 1, 3.02, 0.5), row(4, 2, 3.01, 0.7)}, {}, scene(2.0), Se3{}, {});
     CHECK(e.wanted == 1);
     CHECK(e.wanted_found == 1);
     CHECK(e.recall() == 1.0);
@@ -90,7 +90,7 @@ TEST_CASE("planes in the air, of the wrong side, turned or far from the surface 
     PlaneRow beside = row(5, 1, 3.0);
     beside.centroid = {3.0, 4.0, 0.0};
     const PlaneEvaluation e = evaluate_planes({row(1, 1, 3.2), row(2, 1, 3.0, 8.0), back, row(4, 1, 3.0, 2.0), beside},
-                                              scene(2.0), Se3{}, {});
+                                              {}, scene(2.0), Se3{}, {});
     CHECK(e.found.size() == 5);
     CHECK(e.right == 1);
     CHECK(e.precision() == Approx(0.2));
@@ -100,8 +100,8 @@ TEST_CASE("planes in the air, of the wrong side, turned or far from the surface 
 }
 
 TEST_CASE("a wall seen too briefly is not asked for; one missed lowers recall; alignment is applied") {
-    CHECK(evaluate_planes({}, scene(1.8), Se3{}, {}).wanted == 0);
-    const PlaneEvaluation missed = evaluate_planes({}, scene(2.0), Se3{}, {});
+    CHECK(evaluate_planes({}, {}, scene(1.8), Se3{}, {}).wanted == 0);
+    const PlaneEvaluation missed = evaluate_planes({}, {}, scene(2.0), Se3{}, {});
     CHECK(missed.recall() == 0.0);
     CHECK(missed.precision() == 0.0);
     const Se3 T{Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Vector3d::UnitZ())), {1.0, 2.0, 0.5}};
@@ -109,7 +109,7 @@ TEST_CASE("a wall seen too briefly is not asked for; one missed lowers recall; a
     r.centroid = T.inverse() * r.centroid;
     r.normal = T.q.conjugate() * r.normal;
     r.distance = r.normal.dot(r.centroid);
-    const PlaneEvaluation e = evaluate_planes({r}, scene(2.0), T, {});
+    const PlaneEvaluation e = evaluate_planes({r}, {}, scene(2.0), T, {});
     CHECK(e.wanted_found == 1);
     CHECK(e.found[0].last.offset_m == Approx(0.0).margin(1e-9));
 }
@@ -117,7 +117,7 @@ TEST_CASE("a wall seen too briefly is not asked for; one missed lowers recall; a
 TEST_CASE(
     "judged strictly, a wall counts once, at its own place, within 2 degrees and 3 cm; boards of any tilt count") {
     const auto strict = [](const std::vector<PlaneRow>& rows) {
-        return evaluate_planes(rows, scene(2.0), Se3{}, {}).strict;
+        return evaluate_planes(rows, {}, scene(2.0), Se3{}, {}).strict;
     };
     const StrictPlanes one = strict({row(1, 1, 3.02, 1.5), row(1, 2, 2.99)});
     CHECK(one.found == 1);

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Planes found in a run, judged strictly: is there what they say, where they say it, once?
+#pragma once
+
+#include <vector>
+
+#include "app/lab/eval/mesh_accuracy.h"
+#include "app/lab/eval/plane_surface.h"
+
+namespace facet {
+
+struct StrictOptions {
+    double angle_deg = 2.0;       ///< most between the normals of estimate and truth
+    double offset_m = 0.03;       ///< most between the estimate and the true surface
+    double overlap = 0.5;         ///< least share of the estimate's surface that is true surface
+    double wanted_seen_m2 = 0.5;  ///< a true plane of any tilt has to be found from so much seen surface on
+};
+
+/// A true plane that is found is right once: all but one of several estimates of it are wrong.
+struct StrictPlanes {
+    int found = 0;
+    int right = 0;
+    int wanted = 0;
+    int wanted_found = 0;
+    double wanted_m2 = 0.0;  ///< seen area of the true planes wanted,
+    double found_m2 = 0.0;   ///< and of those found
+    double precision() const { return found > 0 ? static_cast<double>(right) / found : 0.0; }
+    double recall() const { return wanted > 0 ? static_cast<double>(wanted_found) / wanted : 0.0; }
+    double area_recall() const { return wanted_m2 > 0.0 ? found_m2 / wanted_m2 : 0.0; }
+};
+
+/// An estimate is right if
+///   * at least `overlap` of its surface lies within `offset_m` of true surface that is turned like it, and some of that
+///     belongs to a plane of the scene: surface in one plane, such as the backs of a row of books or a wall on both
+///     sides of a door, may be several of these;
+///   * at more than half of its keyframes its normal and the centroid of its landmarks are within the limits of one of
+///     them, always the same;
+///   * no other estimate is of that plane.
+/// A plane without regions in `surfaces` is taken for a disc of its area. @param tree  of the scene's surface
+/// @param seen_m2  area of each true plane that the flight has seen. Heap. Reentrant.
+StrictPlanes judge_strictly(const std::vector<PlaneRow>& rows, const PlaneSurfaces& surfaces, const SceneTruth& truth,
+                            const TriangleTree& tree, const Se3& T_true_est, const std::vector<double>& seen_m2,
+                            const StrictOptions& options = {});
+
+}  // namespace facet
