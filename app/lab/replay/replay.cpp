@@ -3,40 +3,27 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <chrono>
-#include <iterator>
-#include <list>
 #include <memory>
 #include <optional>
-#include <variant>
 
 #include "app/config/config_table.h"
 #include "app/lab/check/start_check.h"
 #include "app/lab/faults/calibration_error.h"
-#include "app/lab/faults/fault_injector.h"
-#include "app/lab/faults/image_faults.h"
-#include "app/lab/fusion/mesh_fusion.h"
-#include "app/lab/replay/calibration_log.h"
-#include "app/lab/replay/grid_picture.h"
-#include "app/lab/replay/log_options.h"
-#include "app/lab/replay/ray_log.h"
+#include "app/lab/replay/extra_files.h"
+#include "app/lab/replay/faulted_log.h"
 #include "app/lab/replay/replay_output.h"
-#include "app/lab/replay/sweep_log.h"
 #include "app/lab/replay/turned_truth.h"
+#include "app/lab/replay/waiting_frames.h"
 #include "app/pipeline/carried_estimate.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
-#include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "app/support/progress.h"
-#include "drivers/replay_asl/asl_dataset.h"
 #include "platform/linux/linux_clock.h"
 
 namespace facet {
 namespace {
-
-constexpr std::size_t kMaxWaiting = 256;  // frames: more than a second of a fast camera, 180 MB of EuRoC's
 
 /// The calibration that the estimator is given: with the errors that faults ask for.
 Calibration disturbed(const ReplayOptions& options) {
@@ -50,20 +37,15 @@ Calibration disturbed(const ReplayOptions& options) {
     return calibration;
 }
 
-std::vector<Fault> faults_of_samples(const std::vector<Fault>& faults) {
-    std::vector<Fault> chosen;
-    std::copy_if(faults.begin(), faults.end(), std::back_inserter(chosen), is_of_samples);
-    return chosen;
-}
-
-/// One run: the log, the faults put into it, the pipeline and the files it fills.
-class Replay {
+/// One run: the log, the pipeline and the files it fills.
+class Replay : private SampleReceiver {
 public:
     explicit Replay(const ReplayOptions& options)
         : options_(options),
           recorder_(options.out, limits(options)),
           summary_(recorder_.summary()),
-          output_(clock_, options.sink, options.in_real_time) {
+          output_(clock_, options.sink, options.in_real_time),
+          log_(options, recorder_) {
         summary_.dataset = options.dataset;
         summary_.mode = to_string(options.config.regularity.mode);
         summary_.parameters = changed_parameters(options.config);
@@ -78,85 +60,37 @@ public:
 
 private:
     static RecorderLimits limits(const ReplayOptions& options);
-    void open_log();
+    void prepare();
+    void replace_by_truth();
+    void play(const std::atomic<bool>& stop);
     bool pull(const std::atomic<bool>& stop);
-    void give(ImuSample sample);
-    void give(StereoFrame frame);
-    void deliver_faulted();
-    void tell_idle_faults();
-    void feed(const ImuSample& sample);
-    void feed(const StereoFrame& frame, Timestamp output_stamp);
+    void take(const ImuSample& sample) override;
+    void take(const StereoFrame& frame, Timestamp output_stamp) override;
     bool offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance);
     void pass_on();
-    void fuse(const StereoFrame& frame);
     void give_up_waiting();
-    void warn(const AslWarning& warning);
 
     const ReplayOptions& options_;
     FrameRecorder recorder_;
     RunSummary& summary_;  ///< the recorder's
     LinuxClock clock_;
     ReplayOutput output_;
+    FaultedLog log_;
     Eigen::Vector3d newest_w_B_ = Eigen::Vector3d::Zero();  ///< given to the estimator
-    std::optional<AslDataset> log_;
-    Duration pass_shift_{};  ///< of all stamps in this pass
-    Timestamp newest_;       ///< latest stamp given
     FramePipeline pipeline_;
     FrameResult result_;
-    std::unique_ptr<CarriedEstimate> carried_;   ///< none unless the trajectory is at the IMU's rate
-    std::list<OwnedFrame> waiting_;              ///< for inertial samples
-    std::list<OwnedFrame> spare_;                ///< have waited: their storage serves the next ones
-    Timestamp newest_fed_;                       ///< of these, the latest that the estimator has
-    std::optional<FaultInjector> injector_;      ///< none without faults
-    std::optional<StartCheck> start_check_;      ///< of what the estimator is given
-    std::optional<TruthInjector> truth_;         ///< none if all is to be as measured
-    std::optional<RayLog> rays_;                 ///< none unless asked for
-    std::optional<SweepLog> sweeps_;             ///< as rays_
-    std::optional<MeshFusion> fusion_;           ///< the same
-    std::optional<CalibrationLog> corrections_;  ///< the same
+    std::unique_ptr<CarriedEstimate> carried_;  ///< none unless the trajectory is at the IMU's rate
+    WaitingFrames waiting_;
+    Timestamp newest_fed_;                   ///< latest inertial stamp that the estimator has
+    std::optional<StartCheck> start_check_;  ///< of what the estimator is given
+    std::optional<TruthInjector> truth_;     ///< none if all is to be as measured
+    std::optional<ExtraFiles> extra_files_;
+    std::optional<Progress> progress_;
 };
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
     constexpr RecorderLimits kEndless{.timed_frames = 2'000, .mesh_faces = 20'000};
     return options.passes > 1 || options.loops > 1 ? kEndless : RecorderLimits{};
-}
-
-void Replay::open_log() {
-    AslOptions log_options = log_options_of(options_.calibration);
-    log_options.files = options_.files;
-    log_options.loops = options_.loops;
-    log_options.start = Duration::from_seconds(options_.start_s);
-    if (options_.duration_s.has_value()) {
-        log_options.length = Duration::from_seconds(*options_.duration_s);
-    }
-    std::string error;
-    const std::size_t rows_skipped = summary_.rows_skipped;
-    log_.emplace();
-    if (!ok(log_->open(
-            options_.dataset, log_options, [this](const AslWarning& w) { warn(w); }, error))) {
-        throw InputError(error);
-    }
-    if (log_->frame_count() == 0) {
-        throw InputError(fmt::format("{}: no frame between --start and its --duration", options_.dataset));
-    }
-    // A left row that was skipped is a frame all the same; the right view may have made one of it already.
-    const std::size_t skipped = summary_.rows_skipped - rows_skipped;
-    summary_.frames_listed += log_->frame_count() + skipped - std::min(skipped, log_->right_only_count());
-    const std::vector<Fault> faults = faults_of_samples(options_.faults);
-    if (!faults.empty()) {
-        injector_.emplace(faults, options_.calibration.noise, options_.calibration.rig,
-                          log_->log_begin() + pass_shift_ + log_options.start);
-    }
-}
-
-void Replay::warn(const AslWarning& warning) {
-    const bool is_row_skipped = warning.kind == AslWarningKind::kMalformedRow ||
-                                warning.kind == AslWarningKind::kOutOfOrder ||
-                                warning.kind == AslWarningKind::kDuplicate;
-    if (is_row_skipped && warning.file.ends_with("cam0/data.csv")) {
-        ++summary_.rows_skipped;
-    }
-    recorder_.warn(to_string(warning.kind), warning.text());
 }
 
 /// @return false if the frame has to wait for inertial samples, and still may
@@ -169,32 +103,9 @@ bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_las
         carried_->correct(result_.status, result_.estimate, pipeline_.belief());
     }
     recorder_.write(result_, pipeline_.departed());
-    if (rays_) {
-        rays_->write(result_, pipeline_);
-        sweeps_->write(result_, pipeline_);
-    }
-    fuse(frame);
-    if (corrections_) {
-        corrections_->write(result_, pipeline_);
-    }
+    extra_files_->write(result_, pipeline_, frame);
     pass_on();
     return true;
-}
-
-void Replay::fuse(const StereoFrame& frame) {
-    if (!fusion_ || !result_.is_usable) {
-        return;
-    }
-    if (result_.has_mesh) {
-        const MeshedKeyframe& keyframe = pipeline_.meshed();
-        fusion_->add(pipeline_.keyframe_view(), keyframe.reset_counter, keyframe.frame.left, keyframe.frame.right,
-                     pipeline_.mesher());
-    }
-    if (!result_.is_keyframe) {
-        const std::uint32_t resets = result_.estimate.health.reset_counter;
-        const NavState& state = result_.estimate.state;
-        fusion_->add_between(Se3{state.q_W_B, state.p_W_B} * pipeline_.rig().T_B_C0, resets, frame.left, frame.right);
-    }
 }
 
 /// Gives the sink the newest result, or only its state if poses go out at inertial samples.
@@ -206,7 +117,7 @@ void Replay::pass_on() {
     }
 }
 
-void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
+void Replay::take(const StereoFrame& frame, Timestamp output_stamp) {
     for (const CheckVerdict& verdict : start_check_->add(frame)) {
         recorder_.warn("calibration_check",
                        fmt::format("{}: {} (facet check-calibration says more)", verdict.name, verdict.sentence));
@@ -214,26 +125,14 @@ void Replay::feed(const StereoFrame& frame, Timestamp output_stamp) {
     if (waiting_.empty() && offer(frame, output_stamp, false)) {
         return;
     }
-    if (spare_.empty()) {
-        spare_.emplace_back();
-    }
-    waiting_.splice(waiting_.end(), spare_, spare_.begin());
-    OwnedFrame& kept = waiting_.back();
-    kept.stamp = frame.stamp;
-    kept.output_stamp = output_stamp;
-    kept.has_left = !frame.left.empty();
-    kept.has_right = !frame.right.empty();
-    copy_image(frame.left, kept.left);
-    copy_image(frame.right, kept.right);
-    // A clock may have stopped, or jumped for an hour: what waits for it must not hold up those that come later.
-    const auto is_in_vain = [](Duration apart) { return apart > kRetry || apart < Duration{-kRetry.ns}; };
-    while (waiting_.size() > kMaxWaiting || is_in_vain(waiting_.back().stamp - waiting_.front().stamp)) {
+    waiting_.add(frame, output_stamp);
+    while (waiting_.is_overdue()) {
         (void)offer(waiting_.front().view(), waiting_.front().output_stamp, true);
-        waiting_.pop_front();
+        waiting_.pop();
     }
 }
 
-void Replay::feed(const ImuSample& sample) {
+void Replay::take(const ImuSample& sample) {
     pipeline_.add_imu(sample);
     newest_fed_ = sample.stamp;
     newest_w_B_ = sample.w_B;
@@ -252,86 +151,29 @@ void Replay::feed(const ImuSample& sample) {
         pass_on();
     }
     while (!waiting_.empty() && offer(waiting_.front().view(), waiting_.front().output_stamp, false)) {
-        spare_.splice(spare_.end(), waiting_, waiting_.begin());
+        waiting_.pop();
     }
 }
 
 /// No inertial samples will come.
 void Replay::give_up_waiting() {
-    for (const OwnedFrame& frame : waiting_) {
-        (void)offer(frame.view(), frame.output_stamp, true);
-    }
-    waiting_.clear();
-}
-
-void Replay::give(ImuSample sample) {
-    if (truth_) {
-        truth_->correct(sample);
-    }
-    sample.stamp = sample.stamp + pass_shift_;
-    newest_ = sample.stamp;
-    if (injector_) {
-        injector_->add(sample);
-    } else {
-        feed(sample);
-    }
-}
-
-void Replay::give(StereoFrame frame) {
-    frame.stamp = frame.stamp + pass_shift_;
-    if (injector_) {
-        injector_->add(frame);
-    } else {
-        feed(frame, frame.stamp);
-    }
-}
-
-/// Feeds what the injector has ready.
-void Replay::deliver_faulted() {
-    for (const FaultInjector::Delivery* out = nullptr; injector_ && (out = injector_->front()) != nullptr;) {
-        if (const auto* sample = std::get_if<ImuSample>(out)) {
-            feed(*sample);
-        } else {
-            const auto& frame = std::get<OwnedFrame>(*out);
-            feed(frame.view(), frame.output_stamp);
-        }
-        injector_->pop();
-    }
-}
-
-/// A fault that met no sample is likely a mistake in its times.
-void Replay::tell_idle_faults() {
-    for (std::size_t i = 0; injector_ && i < injector_->hits().size(); ++i) {
-        if (injector_->hits()[i] == 0) {
-            recorder_.warn("idle_fault", fmt::format("--inject '{}' met no sample", injector_->faults()[i].spec));
-        }
+    for (; !waiting_.empty(); waiting_.pop()) {
+        (void)offer(waiting_.front().view(), waiting_.front().output_stamp, true);
     }
 }
 
 /// Takes one sample from the log to the estimator. @return false at the end of the log
 bool Replay::pull(const std::atomic<bool>& stop) {
-    ImuSample sample;
-    StereoFrame frame;
-    const AslDataset::Event event = log_->next(sample, frame);
-    switch (event) {
-        case AslDataset::Event::kImu:
-            output_.wait_for(sample.stamp + pass_shift_, stop);
-            give(sample);
-            break;
-        case AslDataset::Event::kFrame: give(frame); break;
-        case AslDataset::Event::kEnd:
-            if (injector_) {
-                injector_->finish();
-            }
-            break;
+    const bool is_more = log_.read();
+    if (const std::optional<Timestamp> stamp = log_.inertial_stamp()) {
+        output_.wait_for(*stamp, stop);
     }
-    deliver_faulted();
-    return event != AslDataset::Event::kEnd;
+    log_.deliver(*this);
+    return is_more;
 }
 
-RunSummary Replay::run(const std::atomic<bool>& stop) {
-    const auto begin = std::chrono::steady_clock::now();
-    open_log();
+void Replay::prepare() {
+    log_.open();
     const Calibration given = disturbed(options_);
     pipeline_.configure(options_.config, given);
     pipeline_.stream_to(options_.world);
@@ -339,77 +181,70 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
         pipeline_.show_to(viewer);
     }
     recorder_.open();
-    if (injector_) {
-        write_turned_truth(options_.truth_folder.empty() ? options_.dataset : options_.truth_folder, *injector_,
+    if (log_.faults() != nullptr) {
+        write_turned_truth(options_.truth_folder.empty() ? options_.dataset : options_.truth_folder, *log_.faults(),
                            options_.out + "/groundtruth.csv");
     }
     start_check_.emplace(given.rig);
+    extra_files_.emplace(options_, given.rig);
     if (options_.write_rays) {
         pipeline_.keep_grid();
-        rays_.emplace(options_.out);
-        sweeps_.emplace(options_.out);
-    }
-    if (options_.write_fused) {
-        fusion_.emplace(given.rig);
-    }
-    if (options_.write_calibration) {
-        corrections_.emplace(options_.out);
     }
     if (options_.at_imu_rate) {
         carried_ = std::make_unique<CarriedEstimate>(options_.config);
         recorder_.write_trajectory_at_samples();
     }
     if (options_.truth.any()) {
-        truth_.emplace(options_.truth_folder.empty() ? options_.dataset : options_.truth_folder,
-                       options_.calibration.rig, options_.truth);
-        pipeline_.set_observation_hook(&*truth_);
-        pipeline_.set_plane_source(
-            [this](const KeyframeView& view, const PlaneProposals& found) -> const PlaneProposals& {
-                return truth_->propose(view, found);
-            });
+        replace_by_truth();
     }
-    std::optional<Progress> progress;
     if (options_.show_progress) {
-        progress.emplace("replay", "frames", log_->frame_count() * static_cast<std::size_t>(options_.passes));
-        recorder_.warnings()->set_progress(&*progress);
+        progress_.emplace("replay", "frames", log_.frame_count() * static_cast<std::size_t>(options_.passes));
+        recorder_.warnings()->set_progress(&*progress_);
     }
+}
+
+void Replay::replace_by_truth() {
+    truth_.emplace(options_.truth_folder.empty() ? options_.dataset : options_.truth_folder, options_.calibration.rig,
+                   options_.truth);
+    log_.correct_by(&*truth_);
+    pipeline_.set_observation_hook(&*truth_);
+    pipeline_.set_plane_source([this](const KeyframeView& view, const PlaneProposals& found) -> const PlaneProposals& {
+        return truth_->propose(view, found);
+    });
+}
+
+/// All passes, or up to the frame at which it is told to stop.
+void Replay::play(const std::atomic<bool>& stop) {
     for (int pass = 1;; ++pass) {
         while (!(summary_.interrupted = stop.load()) && pull(stop)) {
-            if (progress) {
-                progress->update(summary_.frames);
+            if (progress_) {
+                progress_->update(summary_.frames);
             }
         }
         if (summary_.interrupted) {
-            break;
+            return;
         }
         give_up_waiting();
-        tell_idle_faults();
+        log_.tell_idle_faults();
         if (pass >= options_.passes) {
-            break;
+            return;
         }
-        pass_shift_ = newest_ + kSeam - (log_->log_begin() + Duration::from_seconds(options_.start_s));
-        open_log();
+        log_.open_again();
     }
-    if (progress) {
-        progress->finish();
+}
+
+RunSummary Replay::run(const std::atomic<bool>& stop) {
+    const auto begin = std::chrono::steady_clock::now();
+    prepare();
+    play(stop);
+    if (progress_) {
+        progress_->finish();
     }
     recorder_.warnings()->set_progress(nullptr);
     summary_.greatest_lag_s = output_.greatest_lag().seconds();
     summary_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     recorder_.finish(pipeline_);
-    if (rays_) {
-        rays_->close();
-        sweeps_->close();
-        if (pipeline_.grid() != nullptr) {
-            write_grid_picture(*pipeline_.grid(), result_.estimate.state.p_W_B, options_.out + "/grid.png");
-        }
-    }
-    if (fusion_) {
-        fusion_->write(options_.out + "/mesh_fused.ply");
-    }
-    if (corrections_) {
-        corrections_->close();
-    }
+    extra_files_->finish(result_, pipeline_);
     return summary_;
 }
 
