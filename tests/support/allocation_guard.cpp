@@ -8,7 +8,9 @@
 #include <cerrno>
 #include <cstdlib>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
+#include "tests/support/sanitizers.h"
+
+#if FACET_SANITIZED || !defined(__GLIBC__)
 #define FACET_COUNTS_ALLOCATIONS 0
 #else
 #define FACET_COUNTS_ALLOCATIONS 1
