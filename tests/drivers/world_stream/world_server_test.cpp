@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/world_stream/world_server.h"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "drivers/world_stream/world_reader.h"
+#include "tests/drivers/world_stream/changing_world.h"
+#include "tests/support/allocation_guard.h"
+
+namespace facet {
+namespace {
+
+using test::ChangingWorld;
+
+std::string socket_path() { return "/tmp/facet_world_" + std::to_string(::getpid()); }
+
+sockaddr_un address_of(const std::string& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::copy(path.begin(), path.end(), std::begin(address.sun_path));
+    return address;
+}
+
+void publish(WorldServer& server, const WorldState& state) {
+    server.next() = state;
+    server.publish();
+}
+
+/// Waits until the reader has this keyframe, for some seconds at most.
+bool reaches(WorldReader& reader, std::uint64_t sequence) {
+    for (int i = 0; i < 50 && reader.state().sequence < sequence; ++i) {
+        const Status status = reader.wait(100);
+        if (!ok(status) && status != Status::kNotReady) {
+            return false;
+        }
+    }
+    return reader.state().sequence == sequence;
+}
+
+TEST_CASE("readers of a server have its state at every keyframe, also those that join late") {
+    WorldServer server;
+    REQUIRE(ok(server.open(socket_path())));
+    ChangingWorld world;
+    WorldReader early;
+    WorldReader late;
+    REQUIRE(ok(early.open(socket_path())));
+    for (std::uint64_t k = 1; k <= 30; ++k) {
+        publish(server, world.advance());
+        REQUIRE(reaches(early, k));
+        REQUIRE(early.state() == world.state());
+        if (k == 15) {
+            REQUIRE(ok(late.open(socket_path())));
+        }
+        if (k >= 15) {
+            REQUIRE(reaches(late, k));
+            REQUIRE(late.state() == world.state());
+        }
+    }
+    CHECK(early.missed() == 0);
+    CHECK(late.missed() == 0);
+    CHECK(server.dropped() == 0);
+}
+
+TEST_CASE("a reader that does not read costs the publisher nothing, and catches up with a snapshot") {
+    WorldServer server;
+    REQUIRE(ok(server.open(socket_path())));
+    ChangingWorld world;
+    WorldReader reader;
+    REQUIRE(ok(reader.open(socket_path())));
+    publish(server, world.advance());
+    REQUIRE(reaches(reader, 1));
+    constexpr std::uint64_t kKeyframes = 400;
+    for (std::uint64_t k = 2; k <= kKeyframes; ++k) {
+        server.next() = world.advance();
+        const test::AllocationGuard guard;
+        server.publish();
+        const std::uint64_t allocations = guard.allocations();
+        REQUIRE(allocations == 0);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    CHECK(server.dropped() > 0);
+    REQUIRE(reaches(reader, kKeyframes));
+    CHECK(reader.state() == world.state());
+    CHECK(reader.missed() > 0);
+}
+
+TEST_CASE("the last state arrives when the server closes; the socket is gone") {
+    ChangingWorld world;
+    WorldReader reader;
+    {
+        WorldServer server;
+        REQUIRE(ok(server.open(socket_path())));
+        REQUIRE(ok(reader.open(socket_path())));
+        publish(server, world.advance());
+        REQUIRE(reaches(reader, 1));
+        publish(server, world.advance());
+    }
+    CHECK(reaches(reader, 2));
+    CHECK(reader.state() == world.state());
+    CHECK(reader.wait(100) == Status::kEndOfStream);
+    CHECK(reader.open(socket_path()) == Status::kIo);
+}
+
+TEST_CASE("a path is served once; what a dead program left is replaced, a file is not") {
+    WorldServer first;
+    REQUIRE(ok(first.open(socket_path())));
+    WorldServer second;
+    CHECK(second.open(socket_path()) == Status::kFull);
+    first.close();
+    const int dead = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    const std::string path = socket_path();
+    const sockaddr_un address = address_of(path);
+    REQUIRE(::bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0);
+    ::close(dead);
+    CHECK(ok(second.open(path)));
+    second.close();
+    CHECK(second.open(std::string(200, 'x')) == Status::kInvalidArgument);
+    CHECK(second.open("/tmp") == Status::kFull);
+    const std::string file = socket_path() + "_file";
+    std::ofstream(file) << "not ours";
+    CHECK(second.open(file) == Status::kFull);
+    CHECK(::unlink(file.c_str()) == 0);
+    CHECK(second.open("/nonexistent/socket") == Status::kIo);
+}
+
+}  // namespace
+}  // namespace facet
