@@ -86,7 +86,7 @@ void WorldServer::close() {
         (void)::unlink(path_.c_str());
     }
     for (Reader& reader : readers_) {
-        close_socket(reader.socket);
+        part_with(reader);
     }
     close_socket(listener_);
     close_socket(event_);

@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <fstream>
+#include <span>
 #include <string>
 #include <thread>
 
@@ -28,6 +30,17 @@ sockaddr_un address_of(const std::string& path) {
     address.sun_family = AF_UNIX;
     std::copy(path.begin(), path.end(), std::begin(address.sun_path));
     return address;
+}
+
+/// @return the socket; negative if nobody listens
+int connect_to(const std::string& path) {
+    const sockaddr_un address = address_of(path);
+    const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+        ::close(socket);
+        return -1;
+    }
+    return socket;
 }
 
 void publish(WorldServer& server, const WorldState& state) {
@@ -108,6 +121,36 @@ TEST_CASE("the last state arrives when the server closes; the socket is gone") {
     CHECK(reader.state() == world.state());
     CHECK(reader.wait(100) == Status::kEndOfStream);
     CHECK(reader.open(socket_path()) == Status::kIo);
+}
+
+TEST_CASE("a server that opens again sends nothing of what a slow reader had left") {
+    WorldServer server;
+    ChangingWorld world;
+    WorldReader slow;
+    REQUIRE(ok(server.open(socket_path())));
+    REQUIRE(ok(slow.open(socket_path())));
+    for (int k = 0; k < 1000 && server.dropped() == 0; ++k) {
+        publish(server, world.advance());
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    REQUIRE(server.dropped() > 0);
+    server.close();
+
+    REQUIRE(ok(server.open(socket_path())));
+    const int reader = connect_to(socket_path());
+    REQUIRE(reader >= 0);
+    publish(server, ChangingWorld().advance());
+    WorldDecoder decoder;
+    std::array<std::uint8_t, 65536> bytes{};
+    for (ssize_t got = 1; got > 0 && decoder.state().sequence == 0;) {
+        got = ::recv(reader, bytes.data(), bytes.size(), 0);
+        if (got > 0 && decoder.add(std::span(bytes).first(static_cast<std::size_t>(got))) == Status::kCorrupt) {
+            break;
+        }
+    }
+    ::close(reader);
+    CHECK(decoder.out_of_order() == 0);
+    CHECK(decoder.state() == ChangingWorld().advance());
 }
 
 TEST_CASE("a path is served once; what a dead program left is replaced, a file is not") {
