@@ -448,7 +448,8 @@ TEST_CASE("a stop in mid-flight leaves complete files") {
     CHECK(summary.interrupted);
     REQUIRE(summary.frames >= 10);
     CHECK(summary.frames < flight().run().frames);
-    CHECK(rows(dir.file("out/health.csv")) == summary.frames + 1);
+    // On a machine that falls behind, estimates are carried on between frames.
+    CHECK(rows(dir.file("out/health.csv")) == 1 + summary.frames + summary.reports_without_frame);
     CHECK(rows(dir.file("out/trajectory.tum")) == summary.estimates);
     CHECK(sink.count > summary.estimates);
     const nlohmann::json json = summary_of(dir.file("out"));
