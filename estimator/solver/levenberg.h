@@ -11,7 +11,7 @@
 namespace facet {
 
 struct LevenbergOptions {
-    int max_iterations = 6;           ///< solver steps tried, accepted or not: bounds the time
+    int max_iterations = 6;           ///< solver steps tried, and matrices made anew in between: bounds the time
     double first_lambda = 4e-7;       ///< damping relative to the diagonal once a step has failed; 0 before
     double relative_decrease = 1e-4;  ///< stop when a step gains, or promises, less than this share of 1 + |cost|
     double min_step = 1e-7;           ///< stop when no parameter moves more than this
@@ -52,8 +52,8 @@ struct LevenbergWorkspace {
 /// exact. With a robust loss steps gain more than promised, since weights overrate its curvature; a new matrix would
 /// overrate it as well.
 /// At the end `workspace.systems[current]` holds the gradient at the final states, and the summary says where the
-/// matrix is: at the final states if !is_factorized. At most max_iterations steps and twice as many linearizations. No
-/// heap.
+/// matrix is: at the final states if !is_factorized. At most max_iterations steps, and one linearization more: a system
+/// in place of a matrix that was kept too long counts as a step. No heap.
 template <class Problem>
 LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, LevenbergWorkspace& workspace,
                            int& current) {
@@ -76,8 +76,13 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
     const auto retreat = [&] {
         is_trusted = false;
         if (!has_matrix) {
-            linearize_in_full(current);
-            has_matrix = true;
+            if (summary.iterations + 1 < options.max_iterations) {
+                ++summary.iterations;
+                linearize_in_full(current);
+                has_matrix = true;
+            } else {  // no step would be left for it
+                summary.iterations = options.max_iterations;
+            }
             return;
         }
         lambda = std::max(lambda * growth, options.first_lambda);

@@ -23,18 +23,22 @@ struct LandmarkObservation {
     LensJacobian d_right_d_lens = LensJacobian::Zero();
 };
 
+/// What a linearization finds of a landmark.
+struct LandmarkFit {
+    InverseDepthPoint point;     ///< chart: left camera of the first observation's keyframe
+    double cost = 0.0;           ///< robust
+    double squared_error = 0.0;  ///< whitened squared residual
+    double plane_chi2 = 0.0;     ///< squared height above its plane, in variances, if it were not held on it
+};
+
 /// A tracked point. Its position is not part of the state: it is computed anew from the poses at each linearization.
-struct Landmark {
+struct Landmark : LandmarkFit {
     LandmarkId id;
     boost::container::static_vector<LandmarkObservation, kMaxKeyframes> observations;  ///< ascending keyframes
-    InverseDepthPoint point;        ///< chart: left camera of the first observation's keyframe
     bool has_point = false;         ///< point is a usable first guess
     bool is_active = false;         ///< takes part in the current optimization
-    double cost = 0.0;              ///< robust cost at its last linearization
-    double squared_error = 0.0;     ///< whitened squared residual at its last linearization
     int plane = kNoPlane;           ///< index of the window's plane that it lies on
     int proposed_plane = kNoPlane;  ///< likewise, of the plane that the mesh sees it on
-    double plane_chi2 = 0.0;        ///< squared height above it, in variances, if the landmark were not held on it
     int plane_misfits = 0;          ///< number of times it left a plane because it did not fit
 
     static constexpr int kNoPlane = -1;

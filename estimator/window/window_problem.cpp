@@ -51,7 +51,7 @@ double WindowProblem::add_all(ReducedSystem& system) {
     begin_landmarks(system);
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         if (state_->landmarks[i].is_active) {
-            cost += add_landmark(system, state_->landmarks[i]);
+            cost += add_landmark(system, state_->landmarks[i], &weights_[static_cast<std::size_t>(i)]);
         }
     }
     end_landmarks(system);
@@ -71,7 +71,7 @@ double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<b
     begin_landmarks(system);
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         if (is_selected[static_cast<std::size_t>(i)]) {
-            cost += add_landmark(system, state_->landmarks[i]);
+            cost += add_landmark(system, state_->landmarks[i], nullptr);
         }
     }
     end_landmarks(system);
@@ -215,6 +215,10 @@ void WindowProblem::save() {
     }
     saved_calibration_ = state_->calibration;
     saved_fit_ = fit_;
+    for (int i = 0; i < state_->landmarks.size(); ++i) {
+        saved_landmarks_[static_cast<std::size_t>(i)] = state_->landmarks[i];
+    }
+    std::copy_n(weights_.begin(), state_->landmarks.size(), saved_weights_.begin());
     for (std::size_t p = 0; p < state_->planes.size(); ++p) {
         saved_planes_[p] = state_->planes[p].plane;
     }
@@ -239,6 +243,10 @@ void WindowProblem::restore() {
     }
     state_->calibration = saved_calibration_;
     fit_ = saved_fit_;
+    for (int i = 0; i < state_->landmarks.size(); ++i) {
+        static_cast<LandmarkFit&>(state_->landmarks[i]) = saved_landmarks_[static_cast<std::size_t>(i)];
+    }
+    std::copy_n(saved_weights_.begin(), state_->landmarks.size(), weights_.begin());
     for (std::size_t p = 0; p < state_->planes.size(); ++p) {
         state_->planes[p].plane = saved_planes_[p];
     }

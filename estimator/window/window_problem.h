@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "estimator/geometry/square_histogram.h"
 #include "estimator/solver/landmark_schur.h"
@@ -45,8 +46,19 @@ struct WindowFit {
     }
 };
 
+/// The weights that the robust loss gave either camera of a landmark's observations.
+struct ObservationWeights {
+    int count = 0;  ///< of observations; 0: none are known
+    std::array<Eigen::Vector2f, kMaxKeyframes> weights;
+
+    std::span<const Eigen::Vector2f> known() const { return {weights.data(), static_cast<std::size_t>(count)}; }
+};
+
 /// Structureless window problem: prior, inertial factors, and landmarks that are triangulated anew and eliminated at
-/// each linearization. Satisfies the Problem concept of levenberg(). Thread-bound. No heap.
+/// each linearization. At a candidate the points follow their cameras by one step with the weights of the states that
+/// it was computed from, as its system did: where a step moves points in the images by more than their noise, as along
+/// a scale of which little is known, weights at the old points would take all sightings for outliers, and the candidate
+/// for a failure. Satisfies the Problem concept of levenberg(). Thread-bound. No heap.
 class WindowProblem {
 public:
     /// Limit on a residual in WindowFit: what is farther off is a blunder, left to the next outlier removal (px).
@@ -107,7 +119,9 @@ private:
     /// Adds the part of an inertial factor that belongs to the scale of the IMU's axes.
     void add_imu_scale(const ImuFactorLinearization& linearization, int keyframe, ReducedSystem& system) const;
     double add_rest(ReducedSystem& system, int keyframe);
-    double add_landmark(ReducedSystem& system, Landmark& landmark);
+    /// @param weights  that its point follows with, and that become those of this linearization; nullptr: the robust
+    ///                 loss decides
+    double add_landmark(ReducedSystem& system, Landmark& landmark, ObservationWeights* weights);
     Status linearize_measurements(const Landmark& landmark, bool with_matrix);
     Status eliminate_landmark(const Landmark& landmark, ReducedSystem& system);
     double measure_fit(Landmark& landmark);
@@ -123,10 +137,13 @@ private:
     WindowFit fit_;
     LandmarkSchur schur_;
     CameraTermSums camera_sums_;
+    std::array<ObservationWeights, kMaxLandmarks> weights_;  ///< at the last linearization, in order of landmarks
     std::array<NavState, kMaxKeyframes> saved_;
     WindowFit saved_fit_;
     RigCalibration saved_calibration_;
     std::array<Plane, kMaxPlanes> saved_planes_;
+    std::array<LandmarkFit, kMaxLandmarks> saved_landmarks_;
+    std::array<ObservationWeights, kMaxLandmarks> saved_weights_;
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> prior_displacement_;
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSystemDim, 1> prior_gradient_;
 };

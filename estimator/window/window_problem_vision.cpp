@@ -21,6 +21,7 @@ void WindowProblem::select_landmarks() {
                               triangulate_landmark(*state_, *cameras_, *regularity_config_, kSettlingSteps, landmark);
         landmark.is_active = is_known && landmark.observations.size() >= 2;
         landmark.cost = 0.0;
+        weights_[static_cast<std::size_t>(i)].count = 0;
     }
 }
 
@@ -71,10 +72,12 @@ Status WindowProblem::eliminate_landmark(const Landmark& landmark, ReducedSystem
     });
 }
 
-double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
-    if (!triangulate_landmark(*state_, *cameras_, *regularity_config_, 1,
-                              landmark)) {  // it follows its cameras step by step as they move
-        return landmark.cost;               // left out of this step, which must not look like a gain
+double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark, ObservationWeights* weights) {
+    const std::span<const Eigen::Vector2f> known =
+        weights != nullptr ? weights->known() : std::span<const Eigen::Vector2f>();
+    // It follows its cameras step by step as they move.
+    if (!triangulate_landmark(*state_, *cameras_, *regularity_config_, 1, landmark, known)) {
+        return landmark.cost;  // left out of this step, which must not look like a gain
     }
     if (!ok(linearize_measurements(landmark, system.has_matrix()))) {
         return landmark.cost;
@@ -85,6 +88,14 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark) {
         return landmark.cost;
     }
     landmark.cost = plane_cost + measure_fit(landmark);
+    if (weights != nullptr) {
+        weights->count = schur_.count();
+        for (int i = 0; i < schur_.count(); ++i) {
+            const StereoResidual& l = schur_.residual(i);
+            weights->weights[static_cast<std::size_t>(i)] =
+                Eigen::Vector2d(l.weights(0), l.has_right ? l.weights(1) : 0.0).cast<float>();
+        }
+    }
     return landmark.cost;
 }
 

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 #include <memory>
+#include <vector>
 
 #include "estimator/window/outlier_removal.h"
 #include "tests/support/synthetic_flight.h"
@@ -191,4 +192,70 @@ TEST_CASE("outliers are taken out, the rest stays", "[outlier_removal]") {
     CHECK(f.state->landmarks.find(left_id)->observations.size() == kKeyframes - 1);
     CHECK_FALSE(f.state->landmarks.find(right_id)->observations[1].measurement.has_right);
     CHECK(f.state->landmarks.find(right_id)->observations.size() == kKeyframes);
+}
+
+TEST_CASE("a step that is taken back leaves the landmarks as they were", "[window_problem]") {
+    Fixture f(0.5, false, true);
+    f.problem->select_landmarks();
+    const double cost = f.problem->linearize(*f.system);
+    const auto fits = [&] {
+        std::vector<LandmarkFit> all;
+        for (int i = 0; i < f.state->landmarks.size(); ++i) {
+            all.push_back(f.state->landmarks[i]);
+        }
+        return all;
+    };
+    const std::vector<LandmarkFit> before = fits();
+    f.problem->save();
+    f.state->keyframes.back().state.p_W_B.x() += 0.3;
+    CHECK(f.problem->linearize(*f.system) > cost);
+    f.problem->restore();
+    const std::vector<LandmarkFit> after = fits();
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        REQUIRE(after[i].point.xy == before[i].point.xy);
+        REQUIRE(after[i].point.rho == before[i].point.rho);
+        REQUIRE(after[i].cost == before[i].cost);
+        REQUIRE(after[i].squared_error == before[i].squared_error);
+        REQUIRE(after[i].plane_chi2 == before[i].plane_chi2);
+    }
+    CHECK(f.problem->linearize(*f.system) <= cost * (1.0 + 1e-9));
+}
+
+TEST_CASE("a change of scale costs nothing that images tell, however far it moves points in them", "[window_problem]") {
+    // GIVEN one camera, a robust loss that takes what is far off for an outlier, and some outliers
+    Fixture f(0.15);
+    f.config.loss_threshold = 1.2;
+    f.config.pixel_sigma_px = 0.15;
+    f.cameras->bind(*f.state, f.config, f.calibration, SyntheticFlight(SyntheticFlight::Options{}).rig());
+    f.cameras->set_settled(true);
+    for (int i = 0; i < f.state->landmarks.size(); ++i) {
+        for (LandmarkObservation& o : f.state->landmarks[i].observations) {
+            o.measurement.has_right = false;
+            if (i % 5 == 0 && o.keyframe == 1) {
+                o.measurement.left_xy.x() += 1.0 / 458.0;
+            }
+        }
+    }
+    const auto image_cost = [&] {
+        double sum = 0.0;
+        for (int i = 0; i < f.state->landmarks.size(); ++i) {
+            sum += f.state->landmarks[i].is_active ? f.state->landmarks[i].cost : 0.0;
+        }
+        return sum;
+    };
+    f.problem->select_landmarks();
+    for (int pass = 0; pass < 20; ++pass) {
+        f.problem->linearize(*f.system);
+    }
+    const double cost = image_cost();
+    REQUIRE(f.problem->fit().active_landmarks > 15);
+    // WHEN all keyframes draw near to the first one by a twentieth
+    f.problem->save();
+    for (Keyframe& keyframe : f.state->keyframes) {
+        const Eigen::Vector3d& origin = f.state->keyframes.front().state.p_W_B;
+        keyframe.state.p_W_B = origin + 0.95 * (keyframe.state.p_W_B - origin);
+    }
+    f.problem->linearize(*f.system);
+    // THEN the points follow at once
+    CHECK(image_cost() < 1.1 * cost);
 }
