@@ -71,6 +71,7 @@ void note_step(const ImuStepQuality& quality, const StepNoise& sensor, const Ste
     span.has_gap = span.has_gap || quality.gap > Duration{};
     span.is_doubted = span.is_doubted || quality.doubted != 0;
     span.clipped |= quality.clipped;
+    span.stuck |= quality.stuck;
     span.gyro_noise_ratio = std::max(span.gyro_noise_ratio, ratio(noise.gyro, sensor.gyro));
     span.accel_noise_ratio = std::max(span.accel_noise_ratio, ratio(noise.accel, sensor.accel));
     span.gyro_vibration_rad_per_s =
@@ -103,6 +104,7 @@ void ImuBuffer::clear(double rate_hz, const ImuLimits& limits) {
     share_ = {};
     doubt_noise_ = {};
     counters_ = {};
+    stuck_ = StuckReadings(rate_hz);
     restart();
     period_ = Duration::from_seconds(1.0 / rate_hz);
     gap_ = Duration::from_seconds(kGapPeriods / rate_hz);
@@ -110,6 +112,7 @@ void ImuBuffer::clear(double rate_hz, const ImuLimits& limits) {
 
 void ImuBuffer::restart() {
     vibration_.clear(rate_hz_);
+    stuck_.restart();
     runs_.fill({});
     begin_ = 0;
     size_ = 0;
@@ -145,6 +148,7 @@ Status ImuBuffer::push(const ImuSample& sample) {
         vibration_.restart();
     }
     newest.vibration = vibration_.level();
+    newest.stuck = stuck_.add(sample, newest.clipped);
     for (int axis = 0; axis < kAxes; ++axis) {
         follow_run(axis);
     }
@@ -152,6 +156,7 @@ Status ImuBuffer::push(const ImuSample& sample) {
 }
 
 void ImuBuffer::doubt(Timestamp t0, Timestamp t1, ImuAxisMask axes, const SteadyMotion& motion) {
+    stuck_.distrust(axes);
     for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i) {
         Entry& e = entry(i);
         if (e.doubted == 0) {
@@ -179,6 +184,7 @@ void ImuBuffer::show_read(Timestamp t0, Timestamp t1) {
 }
 
 void ImuBuffer::trust(Timestamp t0, Timestamp t1) {
+    stuck_.distrust(0);
     show_read(t0, t1);
     for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i) {
         entry(i).doubted = 0;
@@ -261,6 +267,7 @@ ImuStepQuality ImuBuffer::quality(int index) const {
     out.gap = is_gap(a.sample, b.sample) ? b.sample.stamp - a.sample.stamp : Duration{};
     out.clipped = a.clipped | b.clipped;
     out.doubted = a.doubted | b.doubted;
+    out.stuck = b.stuck;
     out.vibration = b.vibration;
     for (int k = 0; out.clipped != 0 && k < kAxes; ++k) {
         const auto axis = static_cast<std::size_t>(k);

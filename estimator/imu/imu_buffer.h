@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <utility>
 
+#include "estimator/imu/imu_axes.h"
 #include "estimator/imu/imu_limits.h"
 #include "estimator/imu/preintegration.h"
+#include "estimator/imu/stuck_readings.h"
 #include "estimator/imu/vibration.h"
 #include "estimator/imu/vibration_share.h"
 #include "estimator/values/capacity.h"
@@ -37,11 +39,6 @@ struct ImuBufferCounters {
     }
 };
 
-/// Axes of a sample, bit k: 0 to 2 gyroscope x, y, z; 3 to 5 accelerometer.
-using ImuAxisMask = std::uint8_t;
-inline constexpr ImuAxisMask kGyroAxes = 0x07;
-inline constexpr ImuAxisMask kAccelAxes = 0x38;
-
 /// What readings would be if the body went on turning and moving at constant rates.
 struct SteadyMotion {
     Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< rate (rad/s)
@@ -55,6 +52,7 @@ struct ImuStepQuality {
     ImuAxisMask clipped = 0;  ///< axes that are bridged because a sample at either end is clipped
     StepNoise clip_noise;     ///< of the bridge over them
     ImuAxisMask doubted = 0;  ///< axes with a reading at either end that is not believed
+    ImuAxisMask stuck = 0;    ///< axes with stuck readings
     VibrationLevel vibration;
 };
 
@@ -63,6 +61,7 @@ struct ImuSpan {
     bool has_gap = false;
     bool is_doubted = false;  ///< readings in it contradict the images
     ImuAxisMask clipped = 0;  ///< axes clipped somewhere in it
+    ImuAxisMask stuck = 0;    ///< axes of sensors that hang somewhere in it, see StuckReadings
     /// Largest white noise seen by the vibration meter over the configured one, as densities; 1 if never raised.
     double gyro_noise_ratio = 1.0;
     double accel_noise_ratio = 1.0;
@@ -206,6 +205,7 @@ private:
         ImuAxisMask clipped;
         ImuAxisMask negative;  ///< axes clipped at the lower end
         ImuAxisMask doubted;
+        ImuAxisMask stuck;
         Eigen::Vector3d w_read = Eigen::Vector3d::Zero();  ///< of a sample with doubted axes
         Eigen::Vector3d a_read = Eigen::Vector3d::Zero();
     };
@@ -242,6 +242,7 @@ private:
     StepNoise doubt_noise_;
     std::array<ClippedRun, kAxes> runs_{};
     VibrationMeter vibration_;
+    StuckReadings stuck_;
     VibrationShare share_;
     ImuBufferCounters counters_;
 };

@@ -53,6 +53,41 @@ TEST_CASE("doubt raises the noise of the axes in doubt, and the span tells", "[i
     CHECK_FALSE(span.is_doubted);
 }
 
+TEST_CASE("the span tells of a sensor that hangs, and what is doubted is no habit of it", "[imu_doubt]") {
+    const auto buffer = filled(41);
+    std::int64_t stamp_ns = 40 * kStep_ns;
+    const auto hang = [&](int samples) {
+        for (int k = 0; k < samples; ++k) {
+            ImuSample sample = ramp(stamp_ns += kStep_ns);
+            sample.a_B = {0.0, 1.0, 9.0};
+            REQUIRE(ok(buffer->push(sample)));
+        }
+    };
+    const auto stuck = [&](std::int64_t from_ns, std::int64_t to_ns) {
+        Preintegration sum;
+        ImuSpan span;
+        REQUIRE(ok(buffer->integrate_between(Timestamp{from_ns}, Timestamp{to_ns}, ImuNoise{}, sum, &span)));
+        return span.stuck;
+    };
+    hang(41);
+    CHECK(stuck(0, 60 * kStep_ns) == 0);
+    CHECK(stuck(0, 62 * kStep_ns) == kAccelAxes);
+    CHECK(stuck(70 * kStep_ns, stamp_ns) == kAccelAxes);
+    buffer->doubt(Timestamp{50 * kStep_ns}, Timestamp{stamp_ns}, kAccelAxes, kMotion);
+    CHECK(stuck(70 * kStep_ns, stamp_ns) == kAccelAxes);
+    REQUIRE(ok(buffer->push(ramp(stamp_ns += kStep_ns))));
+    const std::int64_t again_ns = stamp_ns;
+    hang(21);
+    CHECK(stuck(again_ns, stamp_ns) == kAccelAxes);
+    // The same, believed: from now on a run has to be four times as long.
+    REQUIRE(ok(buffer->push(ramp(stamp_ns += kStep_ns))));
+    const std::int64_t third_ns = stamp_ns;
+    hang(80);
+    CHECK(stuck(third_ns, stamp_ns) == 0);
+    hang(1);
+    CHECK(stuck(third_ns, stamp_ns) == kAccelAxes);
+}
+
 TEST_CASE("trust restores the readings to the bit", "[imu_doubt]") {
     const auto buffer = filled(41);
     buffer->set_doubt_noise({Eigen::Vector3d::Constant(0.25), Eigen::Vector3d::Constant(4.0)});
