@@ -12,6 +12,8 @@ namespace {
 // What a vehicle may have done in a second of which nothing is known, beyond going on.
 constexpr double kManoeuvre_m_per_s2 = 3.0;
 constexpr double kTilt_rad_per_s = 0.15;
+// Nominal periods within which the last reading before a keyframe lies, jitter included.
+constexpr double kLastReadings = 1.5;
 
 }  // namespace
 
@@ -41,26 +43,31 @@ Status Estimator::Impl::examine_image(Preintegration& preintegration, FrameEstim
         return Status::kNotFound;
     }
     FACET_TRY(compare_with_map(preintegration, out));
-    if (waiting.is_set && InertialDoubt::is_called_for(out, config.health.wrong_vision_chi2)) {
+    if (waiting.is_set && calls_for_doubt(out)) {
         take_waiting(preintegration);
         FACET_TRY(compare_with_map(preintegration, out));
     }
-    if (monitor.is_usable() && may_accuse && InertialDoubt::is_called_for(out, config.health.wrong_vision_chi2)) {
+    if (monitor.is_usable() && may_accuse && calls_for_doubt(out)) {
         doubt_readings(preintegration, out);
     }
     return Status::kOk;
 }
 
+bool Estimator::Impl::calls_for_doubt(const FrameEstimate& usual) const {
+    return InertialDoubt::is_called_for(usual, doubt_limits(), (span.stuck & ~doubt.axes()) != 0);
+}
+
 void Estimator::Impl::doubt_readings(Preintegration& preintegration, FrameEstimate& out) {
     const Timestamp stamp = now.stamp;
     const Preintegration as_read = preintegration;
+    const ImuAxisMask stuck = span.stuck;
     FrameEstimate free;
     imu.doubt(newest.stamp, stamp, kGyroAxes | kAccelAxes, doubt.steady(newest.state, gravity_m_per_s2));
     imu.set_doubt_noise(InertialDoubt::unlimited(config.imu_limits));
     const bool is_justified = ok(predict(stamp, preintegration)) && ok(compare_with_map(preintegration, free)) &&
-                              InertialDoubt::is_justified(out, free, config.health.high_vision_chi2);
+                              InertialDoubt::is_justified(out, free, doubt_limits(), (stuck & ~doubt.axes()) != 0);
     if (is_justified) {
-        doubt.begin(newest.state, free.state, as_read);
+        doubt.begin(newest.state, free.state, as_read, stuck);
         out = free;
     }
     if (doubt.is_active()) {
@@ -103,7 +110,7 @@ void Estimator::Impl::drop_doubt_without_witness(Preintegration& preintegration)
     const bool sees = static_cast<int>(tracks.observations.size()) >= config.health.few_features;
     if (is_odd_pair && !is_witnessed) {
         imu.trust(newest.stamp, now.stamp);
-    } else if (!sees) {
+    } else if (!sees && (doubt.axes() & ~span.stuck) != 0) {
         const Preintegration as_replaced = preintegration;
         imu.show_read(newest.stamp, now.stamp);
         if (ok(predict(now.stamp, preintegration))) {
@@ -164,6 +171,10 @@ void Estimator::Impl::follow_doubt() {
     }
     const std::span<const Keyframe> all(keyframes.data(), n);
     doubt.follow(all.last<3>(), imu, config.imu_noise, preintegration_from({}));
+    if (!doubt.is_active()) {  // the first step after this keyframe begins with a reading that is believed again
+        const Timestamp end = keyframes[n - 1].stamp;
+        imu.trust(end - Duration::from_seconds(kLastReadings / config.imu_noise.rate_hz), end);
+    }
     reset_wanted = reset_wanted || doubt.tilt_rad() > 0.0;
 }
 

@@ -149,6 +149,11 @@ struct Estimator::Impl {
     /// Compares the frame with the map; if it contradicts the inertial readings, settles which of them is right, and
     /// predicts `now` and integrates anew. @return kNotFound if there is nothing to compare with
     Status examine_image(Preintegration& preintegration, FrameEstimate& out);
+    InertialDoubt::Limits doubt_limits() const {
+        return {config.health.high_vision_chi2, config.health.wrong_vision_chi2};
+    }
+    /// @param usual  the frame at hand with the readings as they are
+    bool calls_for_doubt(const FrameEstimate& usual) const;
     void doubt_readings(Preintegration& preintegration, FrameEstimate& out);
     /// While readings are doubted: replaces those up to the frame that comes. @param stamp  of it
     void replace_doubted(Timestamp stamp);
@@ -156,7 +161,7 @@ struct Estimator::Impl {
     /// of a pair tell by matching each other, and so must those that the map is of.
     void judge_witness(const StereoFrame& frame);
     /// Readings that no keyframe may accuse are trusted again. Without images they are all there is: they are shown, as
-    /// uncertain as they were found.
+    /// uncertain as they were found, unless they hang.
     void drop_doubt_without_witness(Preintegration& preintegration);
     /// After a keyframe.
     void follow_doubt();

@@ -24,7 +24,8 @@ constexpr int kAgreements = 2;
 constexpr int kTilts = 4;
 // Over shorter intervals poses tell next to nothing of a force.
 constexpr double kLeastInterval_s = 0.08;
-constexpr int kFew = 4;
+constexpr int kFew = 4;  // one in so many
+constexpr int kHalf = 2;
 constexpr int kNearlyAll = 5;               // all but one in so many
 constexpr double kMostTilt_m_per_s2 = 5.0;  // half a radian's
 
@@ -50,10 +51,19 @@ StepNoise InertialDoubt::unlimited(const ImuLimits& limits) {
     return density(limits.gyro_range_rad_per_s, limits.accel_range_m_per_s2);
 }
 
-bool InertialDoubt::is_justified(const FrameEstimate& usual, const FrameEstimate& free, double good_chi2) {
-    const bool is_rigid = free.chi2 < good_chi2 && 2 * free.agreeing > free.landmarks;
+bool InertialDoubt::is_called_for(const FrameEstimate& usual, const Limits& limits, bool is_stuck) {
+    // Readings that lead astray slowly leave the tracks behind one by one: then those that are left fit.
+    const bool is_left_behind = (is_stuck ? kHalf : kFew) * usual.agreeing < usual.landmarks;
+    return is_left_behind || usual.chi2 > (is_stuck ? limits.good_chi2 : limits.wrong_chi2) ||
+           usual.inertial_chi2 > (is_stuck ? kStuckChi2 : kBentChi2);
+}
+
+bool InertialDoubt::is_justified(const FrameEstimate& usual, const FrameEstimate& free, const Limits& limits,
+                                 bool is_stuck) {
+    const bool is_rigid = free.chi2 < limits.good_chi2 && kHalf * free.agreeing > free.landmarks;
     const bool is_one_piece = kNearlyAll * (free.landmarks - free.agreeing) < free.landmarks;
-    return is_rigid && (kFew * usual.agreeing < free.agreeing || (usual.inertial_chi2 > kBentChi2 && is_one_piece));
+    return is_rigid &&
+           (kFew * usual.agreeing < free.agreeing || ((is_stuck || usual.inertial_chi2 > kBentChi2) && is_one_piece));
 }
 
 StepNoise InertialDoubt::noise() const { return density(gyro_left_, accel_left_); }
@@ -66,6 +76,7 @@ StepNoise InertialDoubt::noise_between(const Preintegration& as_read, const Prei
 
 void InertialDoubt::end() {
     axes_ = 0;
+    has_hung_ = false;
     agreements_ = tilts_ = 0;
     tilt_rad_ = 0.0;
 }
@@ -88,14 +99,18 @@ DoubtedReadings InertialDoubt::readings(const NavState& from, double gravity_m_p
     return is_active() ? DoubtedReadings{axes_, steady(from, gravity_m_per_s2), noise()} : DoubtedReadings{};
 }
 
-void InertialDoubt::begin(const NavState& i, const NavState& j, const Preintegration& ij) {
+void InertialDoubt::begin(const NavState& i, const NavState& j, const Preintegration& ij, ImuAxisMask stuck) {
     const double h = ij.dt_s();
     const ImuBias found = inertial_error(i, j, ij);
     const bool is_gyro = found.gyro.norm() > kConfidence * kTurn_rad / h;
     const bool is_accel = found.accel.norm() > kConfidence * 2.0 * kPlace_m / (h * h);
+    const ImuAxisMask clear = is_gyro == is_accel ? 0 : (is_gyro ? kGyroAxes : kAccelAxes);
+    // Of two sensors the one that hangs is at fault, unless it is clearly the other: in simulations both may repeat.
+    const auto suspects = static_cast<ImuAxisMask>(stuck & ~axes_);
+    has_hung_ = suspects != 0 && (clear == 0 || (clear & suspects) != 0);
     // Readings that are replaced already say nothing of which of the sensors it is.
-    const bool is_unclear = is_active() || is_gyro == is_accel;
-    axes_ = is_unclear ? kGyroAxes | kAccelAxes : (is_gyro ? kGyroAxes : kAccelAxes);
+    const ImuAxisMask found_axes = is_active() || clear == 0 ? kGyroAxes | kAccelAxes : clear;
+    axes_ = has_hung_ ? static_cast<ImuAxisMask>(axes_ | (clear != 0 ? clear : suspects)) : found_axes;
     agreements_ = 0;
     w_B_ = so3_log(i.q_W_B.conjugate() * j.q_W_B) / h;
 }
@@ -117,11 +132,15 @@ void InertialDoubt::follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, co
     Preintegration jk = empty;
     ij.reset(i.state.bias);
     jk.reset(j.state.bias);
+    ImuSpan span_ij;
+    ImuSpan span_jk;
     imu.exchange_read();
-    const bool is_read = ok(imu.integrate_between(i.stamp, j.stamp, noise, ij)) &&
-                         ok(imu.integrate_between(j.stamp, k.stamp, noise, jk));
+    const bool is_read = ok(imu.integrate_between(i.stamp, j.stamp, noise, ij, &span_ij)) &&
+                         ok(imu.integrate_between(j.stamp, k.stamp, noise, jk, &span_jk));
     imu.exchange_read();
-    if (is_read) {
+    if (has_hung_ && ((span_ij.stuck | span_jk.stuck) & axes_) != 0) {
+        agreements_ = tilts_ = 0;
+    } else if (is_read) {
         judge(i.state, j.state, k.state, ij, jk);
     }
 }
@@ -148,8 +167,9 @@ void InertialDoubt::judge(const NavState& i, const NavState& j, const NavState& 
     agreements_ = turns_alike && moves_alike ? agreements_ + 1 : 0;
     const bool is_tilt = is_same_tilt(j.q_W_B * off.accel, kConfidence * least.accel);
     tilts_ = turns_alike && !moves_alike && is_tilt ? tilts_ + 1 : 0;
-    if (agreements_ == kAgreements || tilts_ == kTilts) {
-        const double tilt = agreements_ == kAgreements ? 0.0 : force_W_.norm() / jk.gravity_m_per_s2();
+    const bool agrees = agreements_ == (has_hung_ ? 1 : kAgreements);
+    if (agrees || tilts_ == kTilts) {
+        const double tilt = agrees ? 0.0 : force_W_.norm() / jk.gravity_m_per_s2();
         end();
         tilt_rad_ = tilt;
     }

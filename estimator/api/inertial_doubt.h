@@ -24,9 +24,14 @@ namespace facet {
 /// After a longer interval the readings are known so much less well that images bend them instead: images fit, and what
 /// contradicts is the inertial term (kBentChi2). Then nearly all tracks have to fit with nothing known of the motion.
 ///
+/// A sensor that hangs (StuckReadings) is probably the one that is wrong, or nothing is, and it gives what it should.
+/// Then images need not throw it out: it is doubted by what makes a frame DEGRADED (`good_chi2`) or is beyond three
+/// standard deviations of the inertial term (kStuckChi2), if nearly all tracks fit with nothing known of the motion.
+///
 /// The readings of the sensor that is wrong, or of both, are replaced by those of a steady motion, at the rate that the
 /// last two frames tell, with the noise of what the motion has differed from that by (inertial_error at keyframes). The
-/// doubt ends when at two keyframes in a row the readings have agreed with what the images told. Readings that turn
+/// doubt ends when at two keyframes in a row the readings have agreed with what the images told; not while the sensor
+/// hangs, and at the first agreement after that, because then the reason for the doubt is gone. Readings that turn
 /// alike, but whose force is off by the same horizontal vector of the world at four keyframes in a row, tell of an
 /// attitude that has tilted meanwhile: see tilt_rad(). Thread-bound. No heap.
 class InertialDoubt {
@@ -34,12 +39,17 @@ public:
     /// White noise of readings that tell nothing: anywhere within their ranges.
     static StepNoise unlimited(const ImuLimits& limits);
 
-    /// @param usual  of the frame with the readings as they are
-    static bool is_called_for(const FrameEstimate& usual, double wrong_chi2) {
-        return usual.chi2 > wrong_chi2 || usual.inertial_chi2 > kBentChi2;
-    }
+    /// Variance of a frame's residuals over the expected one (HealthConfig).
+    struct Limits {
+        double good_chi2 = 0.0;   ///< images that fit stay below it
+        double wrong_chi2 = 0.0;  ///< images that the readings leave unexplained go beyond it
+    };
+    /// @param usual     of the frame with the readings as they are
+    /// @param is_stuck  a sensor hangs that is not doubted
+    static bool is_called_for(const FrameEstimate& usual, const Limits& limits, bool is_stuck);
     /// @param free  of the frame with nothing known of the motion
-    static bool is_justified(const FrameEstimate& usual, const FrameEstimate& free, double good_chi2);
+    static bool is_justified(const FrameEstimate& usual, const FrameEstimate& free, const Limits& limits,
+                             bool is_stuck);
 
     bool is_active() const { return axes_ != 0; }
     ImuAxisMask axes() const { return axes_; }
@@ -58,8 +68,10 @@ public:
     /// What readings after this state shall be taken for.
     DoubtedReadings readings(const NavState& from, double gravity_m_per_s2) const;
 
-    /// The readings from the newest keyframe i were found wrong at a frame j. @param ij  as read
-    void begin(const NavState& i, const NavState& j, const Preintegration& ij);
+    /// The readings from the newest keyframe i were found wrong at a frame j.
+    /// @param ij     as read
+    /// @param stuck  axes of the sensors that hang
+    void begin(const NavState& i, const NavState& j, const Preintegration& ij, ImuAxisMask stuck);
     /// What readings that have been replaced leave. @param ij  as replaced
     void measure(const NavState& i, const NavState& j, const Preintegration& ij);
     StepNoise noise() const;
@@ -79,12 +91,14 @@ public:
 private:
     /// Seven standard deviations; four logs with flight vibration and calibration error have at most 4.3.
     static constexpr double kBentChi2 = 50.0;
+    static constexpr double kStuckChi2 = 9.0;  ///< of a sensor that hangs
 
     bool is_same_tilt(const Eigen::Vector3d& force_W, double tolerance);
 
     ImuAxisMask axes_ = 0;    ///< of the sensors that are not believed
     double gyro_left_ = 0.0;  ///< deviation of the true readings from the replaced ones (rad/s)
     double accel_left_ = 0.0;
+    bool has_hung_ = false;                              ///< what is doubted, since the doubt began
     int agreements_ = 0;                                 ///< keyframes in a row
     int tilts_ = 0;                                      ///< keyframes in a row with the same horizontal force
     Eigen::Vector3d force_W_ = Eigen::Vector3d::Zero();  ///< what readings were off by at the last one

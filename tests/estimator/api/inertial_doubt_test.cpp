@@ -17,6 +17,8 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
+constexpr InertialDoubt::Limits kLimits{4.0, 25.0};
+
 FrameEstimate frame(double chi2, int landmarks, int agreeing) {
     FrameEstimate out;
     out.chi2 = chi2;
@@ -39,7 +41,9 @@ struct Faulty {
         return s;
     }
     Preintegration readings(double t0, double t1) { return flight.preintegrate(t0, t1, {}, ImuNoise{}); }
-    void begin(InertialDoubt& doubt) { doubt.begin(state(1.0), state(1.1), readings(1.0, 1.1)); }
+    void begin(InertialDoubt& doubt, ImuAxisMask stuck = 0) {
+        doubt.begin(state(1.0), state(1.1), readings(1.0, 1.1), stuck);
+    }
     /// A keyframe at t, two tenths of a second after the one before it.
     void judge(InertialDoubt& doubt, double t) {
         doubt.judge(state(t - 0.4), state(t - 0.2), state(t), readings(t - 0.4, t - 0.2), readings(t - 0.2, t));
@@ -55,11 +59,20 @@ const ImuBias kAccelFault{Eigen::Vector3d::Zero(), {0.0, 3.0, -4.0}};
 struct Recovered {
     static constexpr double kPeriod_s = 0.2;
 
-    Recovered() {
-        Faulty(kGyroFault).begin(doubt);
-        for (int k = 0; k <= 400; ++k) {
-            REQUIRE(ok(imu->push(flight.imu(0.005 * k))));
+    /// @param hangs_until_s  the gyroscope of a vehicle that does not turn
+    explicit Recovered(const SyntheticFlight::Options& options = turning(), double hangs_until_s = 0.0)
+        : flight(options) {
+        Faulty(kGyroFault).begin(doubt, hangs_until_s > 0.0 ? kGyroAxes : ImuAxisMask{0});
+        for (int k = 0; k <= 480; ++k) {
+            ImuSample sample = flight.imu(0.005 * k);
+            sample.w_B.x() += 0.005 * k > hangs_until_s && k % 2 == 0 ? 1e-6 : 0.0;
+            REQUIRE(ok(imu->push(sample)));
         }
+    }
+    static SyntheticFlight::Options steady() {
+        SyntheticFlight::Options options;
+        options.motion.yaw_rad = options.motion.roll_rad = options.motion.pitch_rad = 0.0;
+        return options;
     }
     static SyntheticFlight::Options turning() {
         SyntheticFlight::Options options;
@@ -101,7 +114,7 @@ struct Recovered {
         return off.norm();
     }
 
-    SyntheticFlight flight{turning()};
+    SyntheticFlight flight;
     ImuNoise noise = test::euroc_like_noise();
     std::unique_ptr<ImuBuffer> imu = std::make_unique<ImuBuffer>(200.0);
     InertialDoubt doubt;
@@ -110,24 +123,58 @@ struct Recovered {
 }  // namespace
 
 TEST_CASE("readings are doubted where images show one other motion, not where some of the scene moves", "[doubt]") {
-    CHECK_FALSE(InertialDoubt::is_called_for(frame(3.0, 200, 190), 25.0));
-    CHECK(InertialDoubt::is_called_for(frame(900.0, 200, 3), 25.0));
-    CHECK(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 180), 4.0));
+    CHECK_FALSE(InertialDoubt::is_called_for(frame(3.0, 200, 190), kLimits, false));
+    CHECK(InertialDoubt::is_called_for(frame(900.0, 200, 3), kLimits, false));
+    CHECK(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 180), kLimits, false));
     // Four tenths of the tracks go with the readings: six tenths of the scene move.
-    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 80), frame(1.0, 200, 120), 4.0));
+    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 80), frame(1.0, 200, 120), kLimits, false));
     // No motion explains the images.
-    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(300.0, 200, 180), 4.0));
-    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 60), 4.0));
+    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(300.0, 200, 180), kLimits, false));
+    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 60), kLimits, false));
 }
 
 TEST_CASE("readings that images have bent are doubted where the scene is one piece", "[doubt]") {
     FrameEstimate bent = frame(1.0, 200, 195);
     bent.inertial_chi2 = 100.0;
-    CHECK(InertialDoubt::is_called_for(bent, 25.0));
-    CHECK(InertialDoubt::is_justified(bent, frame(1.0, 200, 195), 4.0));
-    CHECK_FALSE(InertialDoubt::is_justified(bent, frame(1.0, 200, 150), 4.0));  // a fourth of the scene moves
+    CHECK(InertialDoubt::is_called_for(bent, kLimits, false));
+    CHECK(InertialDoubt::is_justified(bent, frame(1.0, 200, 195), kLimits, false));
+    CHECK_FALSE(
+        InertialDoubt::is_justified(bent, frame(1.0, 200, 150), kLimits, false));  // a fourth of the scene moves
     bent.inertial_chi2 = 20.0;
-    CHECK_FALSE(InertialDoubt::is_called_for(bent, 25.0));
+    CHECK_FALSE(InertialDoubt::is_called_for(bent, kLimits, false));
+}
+
+TEST_CASE("of a sensor that hangs less contradiction is needed, but some, and by the whole scene", "[doubt]") {
+    const auto seen = [](double chi2, double inertial_chi2) {
+        FrameEstimate out = frame(chi2, 200, 150);
+        out.inertial_chi2 = inertial_chi2;
+        return out;
+    };
+    for (const FrameEstimate& odd : {seen(5.0, 1.0), seen(1.0, 12.0)}) {
+        CHECK_FALSE(InertialDoubt::is_called_for(odd, kLimits, false));
+        CHECK(InertialDoubt::is_called_for(odd, kLimits, true));
+        CHECK_FALSE(InertialDoubt::is_justified(odd, frame(1.0, 200, 195), kLimits, false));
+        CHECK(InertialDoubt::is_justified(odd, frame(1.0, 200, 195), kLimits, true));
+        CHECK_FALSE(InertialDoubt::is_justified(odd, frame(1.0, 200, 150), kLimits, true));  // a fourth moves
+        CHECK_FALSE(InertialDoubt::is_justified(odd, frame(5.0, 200, 195), kLimits, true));
+    }
+    CHECK_FALSE(InertialDoubt::is_called_for(seen(3.0, 4.0), kLimits, true));
+}
+
+TEST_CASE("the sensor that hangs is the one at fault", "[doubt]") {
+    InertialDoubt doubt;
+    Faulty({}).begin(doubt, kGyroAxes);  // nothing tells yet which of them it is
+    CHECK(doubt.axes() == kGyroAxes);
+    Faulty({}).begin(doubt, kGyroAxes);  // contradicted again, with that one replaced
+    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
+    doubt.end();
+    Faulty({}).begin(doubt, kGyroAxes | kAccelAxes);
+    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
+    doubt.end();
+    Faulty(kAccelFault).begin(doubt, kGyroAxes);  // a gyroscope that repeats, without noise, and is right
+    CHECK(doubt.axes() == kAccelAxes);
+    Faulty({}).begin(doubt, kGyroAxes);
+    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
 }
 
 TEST_CASE("the sensor at fault is found; both are doubted where that is unclear", "[doubt]") {
@@ -183,6 +230,19 @@ TEST_CASE("however lively the turn, a gyroscope that works again is believed aft
     CHECK(recovered.first_order(1.6) > 0.03);
     CHECK(recovered.first_order(1.8) > 0.03);
     CHECK(recovered.doubt.tilt_rad() == 0.0);
+}
+
+TEST_CASE("a sensor is not believed while it hangs, though it may read what is right", "[doubt]") {
+    Recovered hanging(Recovered::steady(), 1.5);
+    REQUIRE(hanging.doubt.axes() == kGyroAxes);
+    for (int k = 0; k < 4; ++k) {
+        hanging.follow(1.0 + 0.2 * k);
+        CHECK(hanging.doubt.is_active());
+    }
+    hanging.follow(1.8);  // the readings since 1.4 s: some of them hang
+    CHECK(hanging.doubt.is_active());
+    hanging.follow(2.0);  // the reason for the doubt is gone: once is enough
+    CHECK_FALSE(hanging.doubt.is_active());
 }
 
 TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "[doubt]") {
