@@ -53,7 +53,6 @@ struct Swaying {
             frame.right = with_right ? frame.right : ImageView{};
             REQUIRE(ok(estimator.add_frame(frame, estimate)));
             const TrackingState state = estimate.health.state;
-            was_lost = was_lost || state == TrackingState::kLost;
             if (state == TrackingState::kTracking || state == TrackingState::kDegraded) {
                 after_s = std::min(after_s, kFrame_s * n);
             }
@@ -69,7 +68,6 @@ struct Swaying {
     StillVehicle vehicle;
     Estimator estimator;
     Estimate estimate;
-    bool was_lost = false;
     const Eigen::Vector3d up_B = Eigen::Vector3d::UnitZ();
 
 private:
@@ -111,10 +109,19 @@ TEST_CASE("a state that has run away begins anew from gravity, where the vehicle
     EstimatorConfig config;
     config.health.max_speed_m_per_s = 1.0;
     REQUIRE(ok(flight.estimator.configure(config, flight.vehicle.rig)));
-    flight.fly(3.0, true);
+    // It runs away again whenever it is fast: looked at where it has had a good start since.
     const Estimate& e = flight.estimate;
+    bool has_flown = false;
+    bool has_run_away = false;
+    int tracked = 0;  // frames in a row since
+    for (int frame = 0; frame < 100 && tracked < 5; ++frame) {
+        flight.fly(0.05, true);
+        has_run_away = has_run_away || (has_flown && e.health.state == TrackingState::kLost);
+        has_flown = has_flown || e.health.state == TrackingState::kTracking;
+        tracked = has_run_away && e.health.state == TrackingState::kTracking ? tracked + 1 : 0;
+    }
+    CHECK(tracked == 5);
     CAPTURE(to_string(e.health.state), e.health.reset_counter, flight.error_m_per_s(), e.state.p_W_B.transpose());
-    CHECK(flight.was_lost);
     CHECK(e.health.reset_counter > 0);
     CHECK((e.state.q_W_B.conjugate() * Eigen::Vector3d::UnitZ() - flight.up_B).norm() < 0.02);
     const Eigen::Vector3d place_sigma = e.covariance.diagonal().segment<3>(3).cwiseSqrt();
