@@ -68,6 +68,9 @@ class Cells(unittest.TestCase):
         self.assertEqual(hard.error_cells({1: drawn(*[0.9] * 9), 2: drawn(*[1.1] * 9)}), few)
         self.assertEqual(hard.error_cells({1: drawn(0.5, 2.0)}), ["1.000", "1.00", "2.00"])
 
+    def test_buildings_and_draws_are_counted(self):
+        self.assertEqual([hard.count_cell(draws) for draws in ([3, 3], [2, 1], [])], ["2 x 3", "2 + 1", "0"])
+
     def test_scale_is_compared_with_the_truth_and_between_modes(self):
         pairs = {1: [({"scale": 1.003}, {"scale": 1.001}), ({"scale": 0.996}, {"scale": 0.998})]}
         self.assertEqual(hard.scale_cell(pairs), "0.354, 0.158, 0.200")
@@ -106,9 +109,9 @@ class Table(unittest.TestCase):
             self.assertEqual(faults, {f"calibration=1,{seed}" for seed in (10001, 10002, 10101, 10102)})
             table = document.read_text()
             self.assertIn("-->\nkept\n<!-- end -->", table)
-            self.assertIn("| nominal | 2 + 2 | 2.00 | 0.500 [0.500, 0.500] | 0.50 | 0.50 |", table)
-            self.assertIn("| of these, a floor tilted by 1 deg and more | 2 | 2.00 | 0.500 |", table)
-            self.assertIn("| dim light | 2 | 2.00 | 0.500 | 0.50 | 0.50 |", table)
+            self.assertIn("| nominal | 2 x 2 | 2.00 | 0.500 [0.500, 0.500] | 0.50 | 0.50 |", table)
+            self.assertIn("| of these, a floor tilted by 1 deg and more | 1 x 2 | 2.00 | 0.500 |", table)
+            self.assertIn("| dim light | 1 x 2 | 2.00 | 0.500 | 0.50 | 0.50 |", table)
             self.assertIn("'dim light:1'`, commit 0123abc.", table)  # nothing of --resume and --jobs
             self.assertEqual(len(json.loads((folder / "out/results.json").read_text())["nominal"]["101"]), 2)
 
