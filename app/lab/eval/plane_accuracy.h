@@ -74,7 +74,8 @@ struct PlaneEvaluation {
     double recall() const { return wanted > 0 ? static_cast<double>(wanted_found) / wanted : 0.0; }
 };
 
-/// Evaluates planes given in the world of the estimate. @param surfaces  what is known of where they are. Heap. Reentrant.
+/// Evaluates planes given in the world of the estimate. @param surfaces  what is known of where they are. Heap.
+/// Reentrant.
 PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const PlaneSurfaces& surfaces,
                                 const SceneTruth& truth, const Se3& T_true_est, const PlaneEvalOptions& options);
 

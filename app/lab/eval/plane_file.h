@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -15,7 +16,7 @@ namespace facet {
 /// point is surface if an odd number of them is around it.
 struct PlaneOutline {
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-    Eigen::Vector3d axes[2] = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
+    std::array<Eigen::Vector3d, 2> axes{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
     std::vector<std::vector<Eigen::Vector2d>> lines;  ///< boundaries and holes of all regions
 };
 

@@ -30,9 +30,9 @@ struct StrictPlanes {
 };
 
 /// An estimate is right if
-///   * at least `overlap` of its surface lies within `offset_m` of true surface that is turned like it, and some of that
-///     belongs to a plane of the scene: surface in one plane, such as the backs of a row of books or a wall on both
-///     sides of a door, may be several of these;
+///   * at least `overlap` of its surface lies within `offset_m` of true surface that is turned like it, and some of
+///     that belongs to a plane of the scene: surface in one plane, such as the backs of a row of books or a wall on
+///     both sides of a door, may be several of these;
 ///   * at more than half of its keyframes its normal and the centroid of its landmarks are within the limits of one of
 ///     them, always the same;
 ///   * no other estimate is of that plane.
