@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/window/plain_loss.h"
 #include "estimator/window/vision_noise.h"
 
 namespace facet {
@@ -15,7 +16,6 @@ constexpr double kNegligibleStep = 1e-6;   // rad, m, m/s
 constexpr double kFirstThreshold = 1.5;    // of Huber's loss in the first step, before the state is roughly right
 constexpr double kSettledThreshold = 1.2;  // of Cauchy's afterwards, in standard deviations: as in the window
 constexpr double kAgreeing = 9.0;          // squared
-constexpr RobustLoss kPlainLoss{1e100, false};
 
 }  // namespace
 

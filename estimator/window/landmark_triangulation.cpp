@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "estimator/geometry/triangulation.h"
+#include "estimator/window/plain_loss.h"
 
 namespace facet {
 namespace {
 
-constexpr RobustLoss kAlreadyWeighted{1e100, false};
 using Sightings = boost::container::static_vector<Sighting, 2 * kMaxKeyframes>;
 
 /// @param weights  that the sightings' whitening shall contain; empty: none
@@ -43,7 +43,7 @@ bool triangulate_landmark(const WindowState& state, const WindowCameras& cameras
     Sightings sightings;
     collect_sightings(landmark, cameras, weights, sightings);
     TriangulationOptions options;
-    options.loss = weights.empty() ? cameras.loss() : kAlreadyWeighted;
+    options.loss = weights.empty() ? cameras.loss() : kPlainLoss;
     options.rho_prior_sigma = kRhoPriorSigma;
     std::optional<PlaneChart> plane;
     if (landmark.plane != Landmark::kNoPlane) {
