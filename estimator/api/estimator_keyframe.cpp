@@ -15,7 +15,7 @@ constexpr double kReintegrateGyro = 2e-3;   // rad/s
 constexpr double kReintegrateAccel = 5e-2;  // m/s^2
 constexpr double kReintegrateScale = 1e-3;
 // Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small.
-constexpr double kInitEffort = 4.0;
+constexpr double kInitEffort = 6.0;
 // After a frame that came too late, up to the next keyframe: share of the solver's steps.
 constexpr double kLateEffort = 0.5;
 // The front-end's order of the corrections is that of the calibration's tangent.

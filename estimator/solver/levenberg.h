@@ -27,8 +27,8 @@ struct LevenbergSummary {
     double final_cost = 0.0;
     bool solver_failed = false;  ///< no positive definite system at any damping tried
     int systems = 0;             ///< linearized in full
-    int matrix = 0;              ///< the workspace's system that holds the last one's matrix
-    bool is_factorized = false;  ///< the solver holds the factor, undamped, of the last system linearized in full
+    int matrix = 0;              ///< the workspace's system that holds the matrix of the last states that have one
+    bool is_factorized = false;  ///< the solver holds its factor, undamped
 };
 
 /// The two systems that iterations alternate between, and the solver. Several MB: lives in the window.
@@ -52,8 +52,8 @@ struct LevenbergWorkspace {
 /// exact. With a robust loss steps gain more than promised, since weights overrate its curvature; a new matrix would
 /// overrate it as well.
 /// At the end `workspace.systems[current]` holds the gradient at the final states, and the summary says where the
-/// matrix is: at the final states if !is_factorized. At most max_iterations steps, and one linearization more: a system
-/// in place of a matrix that was kept too long counts as a step. No heap.
+/// matrix is: at the final states if !is_factorized. At most max_iterations steps, and one linearization more, two if the
+/// last step's takes the matrix with it: a system in place of a matrix that was kept too long counts as a step. No heap.
 template <class Problem>
 LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, LevenbergWorkspace& workspace,
                            int& current) {
@@ -65,7 +65,6 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
     bool is_trusted = options.trusts_first;  // the matrix may serve once more
     const auto linearize_in_full = [&](int into) {
         ++summary.systems;
-        summary.matrix = into;
         return problem.linearize(workspace.systems[into]);
     };
     const auto solve = [&] {
@@ -73,27 +72,31 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
                           : problem.solve_again(workspace.solver, workspace.systems[current]);
     };
     // After a failure: with a new matrix if it is not of these states, otherwise more cautiously.
-    const auto retreat = [&] {
+    // @return false if the matrix is not of these states, and no step is left for a new one
+    const auto retreat = [&](bool is_matrix_lost) {
         is_trusted = false;
-        if (!has_matrix) {
-            if (summary.iterations + 1 < options.max_iterations) {
-                ++summary.iterations;
-                linearize_in_full(current);
-                has_matrix = true;
-            } else {  // no step would be left for it
-                summary.iterations = options.max_iterations;
-            }
-            return;
+        if (has_matrix) {
+            lambda = std::max(lambda * growth, options.first_lambda);
+            growth *= 4.0;
+            return true;
         }
-        lambda = std::max(lambda * growth, options.first_lambda);
-        growth *= 4.0;
+        if (!is_matrix_lost && summary.iterations + 1 >= options.max_iterations) {
+            return false;
+        }
+        summary.iterations = std::min(summary.iterations + 1, options.max_iterations);
+        linearize_in_full(current);
+        summary.matrix = current;
+        has_matrix = true;
+        return true;
     };
     summary.initial_cost = summary.final_cost = linearize_in_full(current);
     while (summary.iterations < options.max_iterations) {
         ++summary.iterations;
         summary.solver_failed = !ok(solve());
         if (summary.solver_failed) {
-            retreat();
+            if (!retreat(false)) {
+                break;
+            }
             continue;
         }
         const double negligible = options.relative_decrease * (1.0 + std::abs(summary.final_cost));
@@ -110,14 +113,18 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
         const double gain = summary.final_cost - cost;
         if (!(gain >= 0.0) || !std::isfinite(cost)) {
             problem.restore();
-            if (largest < options.min_step) {
+            // The candidate's system may have taken the place of the only matrix there was.
+            const bool is_matrix_lost = !keeps_matrix && summary.matrix == 1 - current;
+            if ((largest < options.min_step && !is_matrix_lost) || !retreat(is_matrix_lost)) {
                 break;
             }
-            retreat();
             continue;
         }
         current = 1 - current;
         has_matrix = !keeps_matrix;
+        if (has_matrix) {
+            summary.matrix = current;
+        }
         const double ratio = gain / std::max(workspace.solver.predicted_decrease(), 1e-12);
         is_trusted = ratio >= options.trusted_gain;
         lambda *= std::max(0.1, 1.0 - std::pow(2.0 * std::min(ratio, 1.0) - 1.0, 3));

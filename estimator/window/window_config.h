@@ -11,7 +11,7 @@ namespace facet {
 /// Units, ranges and meanings: kWindowFields below.
 struct WindowConfig {
     int keyframes = 20;
-    int max_iterations = 6;
+    int max_iterations = 4;
     double pixel_sigma_px = 0.5;
     bool learn_pixel_sigma = true;
     double loss_threshold = 1.2;

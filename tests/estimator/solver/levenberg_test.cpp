@@ -32,8 +32,15 @@ public:
     }
     Status solve_again(ReducedSolver& solver, const ReducedSystem& system) { return solver.solve_again(system); }
     void save() { saved_ = x_; }
-    void apply(const ReducedSolver::Step& step) { x_ = saved_ + step; }
-    void restore() { x_ = saved_; }
+    void apply(const ReducedSolver::Step& step) {
+        x_ = saved_ + step;
+        is_refused_ = false;
+    }
+    bool last_is_refused() const { return is_refused_; }
+    void restore() {
+        x_ = saved_;
+        is_refused_ = true;
+    }
 
     const Eigen::Matrix<double, kStateDim, 1>& x() const { return x_; }
     int linearizations = 0;
@@ -59,6 +66,7 @@ private:
 
     Eigen::Matrix<double, kStateDim, 1> x_;
     Eigen::Matrix<double, kStateDim, 1> saved_;
+    bool is_refused_ = false;
 };
 
 }  // namespace
@@ -164,4 +172,28 @@ TEST_CASE("levenberg makes a new matrix where the first one was trusted in vain"
     CHECK(summary.systems > 1);
     CHECK(valley.x()(0) == Approx(1.0).margin(1e-5));
     CHECK(valley.x()(1) == Approx(1.0).margin(1e-5));
+}
+
+TEST_CASE("levenberg says where the matrix of the final states is, whatever ends it", "[levenberg]") {
+    const auto workspace = std::make_unique<LevenbergWorkspace>();
+    const auto at_end = std::make_unique<ReducedSystem>();
+    const bool trusts_first = GENERATE(false, true);
+    int refused = 0;
+    for (int budget = 1; budget <= 30; ++budget) {
+        Valley valley(-1.2, 1.0);
+        LevenbergOptions options;
+        options.trusts_first = trusts_first;
+        options.max_iterations = budget;
+        options.relative_decrease = 0.0;
+        int current = 0;
+        const LevenbergSummary summary = levenberg(valley, options, *workspace, current);
+        refused += valley.last_is_refused() ? 1 : 0;
+        valley.linearize(*at_end);
+        CHECK((Eigen::VectorXd(at_end->g()) - Eigen::VectorXd(workspace->systems[current].g())).norm() < 1e-12);
+        if (!summary.is_factorized) {
+            const Eigen::MatrixXd difference = at_end->h() - workspace->systems[summary.matrix].h();
+            CHECK(Eigen::MatrixXd(difference.triangularView<Eigen::Lower>()).norm() < 1e-12);
+        }
+    }
+    CHECK(refused > 0);  // some budgets end with a step that is taken back
 }
