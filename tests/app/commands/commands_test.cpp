@@ -1,38 +1,20 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // The program's command line: exit codes and what it says, from outside.
-#include <sys/wait.h>
-
-#include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "tests/app/commands/run_program.h"
 #include "tests/support/asl_folder.h"
 #include "tests/support/temp_dir.h"
 
 namespace facet {
 namespace {
 
-struct Outcome {
-    int code = -1;
-    std::string out;
-    std::string err;
-};
-
-Outcome run(const test::TempDir& dir, const std::string& arguments) {
-    const std::string command =
-        std::string(FACET_PROGRAM) + " " + arguments + " >" + dir.file("stdout") + " 2>" + dir.file("stderr");
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_file(dir.file("stdout")),
-            test::read_file(dir.file("stderr"))};
-}
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-std::size_t count_lines(const std::string& text) {
-    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
-}
+using test::contains;
+using test::count_lines;
+using test::Outcome;
+using test::run;
 
 /// A vehicle whose devices are nowhere.
 std::string write_vehicle(const test::TempDir& dir) {
@@ -187,73 +169,6 @@ TEST_CASE("bad usage is one line and exit code 2") {
         CHECK(outcome.err.starts_with("facet: error: "));
         CHECK(count_lines(outcome.err) == 1);
     }
-}
-
-/// Command line of a shell, with $FACET for the program.
-int shell(const test::TempDir& dir, const std::string& line) {
-    const int status = std::system(("FACET='" FACET_PROGRAM "'; cd '" + dir.path() + "'; " + line).c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-/// So few frames need not give an estimate, but any exit code but 0 and 1 is a crash.
-bool has_ended_by_itself(int code) { return code == 0 || code == 1; }
-
-TEST_CASE("a replay that is refused leaves the results of the one before it alone") {
-    const test::TempDir dir;
-    test::write_asl_folder(dir, 5);
-    const std::string replay = "replay " + dir.path() + " --quiet --out " + dir.file("out");
-    REQUIRE(has_ended_by_itself(run(dir, replay).code));
-    const std::string health = test::read_file(dir.file("out/health.csv"));
-    REQUIRE(count_lines(health) == 6);
-    CHECK(run(dir, replay + " --start 1000").code == 2);
-    CHECK(run(dir, replay + " --set frontend.window_px=20").code == 2);
-    CHECK(test::read_file(dir.file("out/health.csv")) == health);
-    CHECK_FALSE(std::filesystem::exists(dir.file("out/health.csv.part")));
-}
-
-TEST_CASE("output that cannot be written never ends a run, and is told of") {
-    const test::TempDir dir;
-    test::write_asl_folder(dir, 5);
-    std::filesystem::remove(dir.file("mav0/cam0/data/" + test::asl_image_name(2)));  // a warning
-    const std::string replay = "$FACET replay . --out out ";
-    const auto ran_to_its_end = [&] {
-        const bool all = std::filesystem::exists(dir.file("out/summary.json")) &&
-                         count_lines(test::read_file(dir.file("out/health.csv"))) == 6;
-        std::filesystem::remove_all(dir.file("out"));
-        return all;
-    };
-    CHECK(has_ended_by_itself(shell(dir, replay + ">log 2>/dev/full")));
-    CHECK(ran_to_its_end());
-    CHECK(has_ended_by_itself(shell(dir, replay + "2>&1 >log | true")));
-    CHECK(ran_to_its_end());
-    CHECK(has_ended_by_itself(shell(dir, replay + "<&- >&- 2>&-")));
-    const std::string tum = test::read_file(dir.file("out/trajectory.tum"));
-    CHECK_FALSE(contains(tum, "frames"));
-    CHECK(ran_to_its_end());
-    CHECK(shell(dir, "$FACET info --config >/dev/full 2>err") == 1);
-    CHECK(contains(test::read_file(dir.file("err")), "standard output: cannot be written"));
-    CHECK(shell(dir, "{ $FACET info --config; echo $? >code; } | true") == 0);  // its reader wants no more
-    CHECK(test::read_file(dir.file("code")) == "0\n");
-    // A path that is no UTF-8 ends up in the summary somehow.
-    CHECK(has_ended_by_itself(shell(dir,
-                                    "mv mav0 $(printf 'mav\\351'); $FACET replay $(printf 'mav\\351') --out out >log "
-                                    "2>&1")));
-    CHECK(ran_to_its_end());
-}
-
-TEST_CASE("a log of which most is lost is exit code 1 and a sentence why") {
-    const test::TempDir dir;
-    test::write_asl_folder(dir, 20);
-    std::string reversed = "#stamp,file\n";
-    for (int k = 19; k >= 0; --k) {
-        reversed += test::asl_image_row(k) + "\n";
-    }
-    dir.write("mav0/cam0/data.csv", reversed);
-    const Outcome outcome = run(dir, "replay " + dir.path() + " --quiet --out " + dir.file("out"));
-    INFO(outcome.err);
-    CHECK(outcome.code == 1);
-    CHECK(contains(outcome.err, "19 rows of cam0/data.csv skipped"));
-    CHECK(nlohmann::json::parse(test::read_file(dir.file("out/summary.json")))["frames_listed"] == 20);
 }
 
 TEST_CASE("info --config writes a file that replay accepts") {

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Rough use of the program: results of earlier runs, output that cannot be written, logs that lack most.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/commands/run_program.h"
+#include "tests/support/asl_folder.h"
+#include "tests/support/temp_dir.h"
+
+namespace facet {
+namespace {
+
+using test::contains;
+using test::count_lines;
+using test::Outcome;
+using test::run;
+using test::shell;
+
+/// So few frames need not give an estimate, but any exit code but 0 and 1 is a crash.
+bool has_ended_by_itself(int code) { return code == 0 || code == 1; }
+
+TEST_CASE("a replay that is refused leaves the results of the one before it alone") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 5);
+    const std::string replay = "replay " + dir.path() + " --quiet --out " + dir.file("out");
+    REQUIRE(has_ended_by_itself(run(dir, replay).code));
+    const std::string health = test::read_file(dir.file("out/health.csv"));
+    REQUIRE(count_lines(health) == 6);
+    CHECK(run(dir, replay + " --start 1000").code == 2);
+    CHECK(run(dir, replay + " --set frontend.window_px=20").code == 2);
+    CHECK(test::read_file(dir.file("out/health.csv")) == health);
+    CHECK_FALSE(std::filesystem::exists(dir.file("out/health.csv.part")));
+}
+
+TEST_CASE("output that cannot be written never ends a run, and is told of") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 5);
+    std::filesystem::remove(dir.file("mav0/cam0/data/" + test::asl_image_name(2)));  // a warning
+    const std::string replay = "$FACET replay . --out out ";
+    const auto ran_to_its_end = [&] {
+        const bool all = std::filesystem::exists(dir.file("out/summary.json")) &&
+                         count_lines(test::read_file(dir.file("out/health.csv"))) == 6;
+        std::filesystem::remove_all(dir.file("out"));
+        return all;
+    };
+    CHECK(has_ended_by_itself(shell(dir, replay + ">log 2>/dev/full")));
+    CHECK(ran_to_its_end());
+    CHECK(has_ended_by_itself(shell(dir, replay + "2>&1 >log | true")));
+    CHECK(ran_to_its_end());
+    CHECK(has_ended_by_itself(shell(dir, replay + "<&- >&- 2>&-")));
+    const std::string tum = test::read_file(dir.file("out/trajectory.tum"));
+    CHECK_FALSE(contains(tum, "frames"));
+    CHECK(ran_to_its_end());
+    CHECK(shell(dir, "$FACET info --config >/dev/full 2>err") == 1);
+    CHECK(contains(test::read_file(dir.file("err")), "standard output: cannot be written"));
+    CHECK(shell(dir, "{ $FACET info --config; echo $? >code; } | true") == 0);  // its reader wants no more
+    CHECK(test::read_file(dir.file("code")) == "0\n");
+    // A path that is no UTF-8 ends up in the summary somehow.
+    CHECK(has_ended_by_itself(shell(dir,
+                                    "mv mav0 $(printf 'mav\\351'); $FACET replay $(printf 'mav\\351') --out out >log "
+                                    "2>&1")));
+    CHECK(ran_to_its_end());
+}
+
+TEST_CASE("a log of which most is lost is exit code 1 and a sentence why") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 20);
+    std::string reversed = "#stamp,file\n";
+    for (int k = 19; k >= 0; --k) {
+        reversed += test::asl_image_row(k) + "\n";
+    }
+    dir.write("mav0/cam0/data.csv", reversed);
+    const Outcome outcome = run(dir, "replay " + dir.path() + " --quiet --out " + dir.file("out"));
+    INFO(outcome.err);
+    CHECK(outcome.code == 1);
+    CHECK(contains(outcome.err, "19 rows of cam0/data.csv skipped"));
+    CHECK(nlohmann::json::parse(test::read_file(dir.file("out/summary.json")))["frames_listed"] == 20);
+}
+
+}  // namespace
+}  // namespace facet
