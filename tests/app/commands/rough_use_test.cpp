@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Rough use of the program: results of earlier runs, output that cannot be written, logs that lack most.
+// Rough use of the program: results of earlier runs, output that cannot be written, a terminal that is closed, logs that
+// lack most or hold what is none.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -76,6 +77,54 @@ TEST_CASE("a log of which most is lost is exit code 1 and a sentence why") {
     CHECK(outcome.code == 1);
     CHECK(contains(outcome.err, "19 rows of cam0/data.csv skipped"));
     CHECK(nlohmann::json::parse(test::read_file(dir.file("out/summary.json")))["frames_listed"] == 20);
+}
+
+TEST_CASE("what is no image or far too large is passed over, or refused in one line") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 5);
+    const auto image = [](int k) { return "mav0/cam0/data/" + test::asl_image_name(k); };
+    REQUIRE(shell(dir, "rm " + image(1) + " " + image(2) + "; mkfifo " + image(1) + "; ln -s /dev/zero " + image(2) +
+                           "; truncate -s 3G " + image(3)) == 0);
+    CHECK(has_ended_by_itself(run(dir, "replay " + dir.path() + " --quiet --out " + dir.file("out")).code));
+    CHECK(count_lines(test::read_file(dir.file("out/health.csv"))) == 6);
+    CHECK(count_lines(test::read_file(dir.file("out/warnings.txt"))) == 3);
+    REQUIRE(shell(dir, "truncate -s 3G mav0/imu0/sensor.yaml") == 0);
+    const Outcome refused = run(dir, "replay " + dir.path() + " --out " + dir.file("other"));
+    CHECK(refused.code == 2);
+    CHECK(contains(refused.err, "imu0/sensor.yaml: has 3072 MiB, more than the "));
+    CHECK(count_lines(refused.err) == 1);
+}
+
+TEST_CASE("a terminal that is closed ends a replay in order") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 100);  // 5 s
+    const int code = shell(dir,
+                           "$FACET replay . --realtime --quiet --out out >log 2>&1 & "
+                           "until [ -e out/health.csv.part ]; do kill -0 $! || exit 9; sleep 0.01; done; "
+                           "kill -HUP $!; wait $!");
+    CHECK(code == 1);
+    const auto summary = nlohmann::json::parse(test::read_file(dir.file("out/summary.json")));
+    CHECK(summary["interrupted"] == true);
+    CHECK(summary["frames"] < 100);
+    CHECK_FALSE(std::filesystem::exists(dir.file("out/health.csv.part")));
+}
+
+TEST_CASE("a log without an estimate is told why, where its accelerometer shows it") {
+    const struct {
+        const char* reading;
+        const char* sentence;
+    } cases[] = {{"1.0", "reads 1.00 at rest: it is in g"},
+                 {"0", "reads 0.00 m/s^2 at rest: gravity has been taken out"}};
+    for (const auto& c : cases) {
+        const test::TempDir dir;
+        test::write_asl_folder(dir, 40);
+        REQUIRE(shell(dir, std::string("sed -i 's/,9.81$/,") + c.reading + "/' mav0/imu0/data.csv") == 0);
+        const Outcome outcome = run(dir, "replay " + dir.path() + " --quiet --out " + dir.file("out"));
+        INFO(outcome.err);
+        CHECK(outcome.code == 1);
+        CHECK(contains(outcome.err, "no estimate at all of 40 frames"));
+        CHECK(contains(outcome.err, std::string("the log shows a cause: gravity: the accelerometer ") + c.sentence));
+    }
 }
 
 }  // namespace
