@@ -157,10 +157,11 @@ TEST_CASE("a hundred live runs, each stopped in flight, leave no memory, file or
     vehicle.calibration = calibration_of(still);
     vehicle.cameras.side_by_side = true;
     vehicle.log.folder = dir.file("out");
+    REQUIRE(run_once(still, vehicle) == kFrames);  // a thread sanitizer's own thread begins with the program's first
     const std::ptrdiff_t files = count_of("fd");
     const std::ptrdiff_t threads = count_of("task");
     std::size_t before = 0;
-    for (int start = 1; start <= kStarts; ++start) {
+    for (int start = 2; start <= kStarts; ++start) {
         REQUIRE(run_once(still, vehicle) == kFrames);
         REQUIRE(count_of("fd") == files);
         REQUIRE(count_of("task") == threads);

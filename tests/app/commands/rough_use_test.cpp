@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Rough use of the program: results of earlier runs, output that cannot be written, a terminal that is closed, logs that
-// lack most or hold what is none.
+// Rough use of the program: results of earlier runs, output that cannot be written, a closed terminal, logs that lack
+// most or hold what is none.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
