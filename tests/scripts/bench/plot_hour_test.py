@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-2-Clause
+"""Tests of what scripts/plot_hour draws."""
+import importlib.machinery
+import importlib.util
+import pathlib
+import sys
+import tempfile
+import unittest
+
+SCRIPTS = pathlib.Path(__file__).resolve().parents[3] / "scripts"
+sys.path.insert(0, str(SCRIPTS))
+sys.dont_write_bytecode = True
+
+
+def load_script(name):
+    loader = importlib.machinery.SourceFileLoader(name, str(SCRIPTS / name))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
+    loader.exec_module(module)
+    return module
+
+
+def stamped(name, values):
+    """A table with a row each 30 s."""
+    return f"stamp_ns,{name}\n" + "".join(f"{k * 30_000_000_000},{value}\n" for k, value in enumerate(values))
+
+
+class Panels(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.mode = pathlib.Path(self.folder.name) / "s"
+        self.mode.mkdir()
+
+    def panels(self):
+        return dict(load_script("plot_hour").panels(self.mode))
+
+    def test_figures_are_those_of_a_minute(self):
+        (self.mode / "memory.csv").write_text("seconds,resident_mib\n1.0,90\n59.0,80\n61.0,100\n")
+        (self.mode / "timing.csv").write_text(stamped("total_cpu_ms", [1, 3, 4, 6]))
+        (self.mode / "errors.csv").write_text(stamped("nees_pose", [5, 7, 6]))
+        (self.mode.parent / "hour_s.csv").write_text("seconds,ate_mm\n0.0,1.5\n120.0,2.5\n")
+        self.assertEqual(self.panels(), {
+            "memory (MiB)": {"most in a minute": [(0.5, 90.0), (1.5, 100.0)]},
+            "processor time a frame (ms)": {"median": [(0.5, 2.0), (1.5, 5.0)],
+                                            "99th percentile": [(0.5, 1.0), (1.5, 4.0)]},
+            "ATE of 100 m (mm)": {"each stretch aligned by itself": [(0.0, 1.5), (2.0, 2.5)]},
+            "pose NEES": {"mean of a minute": [(0.5, 6.0), (1.5, 6.0)]}})
+
+    def test_a_flight_in_the_guest_has_its_tables_below_and_no_time_in_virtual_time(self):
+        (self.mode / "out").mkdir()
+        (self.mode / "out/timing.csv").write_text(stamped("total_cpu_ms", [0, 0]))
+        (self.mode / "states.csv").write_text('seconds,resident_mib,words\n5.0,70,"TRACKING, 3"\n')
+        self.assertEqual(self.panels(), {"memory (MiB)": {"most in a minute": [(0.5, 70.0)]}})
+
+    def test_an_empty_folder_has_none(self):
+        self.assertEqual(self.panels(), {})
+
+
+if __name__ == "__main__":
+    unittest.main()
