@@ -154,7 +154,7 @@ std::string evaluate_scene(const EvalArguments& args, const SceneTruth& scene, c
     std::error_code ignored;
     const std::string planes = args.estimate + "/planes.csv";
     if (!scene.planes.empty() && fs::is_regular_file(planes, ignored)) {
-        const PlaneSurfaces surfaces = load_surfaces(args.estimate + "/planes.json");
+        const std::optional<PlaneSurfaces> surfaces = load_surfaces(args.estimate + "/planes.json");
         const PlaneEvaluation plane_evaluation = evaluate_planes(read_planes(planes), surfaces, scene, T_true_est, {});
         print_out("{}", text_report(plane_evaluation));
         json = with_member(json, "planes", json_report(plane_evaluation, planes));
@@ -267,7 +267,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
         "Planes: found ones that are of a true plane (precision), and true level or upright ones, of which 1 m^2 was "
         "in\n"
         "view from nearer than 5 m for 2 s, that were found (recall). Strictly: within 2 degrees and 3 cm, with true\n"
-        "surface in half of the plane's regions; duplicates are wrong; true planes of 0.5 m^2 seen are asked for.\n"
+        "surface in half of the plane's regions; duplicates are wrong, planes that planes.json has no more are "
+        "neither;\n"
+        "true planes of 0.5 m^2 seen are asked for.\n"
         "Obstacles: what the live grid said within 5 m, tolerance 20 cm: missed are called free beyond the true "
         "surface,\n"
         "false are obstacles before it, phantom those of them with no true surface near.\n"

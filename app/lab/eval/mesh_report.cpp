@@ -107,9 +107,11 @@ std::string text_report(const PlaneEvaluation& e) {
             e.told, e.told_right, e.median_angle_deg, e.p90_angle_deg, 100.0 * e.good_angle, 100.0 * e.median_offset_m,
             100.0 * e.p90_offset_m, 100.0 * e.good_offset) +
         fmt::format(
-            "    strictly {} right: precision {:.3f}; {} of {} true ones found: recall {:.3f}, by area {:.3f}\n",
-            e.strict.right, e.strict.precision(), e.strict.wanted_found, e.strict.wanted, e.strict.recall(),
-            e.strict.area_recall()) +
+            "    strictly {} of {} right, {} wrong by more than 3 sigmas, {} taken back: precision {:.3f}; {} of {} "
+            "true ones found: recall "
+            "{:.3f}, by area {:.3f}\n",
+            e.strict.right, e.strict.found, e.strict.confident, e.strict.taken_back, e.strict.precision(),
+            e.strict.wanted_found, e.strict.wanted, e.strict.recall(), e.strict.area_recall()) +
         "  true plane           in view m^2  for s  keyframes  ids\n";
     for (const TruePlaneResult& t : e.truths) {
         if (t.is_wanted || t.keyframes > 0) {
@@ -129,6 +131,30 @@ std::string text_report(const PlaneEvaluation& e) {
     }
     return text;
 }
+
+namespace {
+
+/// What was found of each plane.
+Json strict_planes(const PlaneEvaluation& e) {
+    Json planes = Json::array();
+    for (const StrictVerdict& v : e.strict.verdicts) {
+        Json plane = {{"id", v.id},       {"verdict", to_string(v.cause)}, {"true_plane", v.truth},
+                      {"share", v.share}, {"keyframes", v.keyframes},      {"right", v.right}};
+        if (v.truth >= 0) {
+            plane["name"] = e.truths[static_cast<std::size_t>(v.truth)].name;
+            plane["seen_m2"] = e.truths[static_cast<std::size_t>(v.truth)].seen_m2;
+        }
+        if (v.error.has_value()) {
+            plane["angle_deg"] = v.error->angle_deg;
+            plane["offset_m"] = v.error->offset_m;
+            plane["sigmas"] = {v.error->sigmas[0], v.error->sigmas[1], v.error->sigmas[2]};
+        }
+        planes.push_back(std::move(plane));
+    }
+    return planes;
+}
+
+}  // namespace
 
 std::string json_report(const PlaneEvaluation& e, const std::string& planes) {
     Json truths = Json::array();
@@ -167,7 +193,10 @@ std::string json_report(const PlaneEvaluation& e, const std::string& planes) {
           {"wanted", e.strict.wanted},
           {"wanted_found", e.strict.wanted_found},
           {"recall", e.strict.recall()},
-          {"area_recall", e.strict.area_recall()}}},
+          {"area_recall", e.strict.area_recall()},
+          {"confident", e.strict.confident},
+          {"taken_back", e.strict.taken_back},
+          {"planes", strict_planes(e)}}},
         {"told", e.told},
         {"told_right", e.told_right},
         {"angle_deg", {{"median", e.median_angle_deg}, {"p90", e.p90_angle_deg}, {"good", e.good_angle}}},

@@ -84,7 +84,7 @@ double share_within(const std::vector<double>& values, double limit) {
 
 }  // namespace
 
-PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const PlaneSurfaces& surfaces,
+PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const std::optional<PlaneSurfaces>& surfaces,
                                 const SceneTruth& truth, const Se3& T_true_est, const PlaneEvalOptions& options) {
     PlaneEvaluation result;
     const std::vector<std::vector<Eigen::Vector3d>> samples = sample_planes(truth, options);

@@ -76,7 +76,7 @@ struct PlaneEvaluation {
 
 /// Evaluates planes given in the world of the estimate. @param surfaces  what is known of where they are. Heap.
 /// Reentrant.
-PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const PlaneSurfaces& surfaces,
+PlaneEvaluation evaluate_planes(const std::vector<PlaneRow>& rows, const std::optional<PlaneSurfaces>& surfaces,
                                 const SceneTruth& truth, const Se3& T_true_est, const PlaneEvalOptions& options);
 
 }  // namespace facet

@@ -41,6 +41,10 @@ public:
         plane.id = id();
         if (json_.contains("regions")) {
             plane.outline = outline();
+            if (json_.contains("sigma") && json_.contains("sigma_turn")) {
+                plane.claim = {plane.outline.origin, plane.outline.axes, number("sigma"),
+                               numbers<2>(json_.at("sigma_turn"), "sigma_turn")};
+            }
         }
         return plane;
     }

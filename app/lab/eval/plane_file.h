@@ -20,6 +20,15 @@ struct PlaneOutline {
     std::vector<std::vector<Eigen::Vector2d>> lines;  ///< boundaries and holes of all regions
 };
 
+/// How well a run says that it knows a plane: standard deviations of its place at the origin, and of the turn that
+/// lifts points along each axis.
+struct PlaneClaim {
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    std::array<Eigen::Vector3d, 2> axes{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
+    double sigma_m = 0.0;
+    Eigen::Vector2d sigma_turn = Eigen::Vector2d::Zero();  ///< (rad)
+};
+
 /// A plane normal . x = distance to compare with.
 struct EvalPlane {
     std::string name;  ///< "plane ID" if the file has only an id; empty if it has neither
@@ -29,6 +38,7 @@ struct EvalPlane {
     Eigen::AlignedBox3d box = kEverywhere;  ///< around its surface; everywhere if the file does not say
     std::optional<std::uint64_t> id{};      ///< none if the file does not say
     PlaneOutline outline{};                 ///< no lines if the file has no regions
+    std::optional<PlaneClaim> claim{};      ///< none if the file does not say
 
     static const Eigen::AlignedBox3d kEverywhere;
 };

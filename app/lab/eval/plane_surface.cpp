@@ -6,9 +6,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <utility>
 
 #include "app/support/input_error.h"
+#include "platform/base/angle.h"
 
 namespace facet {
 namespace {
@@ -68,19 +71,38 @@ std::vector<Vector3d> fill(const PlaneOutline& outline) {
     return centres;
 }
 
-PlaneSurfaces load_surfaces(const std::string& path) {
+std::optional<PlaneSurfaces> load_surfaces(const std::string& path) {
+    if (!std::filesystem::exists(path)) {
+        return std::nullopt;
+    }
     PlaneSurfaces surfaces;
-    for (const EvalPlane& plane : load_planes(path)) {
-        if (!plane.id.has_value() || plane.outline.lines.empty()) {
+    const std::vector<EvalPlane> planes = load_planes(path);
+    for (const EvalPlane& plane : planes) {
+        if (!plane.id.has_value()) {
             continue;
         }
         const Eigen::AlignedBox2d box = box_of(plane.outline);
         if (!box.isEmpty() && box.sizes().maxCoeff() > kLargest_m) {
             throw InputError(fmt::format("{}: plane {} is larger than {:g} m", path, *plane.id, kLargest_m));
         }
-        surfaces[static_cast<std::uint32_t>(*plane.id)] = {plane.normal, fill(plane.outline)};
+        surfaces[static_cast<std::uint32_t>(*plane.id)] = {plane.normal, fill(plane.outline),
+                                                           !plane.outline.lines.empty(), plane.claim};
     }
-    return surfaces;
+    return surfaces.empty() && !planes.empty() ? std::nullopt : std::optional(std::move(surfaces));
+}
+
+PlaneError error_of(const PlaneClaim& claim, const EvalPlane& truth, const Se3& T_true_est) {
+    const Vector3d n = T_true_est.q * claim.axes[0].cross(claim.axes[1]);
+    PlaneError error;
+    const double offset = truth.normal.dot(T_true_est * claim.origin) - truth.distance;
+    error.angle_deg = std::atan2(n.cross(truth.normal).norm(), n.dot(truth.normal)) / kRadPerDeg;
+    error.offset_m = std::abs(offset);
+    error.sigmas[0] = offset / claim.sigma_m;
+    for (int k = 0; k < 2; ++k) {
+        const Vector3d axis = T_true_est.q * claim.axes[static_cast<std::size_t>(k)];
+        error.sigmas[k + 1] = std::asin(std::clamp(truth.normal.dot(axis), -1.0, 1.0)) / claim.sigma_turn[k];
+    }
+    return error;
 }
 
 PlaneSurface disc_of(const PlaneRow& row, double least_m2) {

@@ -60,45 +60,84 @@ int match(const PlaneRow& row, const Cover& cover, const SceneTruth& truth, cons
     return best;
 }
 
-/// The true plane that an estimate is of, by all its rows; -1 if none.
-int truth_of(const std::vector<const PlaneRow*>& rows, const PlaneSurface& surface, const SceneTruth& truth,
-             const TriangleTree& tree, const Se3& T_true_est, const StrictOptions& options) {
+/// An estimate by itself: all but whether another one is of the same plane.
+StrictVerdict judge_one(const std::vector<const PlaneRow*>& rows, const PlaneSurface& surface, const SceneTruth& truth,
+                        const TriangleTree& tree, const Se3& T_true_est, const StrictOptions& options) {
+    StrictVerdict verdict;
+    verdict.id = rows.front()->id;
+    verdict.keyframes = static_cast<int>(rows.size());
     const Cover under = cover(surface, truth, tree, T_true_est, options);
-    if (under.share < options.overlap) {
-        return -1;
-    }
-    std::map<int, std::size_t> counts;
+    verdict.share = under.share;
+    std::map<int, int> counts;
     for (const PlaneRow* row : rows) {
         ++counts[match(*row, under, truth, T_true_est, options)];
     }
-    const auto most = std::max_element(counts.begin(), counts.end(),
+    for (const auto& [index, count] : counts) {
+        if (index >= 0 && count > verdict.right) {
+            verdict.truth = index;
+            verdict.right = count;
+        }
+    }
+    verdict.cause = verdict.share < options.overlap          ? StrictCause::kNoSurface
+                    : 2 * verdict.right <= verdict.keyframes ? StrictCause::kOff
+                                                             : StrictCause::kRight;
+    return verdict;
+}
+
+/// The true plane with most squares near the estimate, within limits so wide that it is surely meant; -1 if none.
+int nearest_plane(const PlaneSurface& surface, const SceneTruth& truth, const TriangleTree& tree,
+                  const Se3& T_true_est) {
+    const Cover near = cover(surface, truth, tree, T_true_est, {.angle_deg = 10.0, .offset_m = 0.15});
+    const auto most = std::max_element(near.squares_on.begin(), near.squares_on.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
-    return 2 * most->second > rows.size() ? most->first : -1;
+    return most != near.squares_on.end() ? most->first : -1;
 }
 
 }  // namespace
 
-StrictPlanes judge_strictly(const std::vector<PlaneRow>& rows, const PlaneSurfaces& surfaces, const SceneTruth& truth,
-                            const TriangleTree& tree, const Se3& T_true_est, const std::vector<double>& seen_m2,
-                            const StrictOptions& options) {
+const char* to_string(StrictCause cause) {
+    switch (cause) {
+        case StrictCause::kRight: return "right";
+        case StrictCause::kNoSurface: return "no surface";
+        case StrictCause::kOff: return "off";
+        case StrictCause::kDuplicate: return "duplicate";
+    }
+    return "";
+}
+
+StrictPlanes judge_strictly(const std::vector<PlaneRow>& rows, const std::optional<PlaneSurfaces>& surfaces,
+                            const SceneTruth& truth, const TriangleTree& tree, const Se3& T_true_est,
+                            const std::vector<double>& seen_m2, const StrictOptions& options) {
     std::map<std::uint32_t, std::vector<const PlaneRow*>> rows_of;
     for (const PlaneRow& row : rows) {
         rows_of[row.id].push_back(&row);
     }
     std::set<int> owned;
+    StrictPlanes strict;
     for (const auto& [id, own] : rows_of) {
-        const auto known = surfaces.find(id);
+        if (surfaces.has_value() && surfaces->count(id) == 0) {
+            ++strict.taken_back;
+            continue;
+        }
+        const PlaneSurface* const known = surfaces.has_value() ? &surfaces->at(id) : nullptr;
         const auto by_area = [](const PlaneRow* a, const PlaneRow* b) { return a->area_m2 < b->area_m2; };
         const PlaneSurface surface =
-            known != surfaces.end()
-                ? known->second
+            known != nullptr && known->has_regions
+                ? *known
                 : disc_of(**std::max_element(own.begin(), own.end(), by_area), options.wanted_seen_m2);
-        if (const int plane = truth_of(own, surface, truth, tree, T_true_est, options); plane >= 0) {
-            owned.insert(plane);
+        StrictVerdict verdict = judge_one(own, surface, truth, tree, T_true_est, options);
+        if (verdict.cause == StrictCause::kRight && !owned.insert(verdict.truth).second) {
+            verdict.cause = StrictCause::kDuplicate;
         }
+        verdict.truth = verdict.truth >= 0 ? verdict.truth : nearest_plane(surface, truth, tree, T_true_est);
+        if (verdict.truth >= 0 && known != nullptr && known->claim.has_value()) {
+            verdict.error = error_of(*known->claim, truth.planes[static_cast<std::size_t>(verdict.truth)], T_true_est);
+        }
+        const bool is_covered = verdict.error.has_value() && verdict.error->sigmas.cwiseAbs().maxCoeff() <= 3.0;
+        strict.confident += verdict.cause != StrictCause::kRight && !is_covered ? 1 : 0;
+        strict.verdicts.push_back(verdict);
     }
-    StrictPlanes strict;
-    strict.found = static_cast<int>(rows_of.size());
+    strict.found = static_cast<int>(strict.verdicts.size());
     strict.right = static_cast<int>(owned.size());
     for (std::size_t k = 0; k < seen_m2.size(); ++k) {
         if (seen_m2[k] < options.wanted_seen_m2) {
