@@ -14,6 +14,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Colour = Eigen::Matrix<std::uint8_t, 3, 1>;
 
+/// A plane found more often than this and then given up has been one: its landmarks end badly as it leaves the view.
+constexpr int kFewKeyframes = 8;
+
 Json array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// Points to the millimetre.
@@ -107,7 +110,8 @@ PlaneLog::PlaneLog(const std::string& folder) : file_(folder + "/planes.csv") {
         "sigma_across_rad,chi2,bend_m,cx,cy,cz,extent_along_m,extent_across_m\n");
 }
 
-void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes) {
+void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes, std::span<const PlaneFit> claims) {
+    newest_ = stamp;
     std::vector<const TrackedPlane*>& reported = reported_;  // storage kept from keyframe to keyframe
     reported.clear();
     for (const TrackedPlane& plane : planes) {
@@ -125,12 +129,21 @@ void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes) {
         file_.print(",{:.5f},{:.6f},{:.6f},{:.4f},{:.5f},{:.4f},{:.4f},{:.4f},{:.3f},{:.3f}\n", f.sigma_m,
                     f.sigma_along_rad, f.sigma_across_rad, f.chi2, f.bend_m, f.centroid_W.x(), f.centroid_W.y(),
                     f.centroid_W.z(), f.extent_along_m, f.extent_across_m);
-        const auto at = records_.try_emplace(plane->id.value, Record{*plane, stamp, stamp}).first;
+        TrackedPlane claimed = *plane;
+        claimed.fit = claims[static_cast<std::size_t>(plane - planes.data())];
+        const auto at = records_.try_emplace(plane->id.value, Record{claimed, stamp, stamp}).first;
         at->second.last = stamp;
-        if (plane->lost == 0 && volume(f) <= volume(at->second.plane.fit)) {
-            at->second.plane = *plane;
+        at->second.found = plane->found;
+        at->second.is_doubted = plane->doubts > 0;
+        if (plane->lost == 0 && volume(claimed.fit) <= volume(at->second.plane.fit)) {
+            at->second.plane = claimed;
         }
     }
+}
+
+/// Doubted once, and no longer told at the next keyframe: doubted again.
+bool PlaneLog::is_taken_back(const Record& record) const {
+    return record.is_doubted && record.last < newest_ && record.found <= kFewKeyframes;
 }
 
 /// planes.json in the format of mesh/README.md, a plane a line.
@@ -144,6 +157,9 @@ void PlaneLog::write_planes(const std::string& folder, std::span<const DepartedF
     SurfacePicture picture;
     std::string text = "[";
     for (const auto& [id, record] : records_) {
+        if (is_taken_back(record)) {
+            continue;
+        }
         const PlaneFit& fit = record.plane.fit;
         const PlaneAxes axes(fit, record.plane.kind);
         const std::vector<PlaneRegion> regions = find_plane_regions(triangles_on(axes, faces_of[id]));

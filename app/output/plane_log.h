@@ -19,15 +19,19 @@ namespace facet {
 std::vector<NamedCounter> named_counters(const PlaneCounters& counters);
 
 /// planes.csv: a row for every keyframe and plane reported at it, by id. planes.json: every plane of the run as it was
-/// when it was known best (least product of the three standard deviations: at its last keyframes a plane leaves the
-/// view, with few landmarks left), with the regions of its surface, in the format of mesh/README.md. planes.ply: these
-/// regions, each plane in a colour of its own. World frame of the estimate, metres; n . p = distance; the normal points
-/// to the side the plane was seen from. Heap; thread-bound. Throws InputError if a file cannot be written.
+/// when it was known best in the world (least product of the three standard deviations claimed: at its last keyframes a
+/// plane leaves the view, with few landmarks left), with the regions of its surface, in the format of mesh/README.md. A
+/// plane that was found at few keyframes only, and then given up because its landmarks no longer formed one, is taken
+/// back: it is in planes.csv, as it was told, but not in planes.json.
+/// planes.ply: these regions, each plane in a colour of its own. World frame of the estimate, metres; n . p = distance;
+/// the normal points to the side the plane was seen from. Heap; thread-bound. Throws InputError if a file cannot be
+/// written.
 class PlaneLog {
 public:
     explicit PlaneLog(const std::string& folder);
     /// @param planes  all planes of the finder; those that it does not propose are skipped
-    void write(Timestamp stamp, std::span<const TrackedPlane> planes);
+    /// @param claims  of each of them, what may be claimed of it in the world
+    void write(Timestamp stamp, std::span<const TrackedPlane> planes, std::span<const PlaneFit> claims);
     void flush() { file_.flush(); }
     void close() { file_.close(); }
 
@@ -37,12 +41,17 @@ public:
 
 private:
     struct Record {
-        TrackedPlane plane;
+        TrackedPlane plane;  ///< as known best, its sigmas those that may be claimed in the world
         Timestamp first;
         Timestamp last;
+        int found = 0;            ///< keyframes that had found it when last reported
+        bool is_doubted = false;  ///< and whether the last one had not, because of its landmarks
     };
 
+    bool is_taken_back(const Record& record) const;
+
     TextFile file_;
+    Timestamp newest_;                           ///< keyframe
     std::vector<const TrackedPlane*> reported_;  ///< while a row is written
     std::map<std::uint32_t, Record> records_;    ///< by id
 };

@@ -13,6 +13,7 @@
 #include "app/pipeline/world_description.h"
 #include "app/support/input_error.h"
 #include "drivers/world_stream/world_server.h"
+#include "mesh/planes/plane_claim.h"
 
 namespace facet {
 namespace {
@@ -100,6 +101,7 @@ void FramePipeline::estimate_frame(const StereoFrame& frame, Timestamp output_st
     mesh_is_new_ = false;
     result.has_mesh = false;
     result.planes.clear();
+    result.claims.clear();
     result.has_ranges = false;
     timer_.mark_estimate();
 }
@@ -124,6 +126,7 @@ void FramePipeline::finish_frame(const StereoFrame& frame, FrameResult& result) 
         for (const TrackedPlane& plane : planes_->planes()) {
             if (plane.is_reported) {
                 result.planes.push_back(plane);
+                result.claims.push_back(claim_of(plane));
             }
         }
     }
@@ -135,6 +138,15 @@ void FramePipeline::finish_frame(const StereoFrame& frame, FrameResult& result) 
             show_frame(result, frame, estimator_.keyframe_view(), *this, *viewer);
         }
     }
+}
+
+/// While the view is that of the keyframe at which the plane was found, or not found.
+PlaneFit FramePipeline::claim_of(const TrackedPlane& plane) const {
+    const KeyframeView& view = estimator_.keyframe_view();
+    const StereoRig rig = view.is_exchanged ? rig_.exchanged() : rig_;
+    const PlaneCovariance calibration = rig.has_right ? effect_of_calibration(plane.fit, rig, view.cameras, view.T_W_C0)
+                                                      : PlaneCovariance(PlaneCovariance::Zero());
+    return claimed_in_world(plane.fit, plane.from, calibration);
 }
 
 /// Part of the frame's time.

@@ -40,7 +40,8 @@ struct FrameResult {
     int mesh_vertices = 0;
     int mesh_faces = 0;
     MeshCounters mesh;
-    FixedVector<TrackedPlane, kMaxPlanes> planes;  ///< planes, as the finder has them
+    FixedVector<TrackedPlane, kMaxPlanes> planes;  ///< planes, as the finder has them,
+    FixedVector<PlaneFit, kMaxPlanes> claims;      ///< and what is claimed of each: claimed_in_world()
     bool has_ranges = false;                       ///< `ranges` were measured at this frame
     ObstacleRanges ranges;
 };
@@ -140,6 +141,7 @@ public:
 
 private:
     void describe_refusal(Timestamp stamp, Status status, Health& health) const;
+    PlaneFit claim_of(const TrackedPlane& plane) const;
     void update_ranges(FrameResult& result);
     void stream_world(const FrameResult& result);
     /// Brings the mesh up to date if it is time for a keyframe, the present or an earlier one. @return whether it was

@@ -102,7 +102,7 @@ void FrameRecorder::write(const FrameResult& frame, std::span<const DepartedFace
     keep_timing(frame);
     if (files_) {
         if (frame.has_mesh) {
-            files_->planes.write(frame.mesh_frame_stamp, frame.planes);
+            files_->planes.write(frame.mesh_frame_stamp, frame.planes, frame.claims);
             files_->mesh.write(frame.mesh_frame_stamp, frame.mesh_vertices, frame.mesh_faces, frame.mesh);
         }
         files_->timing.write(frame.output_stamp, frame.is_keyframe, frame.timing);

@@ -107,6 +107,7 @@ void Estimator::Impl::fill_view(const FrontendOutput& seen) {
     const StageScope scope(observer, Stage::kLandmarks);
     fill_keyframe_view(window, seen, view);
     view.heading_and_place = heading_and_place(newest);
+    view.cameras.covariance = corrections.covariance;
     view.is_exchanged = is_exchanged;
 }
 

@@ -63,7 +63,7 @@ struct KeyframeView {
     /// of the landmarks. Each is reported once: a consumer that keeps them must move them with their keyframe.
     FixedVector<LandmarkSnapshot, kMaxSurfacePoints> surface;
     FixedVector<KeyframePose, kMaxKeyframes> keyframes;  ///< oldest first
-    CameraCorrections cameras;                           ///< of the rig's calibration; their covariance is left out
+    CameraCorrections cameras;                           ///< no covariance if the calibration is not estimated
     PlaneEstimates planes;                               ///< planes that the estimator uses; empty in mode S
 };
 

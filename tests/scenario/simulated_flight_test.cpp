@@ -136,6 +136,7 @@ void check_figures(const test::FlightFigures& flight) {
     CHECK(flight.planes.wanted > 0);
     CHECK(flight.planes.recall() >= 0.6);
     CHECK(flight.planes.precision() >= 0.85);
+    CHECK(flight.planes.strict.confident == 0);
 }
 
 }  // namespace

@@ -237,7 +237,7 @@ TEST_CASE("planes.json and planes.ply hold the regions of the plane that faces l
                                 Eigen::Vector3f(0, 9, 0)};  // no plane
     const test::TempDir folder;
     PlaneLog log(folder.path());
-    log.write(Timestamp{1}, {&plane, 1});
+    log.write(Timestamp{1}, {&plane, 1}, {&plane.fit, 1});
     log.close();
     log.write_planes(folder.path(), faces);
 
@@ -281,7 +281,7 @@ TEST_CASE("planes.json has a plane as it was when known best, not as it was when
         plane.fit.sigma_along_rad = 0.01;
         plane.fit.sigma_across_rad = sigma_across;
         plane.lost = lost;
-        log.write(Timestamp{keyframe}, {&plane, 1});
+        log.write(Timestamp{keyframe}, {&plane, 1}, {&plane.fit, 1});
     };
     PlaneLog log(folder.path());
     tell(log, 1, 1.0, 0.03, 0);
@@ -295,6 +295,53 @@ TEST_CASE("planes.json has a plane as it was when known best, not as it was when
     CHECK(planes[0]["distance"] == 2.0);
     CHECK(planes[0]["first_stamp_ns"] == 1);
     CHECK(planes[0]["last_stamp_ns"] == 4);
+}
+
+TEST_CASE("planes.json tells what is claimed in the world, not what the landmarks alone say") {
+    const test::TempDir folder;
+    TrackedPlane plane;
+    plane.id = {4};
+    plane.is_reported = true;
+    PlaneLog log(folder.path());
+    for (const double drift : {0.01, 0.05}) {
+        plane.fit.distance_m = drift;
+        plane.fit.sigma_m = plane.fit.sigma_along_rad = plane.fit.sigma_across_rad = drift < 0.02 ? 0.0015 : 0.001;
+        PlaneFit claim = plane.fit;
+        claim.sigma_m = drift;
+        claim.sigma_along_rad = claim.sigma_across_rad = 0.002;
+        log.write(Timestamp{1}, {&plane, 1}, {&claim, 1});
+    }
+    log.close();
+    log.write_planes(folder.path(), {});
+    const nlohmann::json planes = nlohmann::json::parse(test::read_file(folder.file("planes.json")));
+    REQUIRE(planes.size() == 1);
+    CHECK(planes[0]["distance"] == 0.01);
+    CHECK(planes[0]["sigma"] == 0.01);
+}
+
+TEST_CASE("a young plane that its landmarks refute is taken back; an old one, or one still told, is not") {
+    const auto listed = [](int found, bool comes_back) {
+        const test::TempDir folder;
+        TrackedPlane plane;
+        plane.id = {4};
+        plane.is_reported = true;
+        PlaneLog log(folder.path());
+        for (const int doubts : {0, 1}) {
+            plane.found = found;
+            plane.doubts = plane.lost = doubts;
+            log.write(Timestamp{doubts + 1}, {&plane, 1}, {&plane.fit, 1});
+        }
+        plane.doubts = plane.lost = 0;
+        plane.is_reported = comes_back;  // doubted again, it is no longer told
+        log.write(Timestamp{3}, {&plane, 1}, {&plane.fit, 1});
+        log.close();
+        log.write_planes(folder.path(), {});
+        return nlohmann::json::parse(test::read_file(folder.file("planes.json"))).size();
+    };
+    CHECK(listed(2, false) == 0);
+    CHECK(listed(8, false) == 0);
+    CHECK(listed(9, false) == 1);
+    CHECK(listed(2, true) == 1);
 }
 
 }  // namespace

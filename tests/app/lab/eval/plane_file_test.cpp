@@ -63,7 +63,7 @@ TEST_CASE("the planes that a run writes can be read") {
     plane.is_reported = true;
     plane.fit.normal_W = Vector3d(0.6, -0.8, 0.0);
     plane.fit.distance_m = -1.0 / 3.0;
-    log.write(Timestamp{1}, {&plane, 1});
+    log.write(Timestamp{1}, {&plane, 1}, {&plane.fit, 1});
     log.write_planes(folder.path(), {});
     const std::vector<EvalPlane> planes = load_planes(folder.file("planes.json"));
     REQUIRE(planes.size() == 1);
