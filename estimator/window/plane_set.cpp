@@ -81,14 +81,29 @@ bool PlaneSet::measure(const Landmark& landmark, const Plane& plane, const Windo
     return true;
 }
 
-bool PlaneSet::fits(const Landmark& landmark, const Plane& plane, const WindowCameras& cameras) const {
+PlaneSet::Fit PlaneSet::judge_fit(const Landmark& landmark, const Plane& plane, const WindowCameras& cameras) const {
     Height height;
     if (!can_lie_on_planes(landmark) || !measure(landmark, plane, cameras, height) ||
         height.variance_m2 > kMaxSigma * kMaxSigma) {
-        return false;
+        return Fit::kUnknown;
     }
     const double variance_m2 = height.variance_m2 + config_.sigma_m * config_.sigma_m;
-    return height.m * height.m < config_.join_sigmas * config_.join_sigmas * variance_m2;
+    return height.m * height.m < config_.join_sigmas * config_.join_sigmas * variance_m2 ? Fit::kOn : Fit::kOff;
+}
+
+/// Whether a plane that comes back is not where it was: what is seen of it now is off it.
+bool PlaneSet::has_moved(const PlaneProposal& proposal, const Plane& plane, WindowState& state,
+                         const WindowCameras& cameras) const {
+    int on = 0;
+    int off = 0;
+    for (const LandmarkId id : proposal.landmarks) {
+        if (const Landmark* landmark = state.landmarks.find(id)) {
+            const Fit fit = judge_fit(*landmark, plane, cameras);
+            on += fit == Fit::kOn ? 1 : 0;
+            off += fit == Fit::kOff ? 1 : 0;
+        }
+    }
+    return off >= config_.keep_constraints && on < kLeastFitting * (on + off);
 }
 
 void PlaneSet::remove(int plane, WindowState& state) const {
@@ -141,7 +156,7 @@ void PlaneSet::admit(const PlaneProposal& proposal, WindowState& state, const Wi
             continue;
         }
         ++judged;
-        if (fits(*landmark, at_origin, cameras)) {
+        if (judge_fit(*landmark, at_origin, cameras) == Fit::kOn) {
             const Eigen::Vector3d p_W = position(*landmark, cameras);
             ++count;
             sum += p_W;
@@ -191,7 +206,7 @@ void PlaneSet::assign(const PlaneProposals& proposals, WindowState& state, const
         }
         landmark.plane = Landmark::kNoPlane;
         if (proposed != Landmark::kNoPlane &&
-            fits(landmark, state.planes[static_cast<std::size_t>(proposed)].plane, cameras)) {
+            judge_fit(landmark, state.planes[static_cast<std::size_t>(proposed)].plane, cameras) == Fit::kOn) {
             landmark.plane = proposed;
         }
     }
@@ -217,10 +232,12 @@ void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const
     }
     for (int p = static_cast<int>(state.planes.size()) - 1; p >= 0; --p) {
         WindowPlane& plane = state.planes[static_cast<std::size_t>(p)];
-        const bool is_seen = find(proposals, plane.id) != nullptr;
+        const PlaneProposal* const proposal = find(proposals, plane.id);
+        const bool is_seen = proposal != nullptr;
         const bool is_idle = !is_seen || plane.constraints < config_.keep_constraints;
+        const bool is_lost = is_seen && plane.unseen_keyframes > 0 && has_moved(*proposal, plane.plane, state, cameras);
         plane.unseen_keyframes = is_seen ? 0 : plane.unseen_keyframes + 1;
-        if ((!plane.is_bound && is_idle) || is_refused(plane.id)) {
+        if ((!plane.is_bound && is_idle) || is_lost || is_refused(plane.id)) {
             remove(p, state);
         }
     }

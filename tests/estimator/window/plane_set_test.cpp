@@ -205,6 +205,28 @@ TEST_CASE("planes: out of sight a plane lets its landmarks go, and stays if the 
     CHECK(held(flight.window()) > 20);
 }
 
+TEST_CASE("planes: one that comes back where it was not begins anew, and says nothing of the drift", "[plane_set]") {
+    Flight flight(RegularityMode::kSpr);
+    PlaneProposals room = flight.truth().planes();
+    flight.fly(6.0, room);
+    REQUIRE(flight.planes().size() >= 2);
+    const std::uint32_t a = flight.planes()[0].id.value;
+    const std::uint32_t b = flight.planes()[1].id.value;
+    REQUIRE(flight.planes()[0].is_bound);
+    flight.fly(1.0, {});
+    std::swap(room[a], room[b]);  // each is taken for the other
+    std::swap(room[a].id, room[b].id);
+    flight.step(room);
+    CHECK(held(flight.window()) > 20);
+    for (const WindowPlane& plane : flight.planes()) {
+        const PlaneProposal& now = room[plane.id.value];
+        CHECK((plane.plane.normal_W() - now.normal_W).norm() < 0.01);
+        CHECK(plane.plane.distance_m() == Approx(now.distance_m).margin(0.05));
+    }
+    flight.fly(2.0, room);
+    CHECK(flight.error().segment<3>(kPos).norm() < 0.05);
+}
+
 TEST_CASE("planes: when all places are taken, the one unseen for longest leaves, also out of the prior",
           "[plane_set]") {
     Flight flight(RegularityMode::kSpr);
