@@ -23,7 +23,7 @@ struct TrackedPlane {
     PlaneSerial serial = 0;
     PlaneId id;  ///< invalid until confirmed; that of a plane which had left, if it is that one
     PlaneKind kind = PlaneKind::kHorizontal;
-    PlaneId proposed;  ///< under which the estimator knows it: to it, a plane that has come back is another one
+    PlaneId proposed;  ///< under which the estimator knows it
     PlaneFit fit;
     double area_m2 = 0.0;           ///< of its faces in the horizon
     int landmarks = 0;              ///< on it now
@@ -63,8 +63,7 @@ struct PlaneCounters {
 /// take its id, be held on it, be doubted, be lost, and be found anew. A plane lost for more than
 /// `leave_keyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
 /// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
-/// which has left, given the drift since (PlaneMemory), gets its id instead of a new one. It is proposed as another one
-/// all the same: the estimator would gain nothing.
+/// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well.
 /// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 950 KB: allocate it once.
 /// Thread-bound. Deterministic. No heap.
 class PlaneFinder {
@@ -114,7 +113,7 @@ private:
     void note_sightings();
     void retire();
     void confirm();
-    PlaneId identify(const TrackedPlane& plane);
+    void identify(PlaneSerial serial);
     bool make_room();
     void propose();
     int confirmed() const;

@@ -82,6 +82,7 @@ bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
     if (younger.id.valid()) {  // it may have been told the id of the older one while that was out of sight
         older.id = older.id.valid() ? std::min(older.id, younger.id) : younger.id;
     }
+    memory_.forget(younger.id);
     if (older.lost > younger.lost) {
         memory_.forget(older.id);
         older.fit = older.is_held ? older.fit : younger.fit;
@@ -132,7 +133,7 @@ void PlaneFinder::retire() {
         const bool is_doubtful = plane.doubts >= config_.leave_keyframes;
         // A plane given up is remembered, too: its landmarks may form it again when seen from elsewhere.
         if (plane.id.valid() && (plane.lost == config_.leave_keyframes + 1 || is_doubtful)) {
-            memory_.keep({plane.id, plane.kind, plane.fit, plane.surface_W, plane.from});
+            memory_.keep({plane.id, plane.proposed, plane.kind, plane.fit, plane.surface_W, plane.from});
         }
         const bool is_gone = plane.id.valid() ? plane.lost > config_.leave_keyframes + config_.forget_keyframes
                                               : plane.lost >= config_.confirm_keyframes;
@@ -175,38 +176,40 @@ bool PlaneFinder::make_room() {
 }
 
 void PlaneFinder::confirm() {
-    for (std::size_t i = 0; i < planes_.size(); ++i) {
-        if (planes_[i].id.valid() || planes_[i].lost > 0 || planes_[i].found < config_.confirm_keyframes) {
-            continue;
-        }
-        const PlaneSerial serial = planes_[i].serial;
+    const auto is_new = [this](const TrackedPlane& p) {
+        return !p.id.valid() && p.lost == 0 && p.found >= config_.confirm_keyframes;
+    };
+    for (auto next = planes_.begin(); (next = std::find_if(planes_.begin(), planes_.end(), is_new)) != planes_.end();) {
+        const PlaneSerial serial = next->serial;
         if (!make_room()) {
             ++counters_.crowded_out;
             return;
         }
-        i = std::min(i, planes_.size() - 1);  // making room may have moved it towards the front
-        while (planes_[i].serial != serial) {
-            --i;
-        }
-        planes_[i].proposed = PlaneId{next_id_++};
-        planes_[i].id = identify(planes_[i]);
+        identify(serial);
         ++counters_.confirmed;
     }
 }
 
-/// The id of a new plane: that of one which has left, or its own. If the one which has left is still followed, it would
-/// come back as another.
-PlaneId PlaneFinder::identify(const TrackedPlane& plane) {
-    const PlaneId id = memory_.recall({{}, plane.kind, plane.fit, plane.surface_W, plane.from});
-    if (!id.valid()) {
-        return plane.proposed;
+/// Gives a new plane the numbers of the one that had left and that it is, or new ones. If that one is still followed,
+/// the two are the same plane from here on.
+void PlaneFinder::identify(PlaneSerial serial) {
+    const auto with = [this](auto&& is_it) { return std::find_if(planes_.begin(), planes_.end(), is_it); };
+    auto plane = with([=](const TrackedPlane& p) { return p.serial == serial; });
+    SeenPlane known;
+    if (!ok(memory_.recall({{}, {}, plane->kind, plane->fit, plane->surface_W, plane->from}, known))) {
+        plane->id = plane->proposed = PlaneId{next_id_++};
+        return;
     }
     ++counters_.recalled;
-    const auto at = std::find_if(planes_.begin(), planes_.end(), [=](const TrackedPlane& p) { return p.id == id; });
-    if (at != planes_.end()) {
-        at->id = PlaneId{next_id_++};
+    const auto followed = with([&](const TrackedPlane& p) { return p.id == known.id; });
+    if (followed != planes_.end()) {
+        known.proposed = followed->proposed;
+        planes_.erase_at(static_cast<std::size_t>(followed - planes_.begin()));
+        plane = with([=](const TrackedPlane& p) { return p.serial == serial; });
     }
-    return id;
+    plane->id = known.id;
+    plane->proposed = known.proposed;
+    plane->surface_W.extend(known.surface_W);
 }
 
 }  // namespace facet

@@ -105,25 +105,26 @@ void PlaneMemory::forget(PlaneId id) {
     }
 }
 
-PlaneId PlaneMemory::recall(const SeenPlane& seen) {
+Status PlaneMemory::recall(const SeenPlane& seen, SeenPlane& out) {
     double best = std::numeric_limits<double>::infinity();
     double second = best;
-    PlaneId id;
-    for (const SeenPlane& plane : planes_) {
-        const double d = distance(plane, seen);
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+        const double d = distance(planes_[i], seen);
         if (d < best) {
             second = best;
             best = d;
-            id = plane.id;
+            at = i;
         } else {
             second = std::min(second, d);
         }
     }
     if (!(best < kSame) || second < kOther) {
-        return {};
+        return Status::kNotFound;
     }
-    forget(id);
-    return id;
+    out = planes_[at];
+    planes_.erase_at(at);
+    return Status::kOk;
 }
 
 }  // namespace facet

@@ -9,6 +9,7 @@
 #include "estimator/values/planes.h"
 #include "mesh/planes/plane_fit.h"
 #include "platform/base/fixed_vector.h"
+#include "platform/base/status.h"
 
 namespace facet {
 
@@ -25,6 +26,7 @@ struct SightedFrom {
 /// A plane as it was when last found.
 struct SeenPlane {
     PlaneId id;
+    PlaneId proposed;  ///< under which the estimator knows it, if it still does
     PlaneKind kind = PlaneKind::kHorizontal;
     PlaneFit fit;
     Eigen::AlignedBox3d surface_W;  ///< around all of it that was ever seen (m)
@@ -46,8 +48,8 @@ public:
     /// A plane leaves; what was known under its id is replaced.
     void keep(const SeenPlane& plane);
     void forget(PlaneId id);
-    /// Takes out the plane that `seen` is. @return its id; invalid if it is none of them, or may be several
-    PlaneId recall(const SeenPlane& seen);
+    /// Takes out the plane that `seen` is. @return kNotFound if it is none of them, or may be several (`out` untouched)
+    Status recall(const SeenPlane& seen, SeenPlane& out);
 
     /// Squared Mahalanobis distance of two planes, of three degrees of freedom; infinite if they face different ways or
     /// their surfaces are apart.
