@@ -111,10 +111,16 @@ bool EstimatorLoop::step() {
 void EstimatorLoop::finish() {
     while (step()) {
     }
-    if (pending_) {
-        counters_.late.fetch_add(1, kRelaxed);
-        pending_.reset();
+    drop_frame();
+}
+
+bool EstimatorLoop::drop_frame() {
+    if (!pending_) {
+        return false;
     }
+    counters_.late.fetch_add(1, kRelaxed);
+    pending_.reset();
+    return true;
 }
 
 }  // namespace facet

@@ -59,6 +59,9 @@ public:
     void show(SampleTap* tap) { intake_.show(tap); }
     /// Takes what is in the queues and processes it. @return whether there was anything to do
     bool step();
+    /// Gives up the frame that waits for inertial samples, so that its camera has the image back: no more will come. It
+    /// counts as late. @return whether there was one
+    bool drop_frame();
     /// For when no more samples will come: uses the frames that inertial samples reach.
     void finish();
 

@@ -114,10 +114,11 @@ void LiveRun::estimate(const std::atomic<bool>& stopping) {
         // Read before the step, which takes everything that arrived until then.
         const bool stopped = stopping.load(std::memory_order_acquire);
         const bool ended = sensors_.ended();
+        const bool imu_ended = sensors_.imu_ended();
         if (reset_requested_.exchange(false, std::memory_order_relaxed)) {
             pipeline_.request_reset();
         }
-        const bool any = loop_->step();
+        const bool any = loop_->step() || (imu_ended && loop_->drop_frame());
         output_->on_beat();
         offer_state();
         if (stopped || (ended && !any)) {

@@ -43,7 +43,8 @@ private:
 };
 
 /// One thread a source, which waits in its driver and fills its queue (pump()). Usage: open(), then whatever takes from
-/// the queues, then start(); join() before that ends, close() at last. Thread-bound to its owner but for ended().
+/// the queues, then start(); join() before that ends, close() at last. Thread-bound to its owner but for ended() and
+/// imu_ended().
 class SensorThreads {
 public:
     /// Everything is borrowed. @param wakeup  notified of every sample and end
@@ -59,6 +60,8 @@ public:
     void start(ThreadStarter& starter, std::function<void(const ImuSample&)> see);
     /// No more samples will come.
     bool ended() const;
+    /// No more inertial samples will come.
+    bool imu_ended() const { return imu_.ended.load(std::memory_order_acquire); }
     /// Ends the threads.
     void join();
     /// Stops the sources.

@@ -413,7 +413,9 @@ TEST_CASE("a vehicle with one camera gives every one of its frames to the estima
     vehicle.calibration.rig = StereoRig::monocular(rig.left, rig.T_B_C0);
     LiveRun run(clock, vehicle, {&left, nullptr, nullptr, &imu}, {});
     const RunSummary summary = run_to_end(run);
-    CHECK(summary.frames == flight().run().frames);
+    // By the clocks' offset found, the last frame may lie after the log's last inertial sample; it is not waited for.
+    CHECK(dropped(summary, "late_frames") <= 1);
+    CHECK(summary.frames + dropped(summary, "late_frames") == flight().run().frames);
     CHECK(summary.live->findings[static_cast<std::size_t>(SyncFault::kMissingRight)].value == 0);
     CHECK(summary.last.health.state != TrackingState::kLost);
     CHECK((summary.last.health.reasons & (kReasonOneCamera | kReasonNoRightImage)) == 0);
