@@ -57,6 +57,7 @@ void Estimator::Impl::reset() {
     awaits_answer = has_trusted = has_given = is_renewed = false;
     trusted = {};
     gauge.setZero();
+    slip = {};
     q_Bf_B.setIdentity();
     frame_latency = {};
     calibration_sigma.setZero();
@@ -194,6 +195,7 @@ void Estimator::Impl::hold_still() {
 
 Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
     const Timestamp before = now.stamp;
+    is_compared = false;
     Preintegration preintegration = preintegration_from({});
     if (frontend.ids_run_out()) {
         frontend.restart_ids();
@@ -226,8 +228,8 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     doubt.see(stamp, now.state);
     now.doubted = doubt.readings(now.state, gravity_m_per_s2);
     report(frame, ok(tracked), estimate);
-    if ((estimate.health.reasons & kReasonHighResidual) != 0) {
-        widen_gauge((stamp - before).seconds());
+    if (judge_slip((stamp - before).seconds(), (estimate.health.reasons & kReasonHighResidual) != 0)) {
+        estimate.covariance = reported_covariance();
     }
     if (monitor.is_usable()) {
         trusted = now;

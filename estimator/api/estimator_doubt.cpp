@@ -20,8 +20,11 @@ constexpr double kLastReadings = 1.5;
 Status Estimator::Impl::compare_with_map(const Preintegration& preintegration, FrameEstimate& out) {
     const StageScope scope(observer, Stage::kFrameUpdate);
     const FramePrediction prediction{newest.state, preintegration, now.state, newest.covariance, config.imu_noise};
-    return frame_update.solve(map, window.cameras(), static_cast<int>(window.state().keyframes.size()), prediction,
-                              {tracks.observations.data(), tracks.observations.size()}, out);
+    FACET_TRY(frame_update.solve(map, window.cameras(), static_cast<int>(window.state().keyframes.size()), prediction,
+                                 {tracks.observations.data(), tracks.observations.size()}, out));
+    is_compared = true;
+    compared_with = newest.stamp;
+    return Status::kOk;
 }
 
 void Estimator::Impl::update_by_image(Preintegration& preintegration) {
@@ -124,6 +127,7 @@ void Estimator::Impl::drop_doubt_without_witness(Preintegration& preintegration)
 }
 
 void Estimator::Impl::widen_gauge(double dt_s) {
+    slip.is_refutable = false;
     move_gauge_origin();
     const Eigen::Vector3d& v = now.state.v_W_B;
     const auto widen = [this](int i, double by) { gauge(i, i) = std::pow(std::sqrt(gauge(i, i)) + by, 2); };
@@ -131,6 +135,24 @@ void Estimator::Impl::widen_gauge(double dt_s) {
     for (int i = 0; i < 3; ++i) {
         widen(1 + i, v.norm() * dt_s);
     }
+}
+
+bool Estimator::Impl::judge_slip(double dt_s, bool are_residuals_high) {
+    if (are_residuals_high) {
+        Slip seen = slip.is_suspected ? slip : Slip{true, true, compared_with, gauge, gauge_origin};
+        const bool is_alone = is_compared && compared_with == seen.keyframe && !tracks.is_keyframe;
+        seen.is_refutable = seen.is_refutable && is_alone;
+        widen_gauge(dt_s);
+        slip = seen;
+        return true;
+    }
+    const bool is_refuted = slip.is_suspected && slip.is_refutable && is_compared && compared_with == slip.keyframe;
+    if (is_refuted) {
+        gauge = slip.gauge;
+        gauge_origin = slip.gauge_origin;
+    }
+    slip = {};
+    return is_refuted;
 }
 
 void Estimator::Impl::own_up() {

@@ -80,6 +80,17 @@ struct Estimator::Impl {
     /// that inside it they are known, and this is added to what is reported.
     Eigen::Matrix4d gauge = Eigen::Matrix4d::Zero();
     Eigen::Vector3d gauge_origin = Eigen::Vector3d::Zero();
+    /// Residuals that stay high, and what the gauge was before.
+    struct Slip {
+        bool is_suspected = false;
+        bool is_refutable = false;  ///< no keyframe has taken part
+        Timestamp keyframe;         ///< with whose map the frames are compared
+        Eigen::Matrix4d gauge = Eigen::Matrix4d::Zero();
+        Eigen::Vector3d gauge_origin = Eigen::Vector3d::Zero();
+    };
+    Slip slip;
+    bool is_compared = false;  ///< the frame at hand, with the map
+    Timestamp compared_with;   ///< the newest keyframe of that map
     /// Of the body since the last frame that the front-end has taken, where `now` was carried on without frames.
     Eigen::Quaterniond q_Bf_B = Eigen::Quaterniond::Identity();
     Duration frame_latency;      ///< inertial samples this young may belong before a frame that is still to come
@@ -171,6 +182,9 @@ struct Estimator::Impl {
     /// What happened in the last dt_s seconds may not have happened: residuals are beyond what errors explain. Adds the
     /// way flown and the angle turned about the vertical to the standard deviations of place and yaw.
     void widen_gauge(double dt_s);
+    /// Widens the gauge while residuals are high. If the next frame whose are not agrees with the map that the odd ones
+    /// were compared with, nothing has slipped but they, and the gauge is what it was. @return whether it has changed
+    bool judge_slip(double dt_s, bool are_residuals_high);
     /// Time has passed that is on no clock, and the motion in it is unknown: the window begins anew.
     void allow_for_lost_time(double lost_s);
     /// The inertial samples that are refused come from a clock, and frames come from the same one.
