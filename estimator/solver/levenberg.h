@@ -52,8 +52,9 @@ struct LevenbergWorkspace {
 /// exact. With a robust loss steps gain more than promised, since weights overrate its curvature; a new matrix would
 /// overrate it as well.
 /// At the end `workspace.systems[current]` holds the gradient at the final states, and the summary says where the
-/// matrix is: at the final states if !is_factorized. At most max_iterations steps, and one linearization more, two if the
-/// last step's takes the matrix with it: a system in place of a matrix that was kept too long counts as a step. No heap.
+/// matrix is: at the final states if !is_factorized. At most max_iterations steps, and one linearization more, two if
+/// the last step's takes the matrix with it: a system in place of a matrix that was kept too long counts as a step. No
+/// heap.
 template <class Problem>
 LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, LevenbergWorkspace& workspace,
                            int& current) {
