@@ -146,7 +146,7 @@ bool Estimator::Impl::judge_slip(double dt_s, bool are_residuals_high) {
         slip = seen;
         return true;
     }
-    const bool is_refuted = slip.is_suspected && slip.is_refutable && is_compared && compared_with == slip.keyframe;
+    const bool is_refuted = slip.is_refutable && is_compared && compared_with == slip.keyframe;
     if (is_refuted) {
         gauge = slip.gauge;
         gauge_origin = slip.gauge_origin;

@@ -69,6 +69,15 @@ private:
     bool is_refused_ = false;
 };
 
+/// Nothing ends it before, but the minimum.
+LevenbergOptions steps_at_most(int budget, bool trusts_first) {
+    LevenbergOptions options;
+    options.trusts_first = trusts_first;
+    options.max_iterations = budget;
+    options.relative_decrease = 0.0;
+    return options;
+}
+
 }  // namespace
 
 TEST_CASE("levenberg reaches the minimum of a curved valley, never going uphill", "[levenberg]") {
@@ -93,12 +102,8 @@ TEST_CASE("levenberg leaves the states at the best point when the budget ends", 
     const bool trusts_first = GENERATE(false, true);
     for (int budget = 1; budget <= 6; ++budget) {
         Valley valley(-1.2, 1.0);
-        LevenbergOptions options;
-        options.trusts_first = trusts_first;
-        options.max_iterations = budget;
-        options.relative_decrease = 0.0;
         int current = 0;
-        const LevenbergSummary summary = levenberg(valley, options, *workspace, current);
+        const LevenbergSummary summary = levenberg(valley, steps_at_most(budget, trusts_first), *workspace, current);
         CHECK(summary.iterations <= budget);
         CHECK(valley.linearizations + valley.gradients <= budget + 1);
         const auto at_end = std::make_unique<ReducedSystem>();
@@ -181,12 +186,8 @@ TEST_CASE("levenberg says where the matrix of the final states is, whatever ends
     int refused = 0;
     for (int budget = 1; budget <= 30; ++budget) {
         Valley valley(-1.2, 1.0);
-        LevenbergOptions options;
-        options.trusts_first = trusts_first;
-        options.max_iterations = budget;
-        options.relative_decrease = 0.0;
         int current = 0;
-        const LevenbergSummary summary = levenberg(valley, options, *workspace, current);
+        const LevenbergSummary summary = levenberg(valley, steps_at_most(budget, trusts_first), *workspace, current);
         refused += valley.last_is_refused() ? 1 : 0;
         valley.linearize(*at_end);
         CHECK((Eigen::VectorXd(at_end->g()) - Eigen::VectorXd(workspace->systems[current].g())).norm() < 1e-12);
