@@ -121,6 +121,13 @@ class Table(unittest.TestCase):
             self.assertEqual(self.command(folder, "--conditions", "nominal", "without planes:1"), (0, 12))
             self.assertEqual((folder / "facet.scenes").read_text().split(), ["building", "building", "hall"])
 
+    def test_what_is_hard_in_replay_alone_shares_the_flight(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            rows = ["long, returns", "long, returns, 50 features", "long, returns, flight vibration:1"]
+            self.assertEqual(self.command(folder, "--conditions", *rows), (0, 20))
+            self.assertEqual((folder / "facet.scenes").read_text().split(), ["building", "building"])
+
     def test_unknown_rows_are_refused(self):
         with tempfile.TemporaryDirectory() as name:
             for row in ("sunny", "nominal:0", "nominal:3", "nominal:x"):
