@@ -110,8 +110,34 @@ PlaneLog::PlaneLog(const std::string& folder) : file_(folder + "/planes.csv") {
         "sigma_across_rad,chi2,bend_m,cx,cy,cz,extent_along_m,extent_across_m\n");
 }
 
-void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes, std::span<const PlaneFit> claims) {
+/// One record of two, the plane as it was known best in either.
+void PlaneLog::unite(const PlaneMerge& merge) {
+    names_.learn(merge);
+    const auto gone = records_.find(merge.gone.value);
+    if (gone == records_.end()) {
+        return;
+    }
+    const Record& other = gone->second;
+    Record& own = records_.try_emplace(merge.stays.value, other).first->second;
+    own.first = std::min(own.first, other.first);
+    if (other.last > own.last) {
+        own.last = other.last;
+        own.is_doubted = other.is_doubted;
+    }
+    own.found = std::max(own.found, other.found);
+    if (volume(other.plane.fit) < volume(own.plane.fit)) {
+        own.plane = other.plane;
+    }
+    own.plane.id = merge.stays;
+    records_.erase(gone);
+}
+
+void PlaneLog::write(Timestamp stamp, std::span<const TrackedPlane> planes, std::span<const PlaneFit> claims,
+                     std::span<const PlaneMerge> merges) {
     newest_ = stamp;
+    for (const PlaneMerge& merge : merges) {
+        unite(merge);
+    }
     std::vector<const TrackedPlane*>& reported = reported_;  // storage kept from keyframe to keyframe
     reported.clear();
     for (const TrackedPlane& plane : planes) {
@@ -151,7 +177,7 @@ void PlaneLog::write_planes(const std::string& folder, std::span<const DepartedF
     std::map<std::uint32_t, std::vector<const DepartedFace*>> faces_of;
     for (const DepartedFace& face : faces) {
         if (face.plane.valid()) {
-            faces_of[face.plane.value].push_back(&face);
+            faces_of[names_.now(face.plane).value].push_back(&face);
         }
     }
     SurfacePicture picture;

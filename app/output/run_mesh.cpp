@@ -14,7 +14,7 @@ namespace {
 /// Faces with shared vertices and their normals, weighted by area.
 class IndexedMesh {
 public:
-    explicit IndexedMesh(std::span<const DepartedFace> faces) {
+    IndexedMesh(std::span<const DepartedFace> faces, const PlaneNames& names) {
         for (const DepartedFace& face : faces) {
             Eigen::Vector3i triangle;
             for (std::size_t k = 0; k < 3; ++k) {
@@ -27,7 +27,7 @@ public:
             triangles_.push_back(triangle);
             observations_.push_back(face.observations);
             sigmas_.push_back(face.sigma_m);
-            planes_.push_back(face.plane.valid() ? static_cast<std::int32_t>(face.plane.value) : -1);
+            planes_.push_back(face.plane.valid() ? static_cast<std::int32_t>(names.now(face.plane).value) : -1);
         }
         for (Eigen::Vector3f& n : normals_) {
             n = n.norm() > 0.0F ? n.normalized() : Eigen::Vector3f(0.0F, 0.0F, 1.0F);
@@ -88,7 +88,7 @@ void RunMesh::collect(std::span<const DepartedFace> departed) {
     }
 }
 
-void RunMesh::write(const Mesher& mesher, const std::string& folder) {
+void RunMesh::write(const Mesher& mesher, const std::string& folder, const PlaneNames& names) {
     const HorizonMesh& mesh = mesher.mesh();
     std::vector<DepartedFace> live;
     for (int i = 0; i < mesh.face_end(); ++i) {
@@ -100,8 +100,8 @@ void RunMesh::write(const Mesher& mesher, const std::string& folder) {
             }
         }
     }
-    IndexedMesh(live).write(folder + "/mesh_live.ply");
-    IndexedMesh(faces_).write(folder + "/mesh.ply");
+    IndexedMesh(live, names).write(folder + "/mesh_live.ply");
+    IndexedMesh(faces_, names).write(folder + "/mesh.ply");
 }
 
 }  // namespace facet

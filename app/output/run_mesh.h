@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "app/output/plane_names.h"
 #include "mesh/mesher.h"
 
 namespace facet {
@@ -29,7 +30,8 @@ public:
     void collect(std::span<const DepartedFace> departed);
 
     /// Writes folder/mesh_live.ply (the horizon) and folder/mesh.ply (everything). Throws InputError if it cannot.
-    void write(const Mesher& mesher, const std::string& folder);
+    /// @param names  the ids that planes have by now
+    void write(const Mesher& mesher, const std::string& folder, const PlaneNames& names = {});
 
     /// What mesh.ply has, as far as it was collected or written: each face as it stood last.
     std::span<const DepartedFace> all() const { return faces_; }

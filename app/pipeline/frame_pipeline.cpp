@@ -102,6 +102,7 @@ void FramePipeline::estimate_frame(const StereoFrame& frame, Timestamp output_st
     result.has_mesh = false;
     result.planes.clear();
     result.claims.clear();
+    result.merges.clear();
     result.has_ranges = false;
     timer_.mark_estimate();
 }
@@ -128,6 +129,9 @@ void FramePipeline::finish_frame(const StereoFrame& frame, FrameResult& result) 
                 result.planes.push_back(plane);
                 result.claims.push_back(claim_of(plane));
             }
+        }
+        for (const PlaneMerge& merge : planes_->merges()) {
+            result.merges.push_back(merge);
         }
     }
     update_ranges(result);

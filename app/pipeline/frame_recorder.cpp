@@ -102,7 +102,7 @@ void FrameRecorder::write(const FrameResult& frame, std::span<const DepartedFace
     keep_timing(frame);
     if (files_) {
         if (frame.has_mesh) {
-            files_->planes.write(frame.mesh_frame_stamp, frame.planes, frame.claims);
+            files_->planes.write(frame.mesh_frame_stamp, frame.planes, frame.claims, frame.merges);
             files_->mesh.write(frame.mesh_frame_stamp, frame.mesh_vertices, frame.mesh_faces, frame.mesh);
         }
         files_->timing.write(frame.output_stamp, frame.is_keyframe, frame.timing);
@@ -183,7 +183,7 @@ void FrameRecorder::finish(const FramePipeline& pipeline) {
     files_->health.close();
     files_->mesh.close();
     files_->planes.close();
-    run_mesh_.write(pipeline.mesher(), folder_);
+    run_mesh_.write(pipeline.mesher(), folder_, files_->planes.names());
     files_->planes.write_planes(folder_, run_mesh_.all());
     summary_.run_mesh_faces = run_mesh_.faces();
     files_->warnings.close();

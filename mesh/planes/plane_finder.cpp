@@ -33,6 +33,7 @@ Status PlaneFinder::configure(const PlaneConfig& config) {
 void PlaneFinder::reset() {
     planes_.clear();
     proposals_.clear();
+    merges_.clear();
     evidence_.clear();
     memory_.clear();
     last_view_ = 0;
@@ -43,6 +44,7 @@ const PlaneProposals& PlaneFinder::update(const HorizonMesh& mesh, const Keyfram
         reset();
     }
     last_view_ = view.number;
+    merges_.clear();
     here_ = {view.T_W_C0.p, view.heading_and_place};
     evidence_.take(config_, mesh, view);
     take_estimates(view.planes);

@@ -13,6 +13,7 @@
 #include "mesh/planes/plane_evidence.h"
 #include "mesh/planes/plane_fit.h"
 #include "mesh/planes/plane_memory.h"
+#include "mesh/planes/plane_reach.h"
 #include "mesh/planes/plane_votes.h"
 #include "platform/base/fixed_vector.h"
 
@@ -25,15 +26,22 @@ struct TrackedPlane {
     PlaneKind kind = PlaneKind::kHorizontal;
     PlaneId proposed;  ///< under which the estimator knows it
     PlaneFit fit;
-    double area_m2 = 0.0;           ///< of its faces in the horizon
-    int landmarks = 0;              ///< on it now
-    int found = 0;                  ///< keyframes that found it
-    int lost = 0;                   ///< keyframes in a row that did not
-    int doubts = 0;                 ///< keyframes in a row at which its landmarks did not form a plane
-    bool is_held = false;           ///< a variable of the estimator, in sight or not: normal and distance are its own
-    bool is_reported = false;       ///< among the last proposals
-    Eigen::AlignedBox3d surface_W;  ///< around all of it that was ever found (m)
-    SightedFrom from;               ///< when last found
+    double area_m2 = 0.0;      ///< of its faces in the horizon
+    int landmarks = 0;         ///< on it now
+    int found = 0;             ///< keyframes that found it
+    int lost = 0;              ///< keyframes in a row that did not
+    int doubts = 0;            ///< keyframes in a row at which its landmarks did not form a plane
+    bool is_held = false;      ///< a variable of the estimator, in sight or not: normal and distance are its own
+    bool is_reported = false;  ///< among the last proposals
+    PlaneReach reach;          ///< of all of it that was ever found
+    SightedFrom from;          ///< when last found
+};
+
+/// Two ids that turned out to be of one plane: `gone` is used no more, what was under it belongs to `stays`, which is
+/// older.
+struct PlaneMerge {
+    PlaneId gone;
+    PlaneId stays;
 };
 
 /// What the finder has done since configure().
@@ -43,7 +51,7 @@ struct PlaneCounters {
     std::uint64_t confirmed = 0;    ///< planes that got an id
     std::uint64_t found_again = 0;  ///< lost planes that came back under their id
     std::uint64_t recalled = 0;     ///< new planes that turned out to be ones which had left
-    std::uint64_t merged = 0;       ///< planes merged into another one
+    std::uint64_t merged = 0;       ///< planes with an id merged into another one
     std::uint64_t doubted = 0;      ///< planes given up because their landmarks no longer formed one
     std::uint64_t forgotten = 0;    ///< planes lost for too long
     std::uint64_t crowded_out = 0;  ///< new planes for which there was no room
@@ -63,7 +71,8 @@ struct PlaneCounters {
 /// take its id, be held on it, be doubted, be lost, and be found anew. A plane lost for more than
 /// `leave_keyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
 /// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
-/// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well.
+/// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well; so is a plane that leaves,
+/// and by then is known well enough to tell.
 /// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 950 KB: allocate it once.
 /// Thread-bound. Deterministic. No heap.
 class PlaneFinder {
@@ -89,7 +98,11 @@ public:
     /// All planes, by age; those without id are candidates.
     std::span<const TrackedPlane> planes() const { return {planes_.data(), planes_.size()}; }
     const PlaneProposals& proposals() const { return proposals_; }
+    /// Ids that the last update() found to be of one plane, in the order in which that was found.
+    std::span<const PlaneMerge> merges() const { return {merges_.data(), merges_.size()}; }
     const PlaneCounters& counters() const { return counters_; }
+    /// A plane loses its id once: when it merges, or when it leaves.
+    static constexpr int kMaxMerges = 2 * kMaxPlanes;
 
 private:
     static constexpr int kMaxCandidates = 8;   // without id; and examined in one update
@@ -110,8 +123,10 @@ private:
                 const PlaneFit& start);
     void merge_equal();
     bool merge(TrackedPlane& older, const TrackedPlane& younger);
+    void note_merge(PlaneId a, PlaneId b);
     void note_sightings();
     void retire();
+    void remember(TrackedPlane& plane);
     void confirm();
     void identify(PlaneSerial serial);
     bool make_room();
@@ -127,6 +142,7 @@ private:
     PlaneMemory memory_;
     SightedFrom here_;  ///< the newest keyframe
     PlaneProposals proposals_;
+    FixedVector<PlaneMerge, kMaxMerges> merges_;
     PlaneSupport support_;                              ///< scratch
     FixedVector<std::uint16_t, kMaxLandmarks> points_;  ///< scratch
     FixedVector<std::uint16_t, kMaxLandmarks> others_;  ///< scratch

@@ -13,6 +13,11 @@ constexpr double kEqualSigmas = 3.0;    // of the difference of two planes
 constexpr double kEqualFloor = 0.015;   // m: difference at each other's landmarks that is allowed in any case
 constexpr double kEqualTurn = 1.0;      // deg, likewise
 constexpr double kDriftPerLoss = 2e-3;  // m a keyframe, of a plane that is not seen
+constexpr double kBeside_m = 0.5;       // between surfaces that are seen at their ends
+
+SeenPlane as_seen(const TrackedPlane& plane) {
+    return {plane.id, plane.proposed, plane.kind, plane.fit, plane.reach, plane.from};
+}
 
 }  // namespace
 
@@ -39,8 +44,9 @@ bool PlaneFinder::may_be_same(const TrackedPlane& a, PlaneKind kind, const Plane
     return is_near(a.fit, fit) && is_near(fit, a.fit);
 }
 
-/// Whether one plane fits the landmarks of both; true if one has none. If the estimator has the known plane among its
-/// variables, others are held on that, wherever their own surface is: they have to lie on it as it is.
+/// Whether one plane fits the landmarks of both. If the estimator has the known plane among its variables, others are
+/// held on that, wherever their own surface is: they have to lie on it as it is. If one has none any more, their
+/// surfaces have to be beside each other: elsewhere there may be another plane like it.
 bool PlaneFinder::is_one(const TrackedPlane& known, std::span<const std::uint16_t> a, std::span<const std::uint16_t> b,
                          const PlaneFit& start) {
     if (known.is_held && b.size() >= static_cast<std::size_t>(kMinFitPoints)) {
@@ -49,7 +55,9 @@ bool PlaneFinder::is_one(const TrackedPlane& known, std::span<const std::uint16_
                fit.chi2 <= kKeepSlack * config_.max_chi2;
     }
     if (a.empty() || b.empty()) {
-        return true;
+        PlaneReach reach;
+        reach.extend(start);
+        return a.size() + b.size() > 0 && known.reach.distance(reach) <= kBeside_m;
     }
     points_.clear();
     for (const auto part : {a, b}) {
@@ -79,20 +87,32 @@ bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
         older.fit = younger.fit;
     }
     evidence_.hand_over(younger.serial, older.serial);
+    memory_.forget(older.id);
+    memory_.forget(younger.id);
     if (younger.id.valid()) {  // it may have been told the id of the older one while that was out of sight
+        if (older.id.valid()) {
+            note_merge(older.id, younger.id);
+        }
         older.id = older.id.valid() ? std::min(older.id, younger.id) : younger.id;
     }
-    memory_.forget(younger.id);
+    older.reach.extend(younger.reach);
     if (older.lost > younger.lost) {
-        memory_.forget(older.id);
         older.fit = older.is_held ? older.fit : younger.fit;
+        older.from = younger.from;
         older.lost = younger.lost;
         older.doubts = 0;
     }
+    if (older.id.valid() && older.lost > config_.leave_keyframes + 1) {
+        memory_.keep(as_seen(older));
+    }
     older.landmarks += younger.landmarks;
     older.area_m2 += younger.area_m2;
-    counters_.merged += younger.id.valid() ? 1 : 0;
     return true;
+}
+
+void PlaneFinder::note_merge(PlaneId a, PlaneId b) {
+    ++counters_.merged;
+    static_cast<void>(merges_.try_push_back({std::max(a, b), std::min(a, b)}));
 }
 
 void PlaneFinder::merge_equal() {
@@ -114,26 +134,45 @@ void PlaneFinder::merge_equal() {
 
 /// Where planes were found, and from where.
 void PlaneFinder::note_sightings() {
-    const double kHalfSide = std::sqrt(3.0);  // of an evenly covered surface, in standard deviations
     for (TrackedPlane& plane : planes_) {
         if (plane.lost > 0) {
             continue;
         }
-        const PlaneFit& fit = plane.fit;
-        const Eigen::Vector3d half =
-            kHalfSide * (fit.extent_along_m * fit.along_W.cwiseAbs() + fit.extent_across_m * fit.across_W.cwiseAbs());
-        plane.surface_W.extend(fit.centroid_W - half).extend(fit.centroid_W + half);
+        plane.reach.extend(plane.fit);
         plane.from = here_;
     }
 }
 
+/// A plane leaves. What was too uncertain of it to tell when it came may tell now that it is one which had left before:
+/// then the two are one from here on, under the older id and, if the estimator has it still, the older variable.
+void PlaneFinder::remember(TrackedPlane& plane) {
+    memory_.forget(plane.id);
+    SeenPlane known;
+    if (ok(memory_.recall_there(as_seen(plane), known))) {
+        note_merge(known.id, plane.id);
+        const auto followed =
+            std::find_if(planes_.begin(), planes_.end(), [&](const TrackedPlane& p) { return p.id == known.id; });
+        if (followed != planes_.end()) {
+            plane.proposed = followed->is_held ? followed->proposed : plane.proposed;
+            followed->id = {};  // so that it is given up
+        }
+        plane.id = std::min(plane.id, known.id);
+        plane.reach.extend(known.reach);
+    }
+    memory_.keep(as_seen(plane));
+}
+
 void PlaneFinder::retire() {
+    for (TrackedPlane& plane : planes_) {
+        if (plane.id.valid() && plane.lost == config_.leave_keyframes + 1 && plane.doubts < config_.leave_keyframes) {
+            remember(plane);
+        }
+    }
     for (std::size_t i = 0; i < planes_.size();) {
-        TrackedPlane& plane = planes_[i];
+        const TrackedPlane& plane = planes_[i];
         const bool is_doubtful = plane.doubts >= config_.leave_keyframes;
-        // A plane given up is remembered, too: its landmarks may form it again when seen from elsewhere.
-        if (plane.id.valid() && (plane.lost == config_.leave_keyframes + 1 || is_doubtful)) {
-            memory_.keep({plane.id, plane.proposed, plane.kind, plane.fit, plane.surface_W, plane.from});
+        if (plane.id.valid() && is_doubtful) {  // its landmarks may form it again when seen from elsewhere
+            memory_.keep(as_seen(plane));
         }
         const bool is_gone = plane.id.valid() ? plane.lost > config_.leave_keyframes + config_.forget_keyframes
                                               : plane.lost >= config_.confirm_keyframes;
@@ -196,7 +235,7 @@ void PlaneFinder::identify(PlaneSerial serial) {
     const auto with = [this](auto&& is_it) { return std::find_if(planes_.begin(), planes_.end(), is_it); };
     auto plane = with([=](const TrackedPlane& p) { return p.serial == serial; });
     SeenPlane known;
-    if (!ok(memory_.recall({{}, {}, plane->kind, plane->fit, plane->surface_W, plane->from}, known))) {
+    if (!ok(memory_.recall(as_seen(*plane), known))) {
         plane->id = plane->proposed = PlaneId{next_id_++};
         return;
     }
@@ -209,7 +248,7 @@ void PlaneFinder::identify(PlaneSerial serial) {
     }
     plane->id = known.id;
     plane->proposed = known.proposed;
-    plane->surface_W.extend(known.surface_W);
+    plane->reach.extend(known.reach);
 }
 
 }  // namespace facet

@@ -18,6 +18,7 @@ constexpr double kFloor_m = 0.01;  // surfaces are not flat: what two parts of o
 constexpr double kFloor_rad = 0.4 * kRadPerDeg;  // likewise
 constexpr double kMaxTurn_rad = 20.0 * kRadPerDeg;
 constexpr double kNear_m = 0.5;  // between surfaces that are seen at their ends
+constexpr double kThere = 0.5;   // of the smaller surface: two planes are not in the same place
 
 /// What a covariance has gained: no direction less than nothing.
 Eigen::Matrix2d gain(const Eigen::Matrix2d& now, const Eigen::Matrix2d& then) {
@@ -69,7 +70,7 @@ double PlaneMemory::distance(const SeenPlane& then, const SeenPlane& now) {
     }
     const Eigen::Matrix2d drift =
         gain(now.from.effect_at(b.centroid_W, b.normal_W), then.from.effect_at(b.centroid_W, b.normal_W));
-    if (then.surface_W.exteriorDistance(now.surface_W) > kNear_m + 3.0 * drift_along(then, now)) {
+    if (then.reach.distance(now.reach) > kNear_m + 3.0 * drift_along(then, now)) {
         return kNever;
     }
     // Of the plane now above the plane then, at the centroid now; a turn psi about the vertical lowers what is along
@@ -105,26 +106,38 @@ void PlaneMemory::forget(PlaneId id) {
     }
 }
 
-Status PlaneMemory::recall(const SeenPlane& seen, SeenPlane& out) {
-    double best = std::numeric_limits<double>::infinity();
-    double second = best;
-    std::size_t at = 0;
+Status PlaneMemory::recall(const SeenPlane& seen, bool only_there, SeenPlane& out) {
+    struct Found {
+        double distance = std::numeric_limits<double>::infinity();
+        double second = std::numeric_limits<double>::infinity();
+        std::size_t at = 0;
+    };
+    Found anywhere;
+    Found there;
     for (std::size_t i = 0; i < planes_.size(); ++i) {
         const double d = distance(planes_[i], seen);
-        if (d < best) {
-            second = best;
-            best = d;
-            at = i;
-        } else {
-            second = std::min(second, d);
+        for (Found* found : {&anywhere, &there}) {
+            if (found == &there && planes_[i].reach.overlap(seen.reach) < kThere) {
+                continue;
+            }
+            found->second = std::min(found->second, std::max(d, found->distance));
+            if (d < found->distance) {
+                found->distance = d;
+                found->at = i;
+            }
         }
     }
-    if (!(best < kSame) || second < kOther) {
+    const Found& found = only_there || there.distance < kSame ? there : anywhere;
+    if (!(found.distance < kSame) || found.second < kOther) {
         return Status::kNotFound;
     }
-    out = planes_[at];
-    planes_.erase_at(at);
+    out = planes_[found.at];
+    planes_.erase_at(found.at);
     return Status::kOk;
 }
+
+Status PlaneMemory::recall(const SeenPlane& seen, SeenPlane& out) { return recall(seen, false, out); }
+
+Status PlaneMemory::recall_there(const SeenPlane& seen, SeenPlane& out) { return recall(seen, true, out); }
 
 }  // namespace facet

@@ -8,6 +8,7 @@
 #include "estimator/values/keyframe_view.h"
 #include "estimator/values/planes.h"
 #include "mesh/planes/plane_fit.h"
+#include "mesh/planes/plane_reach.h"
 #include "platform/base/fixed_vector.h"
 #include "platform/base/status.h"
 
@@ -29,13 +30,14 @@ struct SeenPlane {
     PlaneId proposed;  ///< under which the estimator knows it, if it still does
     PlaneKind kind = PlaneKind::kHorizontal;
     PlaneFit fit;
-    Eigen::AlignedBox3d surface_W;  ///< around all of it that was ever seen (m)
+    PlaneReach reach;  ///< of all of it that was ever seen
     SightedFrom from;
 };
 
 /// The last kCapacity planes that have left. A plane seen now is one of them if it differs from it by no more than its
 /// own uncertainty, that of the plane when it left, and the drift since explain (chi-square of height and two slopes at
-/// its centroid), if their surfaces overlap or nearly so, and if that is true of one of them only.
+/// its centroid), if their surfaces overlap or nearly so, and if that is true of one of them only: of one that was where
+/// the plane is seen now, if others are beside it.
 /// The drift's covariance is what the covariance of heading and place, mapped to the plane, has gained since: errors of
 /// odometry add up, so that what came in between is independent of what there was. When full, the plane that left first
 /// is forgotten. No heap. Thread-bound. 40 KB.
@@ -50,12 +52,16 @@ public:
     void forget(PlaneId id);
     /// Takes out the plane that `seen` is. @return kNotFound if it is none of them, or may be several (`out` untouched)
     Status recall(const SeenPlane& seen, SeenPlane& out);
+    /// The same, only of one that was where `seen` is: beside it there may be another plane that looks alike.
+    Status recall_there(const SeenPlane& seen, SeenPlane& out);
 
     /// Squared Mahalanobis distance of two planes, of three degrees of freedom; infinite if they face different ways or
     /// their surfaces are apart.
     static double distance(const SeenPlane& then, const SeenPlane& now);
 
 private:
+    Status recall(const SeenPlane& seen, bool only_there, SeenPlane& out);
+
     FixedVector<SeenPlane, kCapacity> planes_;  ///< by departure
 };
 

@@ -319,6 +319,44 @@ TEST_CASE("planes.json tells what is claimed in the world, not what the landmark
     CHECK(planes[0]["sigma"] == 0.01);
 }
 
+TEST_CASE("planes that turn out to be one are one in planes.json, with the surfaces of both") {
+    const test::TempDir folder;
+    TrackedPlane plane;
+    plane.is_reported = true;
+    PlaneLog log(folder.path());
+    const auto tell = [&](std::int64_t keyframe, std::uint32_t id, double sigma,
+                          std::initializer_list<PlaneMerge> merges) {
+        plane.id = {id};
+        plane.fit.distance_m = 0.01 * id;
+        plane.fit.sigma_m = plane.fit.sigma_along_rad = plane.fit.sigma_across_rad = sigma;
+        log.write(Timestamp{keyframe}, {&plane, 1}, {&plane.fit, 1}, {merges.begin(), merges.size()});
+    };
+    tell(1, 2, 0.003, {});
+    tell(2, 5, 0.001, {});
+    tell(3, 7, 0.002, {{{7}, {5}}});  // of one that was told before, and is told once more under its old id
+    tell(4, 9, 0.004, {{{7}, {5}}, {{5}, {2}}});
+    log.close();
+    CHECK(log.names().now({7}) == PlaneId{2});
+    CHECK(log.names().now({9}) == PlaneId{9});
+    CHECK_FALSE(log.names().now({}).valid());
+    std::vector<DepartedFace> faces;
+    for (const std::uint32_t id : {2U, 5U, 7U}) {
+        const auto x = static_cast<float>(id);
+        DepartedFace& face = faces.emplace_back();
+        face.plane = {id};
+        face.p_W = {Eigen::Vector3f(x, 0, 0), Eigen::Vector3f(x + 1, 0, 0), Eigen::Vector3f(x, 1, 0)};
+    }
+    log.write_planes(folder.path(), faces);
+    const nlohmann::json planes = nlohmann::json::parse(test::read_file(folder.file("planes.json")));
+    REQUIRE(planes.size() == 2);
+    CHECK(planes[0]["id"] == 2);
+    CHECK(planes[0]["distance"] == 0.05);  // as known best
+    CHECK(planes[0]["first_stamp_ns"] == 1);
+    CHECK(planes[0]["last_stamp_ns"] == 3);
+    CHECK(planes[0]["regions"].size() == 3);
+    CHECK(planes[1]["id"] == 9);
+}
+
 TEST_CASE("a young plane that its landmarks refute is taken back; an old one, or one still told, is not") {
     const auto listed = [](int found, bool comes_back) {
         const test::TempDir folder;

@@ -274,6 +274,31 @@ TEST_CASE("a plane left and found again has its old id; after a reset ids are ne
     CHECK(find_like(fresh, -Vector3d::UnitX())->id > id);
 }
 
+TEST_CASE("a wall in line with one that has left, but metres away, is another one") {
+    PlaneWorld world;
+    world.add({3.0, 3.5, 0.0}, {0.0, -1.6, 0.0}, {0.0, 0.0, 2.2}, 0.2);
+    world.add({3.0, -1.9, 0.0}, {0.0, -1.6, 0.0}, {0.0, 0.0, 2.2}, 0.2);
+    PlaneRig rig(world);
+    const Se3 left = looking({0.5, 2.7, 1.2}, 0.0, 0.0);
+    const Se3 right = looking({0.5, -2.7, 1.2}, 0.0, 0.0);
+    const Se3 away = looking({1.0, 0.0, 1.2}, std::numbers::pi, 0.0);
+    const auto visit = [&](const Se3& view) {
+        const PlaneProposals& proposals = rig.hover(view, 5);
+        REQUIRE(proposals.size() == 1);
+        const PlaneId id = proposals[0].id;
+        for (int k = 0; k < 22; ++k) {
+            rig.step(away);
+        }
+        return id;
+    };
+    const PlaneId first = visit(left);
+    const PlaneId second = visit(right);
+    CHECK(second > first);
+    CHECK(visit(left) == first);
+    CHECK(visit(right) == second);
+    CHECK(rig.finder->counters().merged == 0);
+}
+
 TEST_CASE("two planes that become equal merge under the older id") {
     PlaneWorld world;  // one wall whose right part is first seen half a metre off, and moves into place
     const int left = world.add({3.0, 2.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);

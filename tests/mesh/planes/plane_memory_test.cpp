@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "tests/mesh/planes/plane_worlds.h"
@@ -55,8 +56,7 @@ SeenPlane seen(const PlaneFit& fit, std::uint32_t id = 0, const SightedFrom& fro
     plane.id = PlaneId{id};
     plane.kind = std::abs(fit.normal_W.z()) > 0.5 ? PlaneKind::kHorizontal : PlaneKind::kVertical;
     plane.fit = fit;
-    const Vector3d half = 2.0 * fit.extent_along_m * fit.along_W.cwiseAbs() + fit.across_W.cwiseAbs();
-    plane.surface_W.extend(fit.centroid_W - half).extend(fit.centroid_W + half);
+    plane.reach.extend(fit);
     plane.from = from;
     return plane;
 }
@@ -164,6 +164,22 @@ TEST_CASE("planes that face away, are of another kind, lie elsewhere or may be o
     CHECK(recalled(memory, seen(wall_at({4.0, 0.0, 1.0}, {-1.0, 0.0, 0.0}))) == PlaneId{1});  // who knows, knows
 }
 
+TEST_CASE("of planes that look alike, one where the plane is seen outweighs one beside it") {
+    SightedFrom unsure;
+    unsure.covariance.diagonal() << 1e-4, 0.01, 0.01, 0.01;
+    const SeenPlane here = seen(wall_at({4.05, 0.3, 1.0}, {-1.0, 0.0, 0.0}), 0, unsure);
+    PlaneMemory memory;
+    memory.keep(seen(wall_at({4.0, 4.0, 1.0}, {-1.0, 0.0, 0.0}), 1));  // the wall of the next room
+    SeenPlane out;
+    CHECK(memory.recall_there(here, out) == Status::kNotFound);
+    memory.keep(seen(wall_at({4.0, 0.0, 1.0}, {-1.0, 0.0, 0.0}), 2));
+    REQUIRE(ok(memory.recall_there(here, out)));
+    CHECK(out.id == PlaneId{2});
+    memory.keep(out);
+    CHECK(recalled(memory, here) == PlaneId{2});
+    CHECK(recalled(memory, here) == PlaneId{1});  // where there is no other, it may be the end of that one
+}
+
 TEST_CASE("when the memory is full the plane that left first is forgotten; one that left again is known once") {
     PlaneMemory memory;
     const auto place = [](std::uint32_t i) { return Vector3d(10.0 * i, 0.0, 1.0); };
@@ -234,6 +250,46 @@ TEST_CASE("a plane that comes back off its place while it is followed still is t
     rig.hover(kCorner, 3);
     CHECK(rig.finder->counters().merged == 0);
     CHECK(rig.finder->planes().size() == 3);
+}
+
+TEST_CASE("a plane that was too far off to be known is known when it leaves, once the drift has been taken out") {
+    const Corner world;
+    PlaneConfig config;
+    config.forget_keyframes = 3;
+    PlaneRig rig(world, config);
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;
+    const auto leave = [&] {
+        for (int k = 0; k < 40; ++k) {
+            rig.step(looking({0.0, 0.0, 1.3}, 3.0, 0.0));  // nothing is there
+            for (const PlaneMerge& merge : rig.finder->merges()) {
+                merges.emplace_back(merge.gone.value, merge.stays.value);
+            }
+        }
+    };
+    rig.hover(kCorner, 4);
+    leave();
+    rig.viewer.shift = {0.15, -0.12, 0.1};  // more than is claimed
+    rig.hover(kCorner, 6);
+    REQUIRE(rig.finder->counters().recalled == 0);
+    REQUIRE(rig.finder->counters().confirmed == 6);
+    rig.viewer.shift.setZero();
+    rig.hover(kCorner, 6);
+    REQUIRE(rig.finder->counters().confirmed == 6);
+    CHECK(merges.empty());
+    leave();
+    REQUIRE(merges.size() == 3);
+    for (const auto& [gone, stays] : merges) {
+        CHECK(gone >= 3);
+        CHECK(stays < 3);
+    }
+    CHECK(rig.finder->counters().merged == 3);
+    rig.hover(kCorner, 6);
+    CHECK(rig.finder->counters().recalled == 3);
+    REQUIRE(rig.finder->planes().size() == 3);
+    for (const TrackedPlane& plane : rig.finder->planes()) {
+        CHECK(plane.id.value < 3);
+        CHECK(plane.proposed.value >= 3);  // what the estimator has seen last: it may have forgotten the others
+    }
 }
 
 TEST_CASE("a plane given up because its landmarks formed none any more is known when they do again") {
