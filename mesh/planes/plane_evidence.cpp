@@ -12,6 +12,7 @@ namespace {
 constexpr float kMaxLandmarkChi2 = 6.0F;  // of its sightings, as the mesh accepts it in a vertex
 constexpr float kFarAway = 1e6F;          // m
 constexpr double kNear = 0.30;            // m: faces this near to a plane can have two corners on it
+constexpr double kRounding = 1e-3;        // m: of heights in single precision, within a hundred metres and more
 constexpr double kStaySigma = 1.5;        // a landmark on a plane may be this much less certain than a new one
 constexpr int kCells = 16;                // of the grid that spreads landmarks, to each side
 constexpr double kGridExtents = 2.5;      // reach of the grid in standard deviations of the points
@@ -103,111 +104,128 @@ void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
         const Eigen::Vector3f place = from.is_fill ? Eigen::Vector3f::Constant(kFarAway) : face.centroid;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             place_[axis][faces_.size() - 1] = place(static_cast<Eigen::Index>(axis));
+            facing_[axis][faces_.size() - 1] = face.normal_W(static_cast<Eigen::Index>(axis));
         }
+        least_cosine_[faces_.size() - 1] = face.least_cosine;
+        corner_[faces_.size() - 1] = point;
     }
 }
 
-bool PlaneEvidence::fits(std::uint16_t point, const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join,
-                         const PlaneGate& stay) {
-    Standing& s = standing_[point];
-    if (s.fits != 0) {
-        return s.fits == 1;
+/// Tests are ordered by what they cost; the plane's own uncertainty is asked for only if that decides.
+bool PlaneEvidence::test(std::uint16_t point, const Examined& examined) {
+    if (std::abs(examined.normal_W.dot(from_origin_[point]) - examined.from_origin_m) > examined.farthest_m) {
+        return false;
     }
-    s.fits = 2;
     const PointState& state = state_[point];
+    const PlaneSerial plane = examined.plane;
     if (state.owner != 0 || (state.former != 0 && state.former != plane) || !state.is_good) {
         return false;
     }
     const bool is_member = plane != 0 && state.former == plane;
-    const PlaneGate& gate = is_member ? stay : join;
+    const PlaneGate& gate = is_member ? examined.stay : examined.join;
     const PlanePoint& p = points_[point];
-    const double r = fit.residual(p.p_W);
+    const double r = examined.fit.residual(p.p_W);
     if (std::abs(r) > gate.distance_m) {
         return false;
     }
-    const auto across = static_cast<double>(p.variance_along(fit.normal_W.cast<float>()));
+    const auto across = static_cast<double>(p.variance_along(examined.normal_W));
     const double most = (is_member ? kStaySigma : 1.0) * config_.max_point_sigma_m;
     if (across > most * most) {
         return false;
     }
-    const double own = fit.sigma_at(p.p_W);
     const double variance = across + config_.surface_sigma_m * config_.surface_sigma_m;
-    if (r * r > gate.sigmas * gate.sigmas * (variance + own * own)) {
-        return false;
+    const double sigmas2 = gate.sigmas * gate.sigmas;
+    if (r * r > sigmas2 * variance) {
+        const double own = examined.fit.sigma_at(p.p_W);
+        if (r * r > sigmas2 * (variance + own * own)) {
+            return false;
+        }
     }
-    s.residual = static_cast<float>(r);
-    s.sigma = static_cast<float>(std::sqrt(variance));
-    s.fits = 1;
+    residual_[point] = static_cast<float>(r);
+    variance_[point] = variance;
     return true;
+}
+
+/// Most faces are far from most planes, or turned otherwise: a loop of its own looks at all of them with vector
+/// instructions.
+void PlaneEvidence::find_parallel_near(const Examined& examined) {
+    const Eigen::Vector3f n = examined.normal_W;
+    const float d = examined.from_origin_m;
+    const std::size_t count = faces_.size();
+    for (std::size_t i = 0; i < count; ++i) {
+        height_[i] = n.x() * place_[0][i] + n.y() * place_[1][i] + n.z() * place_[2][i] - d;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        const float cosine = n.x() * facing_[0][i] + (n.y() * facing_[1][i] + n.z() * facing_[2][i]);
+        const bool is_turned = cosine < least_cosine_[i];
+        const bool is_near = std::abs(height_[i]) <= static_cast<float>(kNear);
+        is_along_[i] = static_cast<std::uint8_t>(is_near & !is_turned);
+    }
+    std::fill_n(is_along_.begin() + static_cast<std::ptrdiff_t>(count), (8 - count % 8) % 8, std::uint8_t{0});
 }
 
 void PlaneEvidence::collect(const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join, const PlaneGate& stay,
                             PlaneSupport& support) {
-    std::fill_n(standing_.begin(), points_.size(), Standing{});
-    near_.clear();
+    std::fill_n(fits_.begin(), points_.size(), Fits::kUnknown);
+    std::fill_n(is_on_.begin(), std::min(points_.size() + 8, is_on_.size()), std::uint8_t{0});
     support.points.clear();
     support.surface.clear();
     support.area_m2 = 0.0;
-    const Eigen::Vector3f n = fit.normal_W.cast<float>();
-    const auto d = static_cast<float>(fit.distance_m - fit.normal_W.dot(origin_));
-    // Most faces are far from most planes: a loop of its own computes all heights with vector instructions.
-    for (std::size_t i = 0; i < faces_.size(); ++i) {
-        height_[i] = n.x() * place_[0][i] + n.y() * place_[1][i] + n.z() * place_[2][i] - d;
-    }
-    near_.resize(faces_.size());
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < faces_.size(); ++i) {
-        near_.data()[count] = static_cast<std::uint16_t>(i);
-        count += std::abs(height_[i]) <= static_cast<float>(kNear) ? 1 : 0;
-    }
-    near_.resize(count);
-    for (const std::uint16_t i : near_) {
-        const Face& face = faces_[i];
-        if (n.dot(face.normal_W) < face.least_cosine) {
-            continue;
-        }
-        if (fits(face.point[0], fit, plane, join, stay) && fits(face.point[1], fit, plane, join, stay) &&
-            fits(face.point[2], fit, plane, join, stay)) {
-            support.area_m2 += static_cast<double>(face.area);
-            for (const std::uint16_t p : face.point) {
-                standing_[p].is_on = true;
+    const auto from_origin_m = static_cast<float>(fit.distance_m - fit.normal_W.dot(origin_));
+    const auto farthest_m = static_cast<float>(std::max(join.distance_m, stay.distance_m) + kRounding);
+    const Examined examined{fit, fit.normal_W.cast<float>(), from_origin_m, farthest_m, plane, join, stay};
+    find_parallel_near(examined);
+    for_set(is_along_.data(), faces_.size(), [&](std::size_t i) {
+        const auto& corner = corner_[i];
+        if (fits(corner[0], examined) && fits(corner[1], examined) && fits(corner[2], examined)) {
+            support.area_m2 += static_cast<double>(faces_[i].area);
+            for (const std::uint16_t p : corner) {
+                is_on_[p] = 1;
             }
         }
+    });
+    for (std::size_t i = 0; i < landmarks_ && plane != 0; ++i) {
+        if (state_[i].former == plane && is_on_[i] == 0) {
+            is_on_[i] = fits(static_cast<std::uint16_t>(i), examined) ? 1 : 0;
+        }
     }
-    for (std::size_t i = 0; i < landmarks_; ++i) {
+    for_set(is_on_.data(), points_.size(), [&](std::size_t i) {
         const auto p = static_cast<std::uint16_t>(i);
-        if (standing_[i].is_on || (plane != 0 && state_[i].former == plane && fits(p, fit, plane, join, stay))) {
-            standing_[i].is_on = true;
+        if (i < landmarks_) {
             support.points.push_back(p);
+        } else {
+            support.surface.push_back(p);
         }
-    }
-    for (std::size_t i = landmarks_; i < points_.size(); ++i) {
-        if (standing_[i].is_on) {
-            support.surface.push_back(static_cast<std::uint16_t>(i));
-        }
-    }
+    });
 }
 
 /// Coherence and roughness.
-void PlaneEvidence::weigh(PlaneSupport& support) const {
+void PlaneEvidence::weigh(PlaneSupport& support) {
+    const auto know_sigma = [&](std::uint16_t p) { sigma_[p] = static_cast<float>(std::sqrt(variance_[p])); };
+    std::for_each(support.points.begin(), support.points.end(), know_sigma);
+    std::for_each(support.surface.begin(), support.surface.end(), know_sigma);
     int on = 0;
     int across = 0;
     double products = 0.0;
     double weights = 0.0;
-    for (const std::uint16_t f : near_) {
-        const auto& p = faces_[f].point;
-        const int corners = static_cast<int>(standing_[p[0]].is_on) + static_cast<int>(standing_[p[1]].is_on) +
-                            static_cast<int>(standing_[p[2]].is_on);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < faces_.size(); ++i) {
+        near_[count] = static_cast<std::uint16_t>(i);
+        count += std::abs(height_[i]) <= static_cast<float>(kNear) ? 1 : 0;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto& p = corner_[near_[i]];
+        const int corners = is_on_[p[0]] + is_on_[p[1]] + is_on_[p[2]];
         on += corners == 3 ? 1 : 0;
         across += corners == 2 ? 1 : 0;
         if (corners != 3) {
             continue;
         }
         for (std::size_t k = 0; k < 3; ++k) {
-            const Standing& a = standing_[p[k]];
-            const Standing& b = standing_[p[(k + 1) % 3]];
-            const double w = 1.0 / static_cast<double>(a.sigma * b.sigma);
-            products += w * static_cast<double>(a.residual * b.residual);
+            const std::size_t a = p[k];
+            const std::size_t b = p[(k + 1) % 3];
+            const double w = 1.0 / static_cast<double>(sigma_[a] * sigma_[b]);
+            products += w * static_cast<double>(residual_[a] * residual_[b]);
             weights += w;
         }
     }
@@ -268,11 +286,16 @@ void PlaneEvidence::vote(PlaneVotes& votes) const {
         const float z = face.normal_W.z();
         const float level = face.normal_W.head<2>().norm();  // sine of the angle to the vertical
         const bool is_level = level < std::abs(z);
-        const float angle = std::asin(std::min(1.0F, is_level ? level : std::abs(z)));
-        const float sigma = std::sqrt(0.25F * base * base + face.tilt_sigma * face.tilt_sigma);
-        if (angle > std::min(widest, base + 2.0F * face.tilt_sigma)) {
+        const float sine = std::min(1.0F, is_level ? level : std::abs(z));
+        const float limit = std::min(widest, base + 2.0F * face.tilt_sigma);
+        if (sine > limit) {
+            continue;  // an angle is larger than its sine
+        }
+        const float angle = std::asin(sine);
+        if (angle > limit) {
             continue;
         }
+        const float sigma = std::sqrt(0.25F * base * base + face.tilt_sigma * face.tilt_sigma);
         const float off = angle / sigma;
         const float weight =
             std::min(face.area, most) * std::exp(-0.5F * off * off) * std::min(1.0F, kVoteTilt / face.tilt_sigma);

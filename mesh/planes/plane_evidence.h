@@ -3,8 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
 #include "estimator/values/keyframe_view.h"
@@ -37,7 +39,7 @@ struct PlaneSupport {
 /// Points are the landmarks, by increasing id, followed by the surface points of the mesh, all at their measured
 /// positions. Surface points are corners of faces, which vote and cover area. Where a plane is, and whether it is one,
 /// is decided by landmarks alone: measured from one keyframe, surface points are too uncertain to contradict.
-/// Thread-bound. No heap. About 1 MB.
+/// Thread-bound. No heap. About 1.3 MB.
 class PlaneEvidence {
 public:
     void clear() { members_.clear(); }
@@ -55,7 +57,7 @@ public:
     void collect(const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join, const PlaneGate& stay,
                  PlaneSupport& support);
     /// Coherence and roughness of the last collect()'s result.
-    void weigh(PlaneSupport& support) const;
+    void weigh(PlaneSupport& support);
     /// Former landmarks of a plane, wherever they are.
     void collect_former(PlaneSerial plane, FixedVector<std::uint16_t, kMaxLandmarks>& points) const;
     /// Landmarks that a plane has now.
@@ -131,18 +133,48 @@ private:
         FaceIndex index = 0;
         bool is_fill = false;
     };
-    /// A landmark relative to the plane being examined.
-    struct Standing {
-        float residual = 0.0F;
-        float sigma = 0.0F;
-        std::uint8_t fits = 0;  ///< 0 not yet known, 1 yes, 2 no
-        bool is_on = false;
-    };
+    /// Whether a point fits the plane being examined.
+    enum class Fits : std::uint8_t { kUnknown, kYes, kNo };
 
     void add_point(const PlanePoint& point, const PointState& state);
     void take_faces(const HorizonMesh& mesh);
-    bool fits(std::uint16_t point, const PlaneFit& fit, PlaneSerial plane, const PlaneGate& join,
-              const PlaneGate& stay);
+    /// The plane being examined, and what its points have to pass.
+    struct Examined {
+        const PlaneFit& fit;
+        Eigen::Vector3f normal_W;
+        float from_origin_m = 0.0F;  ///< distance of the plane from origin_
+        float farthest_m = 0.0F;     ///< beyond, no gate lets a point pass
+        PlaneSerial plane = 0;
+        PlaneGate join;
+        PlaneGate stay;
+    };
+    /// Calls visit(index) for each of the flags that is 1. The others are 0, also from `count` on to the next multiple
+    /// of eight.
+    template <class Visit>
+    static void for_set(const std::uint8_t* flags, std::size_t count, Visit visit) {
+        for (std::size_t begin = 0; begin < count; begin += 8) {
+            std::uint64_t eight = 0;
+            std::memcpy(&eight, flags + begin, 8);
+            if (eight == 0) {
+                continue;
+            }
+            std::array<std::size_t, 8> set;
+            std::size_t found = 0;
+            for (std::size_t i = begin; i < begin + 8; ++i) {
+                set[found] = i;
+                found += flags[i];
+            }
+            std::for_each_n(set.begin(), found, visit);
+        }
+    }
+    void find_parallel_near(const Examined& examined);
+    bool fits(std::uint16_t point, const Examined& examined) {
+        if (fits_[point] == Fits::kUnknown) {
+            fits_[point] = test(point, examined) ? Fits::kYes : Fits::kNo;
+        }
+        return fits_[point] == Fits::kYes;
+    }
+    bool test(std::uint16_t point, const Examined& examined);
     Eigen::Vector3d shift_to(const PlaneFit& fit, const PlanePoint& point) const;
     PlaneSerial majority(const Face& face) const;
     bool lies_on(const Face& face, PlaneSerial plane, const PlaneFit& fit) const;
@@ -153,13 +185,23 @@ private:
     std::size_t landmarks_ = 0;  ///< number of points that are landmarks: the first ones
     FixedVector<PointState, kMaxPlanePoints> state_;
     std::array<Eigen::Vector3f, kMaxPlanePoints> from_origin_;  ///< points, from origin_
-    std::array<Standing, kMaxPlanePoints> standing_;
+    // Of points, relative to the plane being examined.
+    std::array<Fits, kMaxPlanePoints> fits_;
+    std::array<std::uint8_t, kMaxPlanePoints> is_on_;  ///< 0 or 1; zero up to a multiple of 8
+    std::array<float, kMaxPlanePoints> residual_;      ///< of those that fit
+    std::array<double, kMaxPlanePoints> variance_;     ///< likewise, without that of the plane (m^2)
+    std::array<float, kMaxPlanePoints> sigma_;         ///< of those that are on it; set by weigh()
     std::array<std::uint16_t, kMaxMeshVertices> point_of_vertex_{};
     FixedVector<Face, kMaxMeshFaces> faces_;
-    std::array<std::array<float, kMaxMeshFaces>, 3> place_;  ///< x, y and z of their centroids
-    std::array<float, kMaxMeshFaces> height_;                ///< of the centroids above the plane being examined
-    FixedVector<std::uint16_t, kMaxMeshFaces> near_;         ///< faces near the plane being examined
-    FixedVector<Member, kMaxLandmarks> members_;             ///< by increasing id, of the last keyframe
+    // Of faces, side by side for the loop that looks at all of them.
+    std::array<std::array<float, kMaxMeshFaces>, 3> place_;   ///< x, y and z of their centroids
+    std::array<std::array<float, kMaxMeshFaces>, 3> facing_;  ///< x, y and z of their normals
+    std::array<float, kMaxMeshFaces> least_cosine_;
+    std::array<std::array<std::uint16_t, 3>, kMaxMeshFaces> corner_;  ///< their points
+    std::array<float, kMaxMeshFaces> height_;           ///< of the centroids above the plane being examined
+    std::array<std::uint16_t, kMaxMeshFaces> near_;     ///< scratch of weigh()
+    std::array<std::uint8_t, kMaxMeshFaces> is_along_;  ///< near the plane being examined, and turned like it
+    FixedVector<Member, kMaxLandmarks> members_;        ///< by increasing id, of the last keyframe
     struct Ranked {
         std::uint16_t point = 0;
         std::uint16_t cell = 0;

@@ -13,6 +13,10 @@ namespace {
 constexpr std::size_t kMinProposed = 3;  // landmarks: fewer do not determine a plane
 constexpr int kDoubtsToWithhold = 2;     // a single doubtful keyframe may be chance
 
+std::span<const std::uint16_t> on(const PlaneSupport& support) {
+    return {support.points.data(), support.points.size()};
+}
+
 bool is_usable(const PlaneEstimate& e) {
     return e.id.valid() && e.normal_W.allFinite() && std::isfinite(e.distance_m) &&
            std::abs(e.normal_W.norm() - 1.0) < 1e-6;
@@ -94,9 +98,8 @@ void PlaneFinder::follow(TrackedPlane& plane) {
     evidence_.collect(plane.fit, plane.serial, join_gate(), stay_gate(), support_);
     evidence_.weigh(support_);
     PlaneFit fit = plane.fit;
-    const std::span<const std::uint16_t> on{support_.points.data(), support_.points.size()};
-    const Status fitted = plane.is_held ? describe_plane(points, on, config_.surface_sigma_m, fit)
-                                        : fit_plane(points, on, config_.surface_sigma_m, fit);
+    const Status fitted = plane.is_held ? describe_plane(points, on(support_), config_.surface_sigma_m, fit)
+                                        : fit_plane(points, on(support_), config_.surface_sigma_m, fit);
     const Verdict verdict = ok(fitted) ? judge(plane.kind, fit, support_, kKeepSlack) : Verdict::kSmall;
     plane.doubts = verdict == Verdict::kMisshapen ? plane.doubts + 1 : 0;
     if (verdict == Verdict::kPlane) {
@@ -105,7 +108,7 @@ void PlaneFinder::follow(TrackedPlane& plane) {
         ++plane.found;
     }
     if (verdict != Verdict::kMisshapen) {
-        plane.landmarks = static_cast<int>(on.size());
+        plane.landmarks = static_cast<int>(support_.points.size());
         plane.area_m2 = support_.area_m2;
     }
     evidence_.own(support_, plane.serial);
@@ -150,7 +153,8 @@ void PlaneFinder::search(const Eigen::Vector3d& origin_W) {
     }
 }
 
-/// Fits a candidate with gates that narrow. @return whether its landmarks, left in support_, look like a plane
+/// Fits a candidate with gates that narrow. Most candidates are refused: what refutes them is asked in the order of its
+/// cost. @return whether its landmarks, left in support_, look like a plane
 bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
     fit.normal_W = peak.normal_W;
     fit.distance_m = peak.distance_m;
@@ -160,26 +164,41 @@ bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
     const std::array<PlaneGate, 4> gates{PlaneGate{wide, 1e3}, PlaneGate{middle, 1e3}, join_gate(), join_gate()};
     for (std::size_t i = 0; i < gates.size(); ++i) {
         evidence_.collect(fit, 0, gates[i], none, support_);
-        if (static_cast<int>(support_.points.size()) < config_.min_landmarks ||
-            !ok(fit_plane(evidence_.points(), {support_.points.data(), support_.points.size()}, config_.surface_sigma_m,
-                          fit, i + 1 == gates.size() ? PlaneBend::kAsk : PlaneBend::kLeave)) ||
+        if (static_cast<int>(support_.points.size()) < config_.min_landmarks) {
+            return false;
+        }
+        if (i + 1 == gates.size()) {
+            evidence_.weigh(support_);
+            if (!is_supported(support_, 1.0)) {
+                return false;
+            }
+        }
+        if (!ok(fit_plane(evidence_.points(), on(support_), config_.surface_sigma_m, fit, PlaneBend::kLeave)) ||
             !is_upright_or_level(peak.kind, fit, 2.0)) {
             return false;
         }
     }
-    evidence_.weigh(support_);
+    if (judge(peak.kind, fit, support_, 1.0) != Verdict::kPlane) {
+        return false;
+    }
+    fit.bend_m = bend_of(evidence_.points(), on(support_), config_.surface_sigma_m, fit);
     return judge(peak.kind, fit, support_, 1.0) == Verdict::kPlane;
+}
+
+/// What a plane needs of its faces, whatever its fit.
+bool PlaneFinder::is_supported(const PlaneSupport& support, double slack) const {
+    return support.area_m2 * slack >= config_.min_area_m2 && support.coherence * slack >= config_.min_coherence &&
+           support.roughness_m <= slack * config_.max_roughness_m;
 }
 
 /// A candidate that looks like a plane, its landmarks in support_: a known plane, or a new one.
 void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
-    const std::span<const std::uint16_t> on{support_.points.data(), support_.points.size()};
     for (TrackedPlane& plane : planes_) {
         if (!may_be_same(plane, kind, fit)) {
             continue;
         }
         evidence_.collect_owned(plane.serial, others_);
-        if (!is_one(plane, {others_.data(), others_.size()}, on, fit)) {
+        if (!is_one(plane, {others_.data(), others_.size()}, on(support_), fit)) {
             continue;
         }
         evidence_.own(support_, plane.serial);
@@ -191,7 +210,7 @@ void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
             plane.doubts = 0;
             ++plane.found;
         }
-        plane.landmarks += static_cast<int>(on.size());
+        plane.landmarks += static_cast<int>(support_.points.size());
         plane.area_m2 += support_.area_m2;
         return;
     }
@@ -204,7 +223,7 @@ void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
     plane.kind = kind;
     plane.fit = fit;
     plane.area_m2 = support_.area_m2;
-    plane.landmarks = static_cast<int>(on.size());
+    plane.landmarks = static_cast<int>(support_.points.size());
     plane.found = 1;
     planes_.push_back(plane);
     evidence_.own(support_, plane.serial);

@@ -73,7 +73,7 @@ struct PlaneCounters {
 /// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
 /// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well; so is a plane that leaves,
 /// and by then is known well enough to tell.
-/// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 950 KB: allocate it once.
+/// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 1.4 MB: allocate it once.
 /// Thread-bound. Deterministic. No heap.
 class PlaneFinder {
 public:
@@ -115,6 +115,7 @@ private:
     void follow(TrackedPlane& plane);
     Verdict judge(PlaneKind kind, const PlaneFit& fit, const PlaneSupport& support, double slack) const;
     bool is_upright_or_level(PlaneKind kind, const PlaneFit& fit, double slack) const;
+    bool is_supported(const PlaneSupport& support, double slack) const;
     void search(const Eigen::Vector3d& origin_W);
     bool refine(const PlanePeak& peak, PlaneFit& fit);
     void adopt(PlaneKind kind, const PlaneFit& fit);

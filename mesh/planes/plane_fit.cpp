@@ -11,6 +11,7 @@ namespace facet {
 namespace {
 
 constexpr int kSteps = 3;
+constexpr int kBlock = 32;           // points whose weights are computed together
 constexpr double kHuber = 1.5;       // sigmas
 constexpr double kMinExtent = 0.02;  // m: points nearer to a line than this give no plane
 constexpr double kMinRatio = 0.08;   // of the extents: below, the points are nearly collinear
@@ -19,6 +20,7 @@ constexpr double kBendChi2 = 16.3;   // 0.1 % quantile of the chi-square of the 
 /// Weighted mean and scatter about it.
 struct Scatter {
     double weight = 0.0;
+    double squared = 0.0;  ///< sum of the whitened residuals' squares
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
 };
@@ -27,29 +29,49 @@ double variance_across(const PlanePoint& point, const Eigen::Vector3f& n, double
     return static_cast<double>(point.variance_along(n)) + surface_sigma * surface_sigma;
 }
 
+/// Square roots and quotients of a block of points are taken together, and the sums of a point's weight w and of w p
+/// run side by side.
 Scatter scatter_of(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma,
                    const PlaneFit& fit) {
-    Scatter s;
+    using Block = Eigen::Array<double, kBlock, 1>;
     const Eigen::Vector3f n = fit.normal_W.cast<float>();
     const Eigen::Vector3d origin = points[which[0]].p_W;  // keeps the sums small far from the world's origin
-    Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-    for (const std::uint16_t i : which) {
-        const double variance = variance_across(points[i], n, surface_sigma);
-        const double distance = std::abs(fit.residual(points[i].p_W)) / std::sqrt(variance);
-        const double weight = (distance <= kHuber ? 1.0 : kHuber / distance) / variance;
-        const Eigen::Vector3d p = points[i].p_W - origin;
-        s.weight += weight;
-        s.mean += weight * p;
-        moment += weight * p * p.transpose();
+    Scatter s;
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    Eigen::Matrix<double, 4, 3> moment = Eigen::Matrix<double, 4, 3>::Zero();
+    Block variance = Block::Ones();
+    Block residual = Block::Zero();
+    Eigen::Matrix<double, 4, kBlock> from_origin = Eigen::Matrix<double, 4, kBlock>::Ones();
+    for (std::size_t begin = 0; begin < which.size(); begin += kBlock) {
+        const auto count = static_cast<Eigen::Index>(std::min<std::size_t>(kBlock, which.size() - begin));
+        for (Eigen::Index k = 0; k < count; ++k) {
+            const PlanePoint& point = points[which[begin + static_cast<std::size_t>(k)]];
+            variance[k] = variance_across(point, n, surface_sigma);
+            residual[k] = fit.residual(point.p_W);
+            from_origin.col(k).head<3>() = point.p_W - origin;
+        }
+        const Block squared = residual * residual / variance;
+        const Block distance = residual.abs() / variance.sqrt();
+        const Block weight = kHuber / distance.max(kHuber) / variance;
+        for (Eigen::Index k = 0; k < count; ++k) {
+            const Eigen::Vector4d weighted = weight[k] * from_origin.col(k);
+            sum += weighted;
+            s.squared += squared[k];
+            for (int axis = 0; axis < 3; ++axis) {
+                moment.col(axis) += from_origin(axis, k) * weighted;
+            }
+        }
     }
-    s.mean /= s.weight;
-    s.scatter = moment - s.weight * s.mean * s.mean.transpose();
+    s.weight = sum.w();
+    s.mean = sum.head<3>() / s.weight;
+    s.scatter = moment.topRows<3>() - s.weight * s.mean * s.mean.transpose();
     s.mean += origin;
     return s;
 }
 
-/// Rms of what a quadratic surface explains beyond a plane, 0 if it explains no more than noise would.
-double bend_of(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma,
+}  // namespace
+
+double bend_of(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma_m,
                const PlaneFit& fit) {
     using Matrix6 = Eigen::Matrix<double, 6, 6>;
     using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -61,7 +83,7 @@ double bend_of(std::span<const PlanePoint> points, std::span<const std::uint16_t
         const Eigen::Vector3d q = points[i].p_W - fit.centroid_W;
         const double u = fit.along_W.dot(q) / fit.extent_along_m;
         const double v = fit.across_W.dot(q) / fit.extent_across_m;
-        const double w = 1.0 / variance_across(points[i], n, surface_sigma);
+        const double w = 1.0 / variance_across(points[i], n, surface_sigma_m);
         Vector6 j;
         j << 1.0, u, v, u * u, u * v, v * v;
         h += (w * j) * j.transpose();
@@ -75,8 +97,6 @@ double bend_of(std::span<const PlanePoint> points, std::span<const std::uint16_t
     const double explained = full.dot(g) - plane.dot(g.head<3>());  // whitened
     return explained > kBendChi2 * std::max(1.0, fit.chi2) ? std::sqrt(explained / weights) : 0.0;
 }
-
-}  // namespace
 
 double PlaneFit::sigma_at(const Eigen::Vector3d& p_W) const {
     const Eigen::Vector3d q = p_W - centroid_W;
@@ -112,13 +132,7 @@ Status describe_plane(std::span<const PlanePoint> points, std::span<const std::u
     out.across_W = fit.normal_W.cross(out.along_W);
     out.centroid_W = s.mean - fit.residual(s.mean) * fit.normal_W;
     out.points = static_cast<int>(which.size());
-    const Eigen::Vector3f n = fit.normal_W.cast<float>();
-    double squared = 0.0;
-    for (const std::uint16_t i : which) {
-        const double r = fit.residual(points[i].p_W);
-        squared += r * r / variance_across(points[i], n, surface_sigma_m);
-    }
-    out.chi2 = squared / (static_cast<double>(which.size()) - 3.0);
+    out.chi2 = s.squared / (static_cast<double>(which.size()) - 3.0);
     const double scale = std::sqrt(std::max(1.0, out.chi2));
     out.sigma_m = scale / std::sqrt(s.weight);
     out.sigma_along_rad = scale / std::sqrt(large);

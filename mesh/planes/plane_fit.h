@@ -61,6 +61,11 @@ enum class PlaneBend : std::uint8_t { kAsk, kLeave };
 Status fit_plane(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma_m,
                  PlaneFit& fit, PlaneBend bend = PlaneBend::kAsk);
 
+/// The bend of a plane that is described: rms of what a quadratic surface explains beyond it, 0 if that is no more than
+/// noise would (m).
+double bend_of(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma_m,
+               const PlaneFit& fit);
+
 /// Everything but normal and distance, which stay. Errors as above.
 Status describe_plane(std::span<const PlanePoint> points, std::span<const std::uint16_t> which, double surface_sigma_m,
                       PlaneFit& fit, PlaneBend bend = PlaneBend::kAsk);

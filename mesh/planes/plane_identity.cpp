@@ -51,7 +51,7 @@ bool PlaneFinder::is_one(const TrackedPlane& known, std::span<const std::uint16_
                          const PlaneFit& start) {
     if (known.is_held && b.size() >= static_cast<std::size_t>(kMinFitPoints)) {
         PlaneFit fit = known.fit;
-        return ok(describe_plane(evidence_.points(), b, config_.surface_sigma_m, fit)) &&
+        return ok(describe_plane(evidence_.points(), b, config_.surface_sigma_m, fit, PlaneBend::kLeave)) &&
                fit.chi2 <= kKeepSlack * config_.max_chi2;
     }
     if (a.empty() || b.empty()) {

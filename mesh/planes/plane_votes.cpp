@@ -62,9 +62,13 @@ float vertex_of_parabola(float before, float here, float after) {
 }  // namespace
 
 PlaneVotes::PlaneVotes() {
-    for (std::size_t i = 0; i < direction_.size(); ++i) {
-        const float a = (static_cast<float>(i) + 0.5F) * kAzimuthBin;
-        direction_[i] = {std::cos(a), std::sin(a)};
+    for (int i = 0; i < kAzimuthBins + kLanes; ++i) {
+        const float a = (static_cast<float>(i % kAzimuthBins) + 0.5F) * kAzimuthBin;
+        direction_x_[i] = std::cos(a);
+        direction_y_[i] = std::sin(a);
+    }
+    for (int k = 0; k < kLanes; ++k) {
+        lane_[k] = static_cast<float>(k);
     }
 }
 
@@ -76,7 +80,6 @@ void PlaneVotes::begin(const Eigen::Vector3d& origin_W) {
     for (Row& row : walls_) {
         row.fill(0.0F);
     }
-    row_weight_.fill(0.0F);
     level_weight_ = level_variance_ = upright_weight_ = upright_variance_ = 0.0F;
     peaks_.clear();
 }
@@ -97,16 +100,31 @@ void PlaneVotes::vote_upright(const Eigen::Vector3f& normal_W, float sigma_rad, 
     const int first = static_cast<int>(std::ceil((azimuth - reach) / kAzimuthBin - 0.5F));
     const int last = static_cast<int>(std::floor((azimuth + reach) / kAzimuthBin - 0.5F));
     auto bin = static_cast<std::size_t>(((first % kAzimuthBins) + kAzimuthBins) % kAzimuthBins);
-    for (int k = first; k <= last; ++k) {
-        const float off = ((static_cast<float>(k) + 0.5F) * kAzimuthBin - azimuth) / reach;
-        const float taper = 1.0F - off * off;
-        const float distance = direction_[bin].dot(offset);
-        const float share = weight * taper * taper;
-        if (add_shared(walls_[bin], (distance + static_cast<float>(kReach)) / static_cast<float>(kDistanceBin),
-                       share)) {
-            row_weight_[bin] += share;
+    for (int begin = first; begin <= last; begin += kLanes) {
+        const Lanes azimuth_of = (static_cast<float>(begin) + lane_ + 0.5F) * kAzimuthBin;
+        const Lanes off = (azimuth_of - azimuth) / reach;
+        const Lanes taper = 1.0F - off * off;
+        const Lanes share = weight * taper * taper;
+        const auto row = static_cast<Eigen::Index>(bin);
+        const Lanes distance =
+            direction_x_.segment<kLanes>(row) * offset.x() + direction_y_.segment<kLanes>(row) * offset.y();
+        const Lanes place = (distance + static_cast<float>(kReach)) / static_cast<float>(kDistanceBin) - 0.5F;
+        const Lanes below = place.floor();
+        const Lanes upper = (place - below) * share;
+        const Lanes lower = (1.0F - (place - below)) * share;
+        alignas(Lanes) std::array<std::array<float, kLanes>, 3> at;
+        Eigen::Map<Lanes, Eigen::Aligned>(at[0].data()) = below;
+        Eigen::Map<Lanes, Eigen::Aligned>(at[1].data()) = lower;
+        Eigen::Map<Lanes, Eigen::Aligned>(at[2].data()) = upper;
+        const auto rows = static_cast<std::size_t>(std::min(kLanes, last - begin + 1));
+        for (std::size_t k = 0; k < rows; ++k) {
+            if (at[0][k] >= 0.0F && at[0][k] < static_cast<float>(kDistanceBins - 1)) {
+                float* const bins = &walls_[bin][static_cast<std::size_t>(at[0][k])];
+                bins[0] += at[1][k];
+                bins[1] += at[2][k];
+            }
+            bin = bin + 1 == kAzimuthBins ? 0 : bin + 1;
         }
-        bin = bin + 1 == kAzimuthBins ? 0 : bin + 1;
     }
     upright_weight_ += weight;
     upright_variance_ += weight * sigma_m * sigma_m;
@@ -125,8 +143,10 @@ void PlaneVotes::keep(const PlanePeak& peak) {
     }
 }
 
-/// Whether a bin of this row can reach `least`; the sum of its votes is known up to rounding.
-bool PlaneVotes::may_peak(std::size_t azimuth, float least) const { return row_weight_[azimuth] > 0.99F * least; }
+/// Whether a smoothed bin of this row can reach `least`: none has more than the sum, which is known up to rounding.
+bool PlaneVotes::may_peak(std::size_t azimuth, float least) const {
+    return Eigen::Map<const Eigen::Array<float, kDistanceBins, 1>>(walls_[azimuth].data()).sum() > 0.99F * least;
+}
 
 void PlaneVotes::find_level(float least) {
     for (std::size_t side = 0; side < 2; ++side) {
@@ -147,7 +167,7 @@ void PlaneVotes::find_level(float least) {
 
 void PlaneVotes::find_upright(float least) {
     for (std::size_t a = 0; a < kAzimuthBins; ++a) {
-        if (!may_peak(a, least)) {
+        if (!may_peak_[a]) {
             continue;
         }
         const Row& row = walls_[a];
@@ -166,7 +186,7 @@ void PlaneVotes::find_upright(float least) {
             }
             if (is_largest) {
                 const float at = static_cast<float>(i) + 0.5F + vertex_of_parabola(row[i - 1], here, row[i + 1]);
-                const Eigen::Vector3d n(direction_[a].x(), direction_[a].y(), 0.0);
+                const Eigen::Vector3d n(direction_x_[static_cast<int>(a)], direction_y_[static_cast<int>(a)], 0.0);
                 keep({PlaneKind::kVertical, n, n.dot(origin_) - kReach + kDistanceBin * static_cast<double>(at), here});
             }
         }
@@ -186,7 +206,8 @@ std::span<const PlanePeak> PlaneVotes::find_peaks(float min_support_m2) {
             kernel_of(std::sqrt(upright_variance_ / upright_weight_) / static_cast<float>(kDistanceBin));
         // Rows without a peak are only compared with, unsmoothed: they cannot exceed a peak.
         for (std::size_t a = 0; a < kAzimuthBins; ++a) {
-            if (may_peak(a, min_support_m2)) {
+            may_peak_[a] = may_peak(a, min_support_m2);
+            if (may_peak_[a]) {
                 smooth(walls_[a], kernel);
             }
         }

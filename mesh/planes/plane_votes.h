@@ -29,7 +29,7 @@ struct PlanePeak {
 ///   the distance n(a) . (centroid - origin) of a wall of this azimuth through its centroid. With a single azimuth, its
 ///   error would move the distance by decimetres far from the foot of the perpendicular and scatter the votes.
 /// Smoothing is by a Gaussian along height and distance, as wide as the votes are uncertain. Votes beyond the reach are
-/// dropped. Thread-bound. No heap. About 200 KB.
+/// dropped. Thread-bound. No heap. About 100 KB.
 class PlaneVotes {
 public:
     static constexpr double kReach = 7.68;     // m
@@ -61,11 +61,16 @@ private:
     void find_upright(float least);
 
     using Row = std::array<float, kDistanceBins>;
+    static constexpr int kLanes = 8;  // rows whose votes are computed side by side
+    using Lanes = Eigen::Array<float, kLanes, 1>;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
-    std::array<Eigen::Vector2f, kAzimuthBins> direction_;  ///< of the middles of the bins
+    /// Of the middles of the bins, x and y; the first ones again after the last, so that kLanes begin anywhere.
+    Eigen::Array<float, kAzimuthBins + kLanes, 1> direction_x_;
+    Eigen::Array<float, kAzimuthBins + kLanes, 1> direction_y_;
+    Lanes lane_;  ///< 0, 1, ...
     std::array<std::array<float, kHeightBins>, 2> heights_{};
     std::array<Row, kAzimuthBins> walls_{};
-    std::array<float, kAzimuthBins> row_weight_{};  ///< of all votes in a row: no smoothed bin has more
+    std::array<bool, kAzimuthBins> may_peak_{};  ///< rows that may have a peak, and are smoothed
     float level_weight_ = 0.0F;
     float level_variance_ = 0.0F;  ///< weighted sum
     float upright_weight_ = 0.0F;

@@ -142,5 +142,42 @@ TEST_CASE("plane parameters out of range, and gates that contradict each other, 
     CHECK(config.broken_rule() == "join_m must not exceed stay_m");
 }
 
+TEST_CASE("sums taken in blocks are those of a plain loop, whatever the number of points") {
+    std::mt19937 random(17);
+    std::normal_distribution<float> gauss;
+    const Vector3d n = Vector3d(0.1, 0.2, 1.0).normalized();
+    for (const int count : {6, 7, 31, 32, 33, 63, 64, 65, 200}) {
+        auto points = sample(n, {20.0, -30.0, 1.0}, count, 0.02, random);
+        for (PlanePoint& p : points) {
+            const Eigen::Matrix3f a = 0.02F * Eigen::Matrix3f::NullaryExpr([&] { return gauss(random); });
+            p.covariance_W = a * a.transpose();
+        }
+        PlaneFit fit;
+        fit.normal_W = (n + Vector3d(0.01, 0.0, 0.0)).normalized();
+        fit.distance_m = fit.normal_W.dot(Vector3d(20.0, -30.0, 1.02));
+        double squared = 0.0;
+        double weights = 0.0;
+        Vector3d mean = Vector3d::Zero();
+        for (const PlanePoint& p : points) {
+            const double variance = p.variance_along(fit.normal_W.cast<float>()) + kFlat * kFlat;
+            const double off = std::abs(fit.residual(p.p_W)) / std::sqrt(variance);
+            const double weight = (off <= 1.5 ? 1.0 : 1.5 / off) / variance;
+            squared += off * off;
+            weights += weight;
+            mean += weight * p.p_W;
+        }
+        mean /= weights;
+        REQUIRE(ok(describe_plane(points, all_of(points), kFlat, fit, PlaneBend::kLeave)));
+        INFO(count << " points");
+        CHECK(fit.chi2 == Approx(squared / (count - 3.0)).epsilon(1e-9));
+        CHECK(fit.sigma_m == Approx(std::sqrt(std::max(1.0, fit.chi2) / weights)).epsilon(1e-9));
+        CHECK((fit.centroid_W - (mean - fit.residual(mean) * fit.normal_W)).norm() < 1e-9);
+        CHECK(fit.bend_m == 0.0);  // not asked for
+        PlaneFit asked = fit;
+        REQUIRE(ok(describe_plane(points, all_of(points), kFlat, asked)));
+        CHECK(asked.bend_m == bend_of(points, all_of(points), kFlat, fit));
+    }
+}
+
 }  // namespace
 }  // namespace facet

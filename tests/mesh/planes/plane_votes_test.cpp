@@ -95,5 +95,23 @@ TEST_CASE("more peaks than there is room for: the strongest stay, and nothing is
     }
 }
 
+TEST_CASE("votes for azimuths are the same at every bin of the full turn") {
+    const auto votes = std::make_unique<PlaneVotes>();
+    constexpr double kBin = 2.0 * std::numbers::pi / PlaneVotes::kAzimuthBins;
+    for (const double sigma : {0.01, 0.05, 0.12, 0.3}) {  // 1 to 14 bins
+        float first = 0.0F;
+        for (int bin = 0; bin < PlaneVotes::kAzimuthBins; ++bin) {
+            votes->begin(Vector3d::Zero());
+            vote_wall(*votes, (bin + 0.25) * kBin, -2.5, 3.0, sigma, 5);
+            const auto peaks = votes->find_peaks(0.3F);
+            REQUIRE(!peaks.empty());
+            first = bin == 0 ? peaks[0].support_m2 : first;
+            INFO("bin " << bin << ", sigma " << sigma);
+            CHECK(peaks[0].support_m2 == Approx(first).epsilon(1e-4));
+            CHECK(peaks[0].distance_m == Approx(-2.5).margin(0.08));
+        }
+    }
+}
+
 }  // namespace
 }  // namespace facet
