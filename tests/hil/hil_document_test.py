@@ -66,6 +66,17 @@ class Document(unittest.TestCase):
                              '6 planes, 2 late, 1 overruns, 0 source errors"\n', encoding="utf-8")  # fmt: skip
             self.assertEqual(hil_soak.read_states(table), [(19.66, 106.3, "TRACKING", 18.3, 23.3, 2, 1)])
 
+    def test_counters_rise_from_before_a_part_to_its_end(self):
+        states = [(seconds, 90.0, "TRACKING", 20.0, 30.0, late, 0) for seconds, late in ((5, 1), (61, 1), (115, 4))]
+        self.assertEqual([hil_soak.counted(states, 5, begin_s, begin_s + 60) for begin_s in (0, 60, 120)], [1, 3, 0])
+
+    def test_what_each_minute_was_like(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = Path(folder, "minutes.csv")
+            hil_soak.write_minutes(table, [{"frames": 1199, "ate_mm": 0.5}, {"frames": 0, "ate_mm": math.nan}])
+            self.assertEqual(table.read_text(encoding="utf-8").split(),
+                             ["seconds,frames,ate_mm", "0.0,1199,0.5", "60.0,0,nan"])  # fmt: skip
+
     def test_a_table_without_a_place_is_told(self):
         after, said = self.update("nothing\n", faults=[FAULT])
         self.assertEqual(after, "nothing\n")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """A long flight in the guest: whether its last ten minutes are as good as its first."""
 import csv
+import math
 import re
 import statistics
 from pathlib import Path
@@ -9,6 +10,7 @@ import hil_agreement
 import hil_compare
 
 PART_S = 600.0
+MINUTE_S = 60.0
 SENSOR = "icm42688"
 GROWTH_MIB = 1.0  # of memory from the second sixth of the flight, when the mesh is there, to the last one
 TRUTH_STEP = 2  # of its rows at 200 Hz every second one
@@ -46,8 +48,16 @@ def read_states(path):
     return states
 
 
+def counted(states, column, begin_s, end_s):
+    """By how much one of the program's counters rose."""
+    def until(second):
+        return max((state[column] for state in states if state[0] < second), default=0)
+
+    return until(end_s) - until(begin_s)
+
+
 def part_of(hil, flight, states, truth, begin_s, end_s):
-    """What a part of the flight was like."""
+    """What a part of the flight was like; NaN is what the program did not say."""
     first_ns = flight["report"]["first_frame_ns"]
     span = [first_ns + round(second * hil_compare.NANO) for second in (begin_s, end_s)]
     poses = {stamp: pose for stamp, pose in flight["poses"].items() if span[0] <= stamp < span[1]}
@@ -57,13 +67,21 @@ def part_of(hil, flight, states, truth, begin_s, end_s):
         "frames": len(poses),
         "not_tracking": sum(state != "TRACKING" for stamp, state, _, _ in flight["health"]
                             if span[0] <= stamp < span[1]),
-        "late": said[-1][5] - said[0][5], "overruns": said[-1][6] - said[0][6],
-        "median_ms": statistics.median(state[3] for state in said),
-        "p99_ms": statistics.median(state[4] for state in said),
-        "worst_p99_ms": max(state[4] for state in said),
-        "mib": max(state[1] for state in said),
+        "late": counted(states, 5, begin_s, end_s), "overruns": counted(states, 6, begin_s, end_s),
+        "median_ms": statistics.median([state[3] for state in said] or [math.nan]),
+        "p99_ms": statistics.median([state[4] for state in said] or [math.nan]),
+        "worst_p99_ms": max((state[4] for state in said), default=math.nan),
+        "mib": max((state[1] for state in said), default=math.nan),
         "ate_mm": hil_compare.ate_mm(hil.programs.facet, truth, poses, hil.out / "eval" / name),
     }  # fmt: skip
+
+
+def write_minutes(path, minutes):
+    """What each minute was like, for scripts/plot_hour."""
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, ["seconds", *minutes[0]], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({"seconds": MINUTE_S * k, **minute} for k, minute in enumerate(minutes))
 
 
 def is_good(row):
@@ -93,6 +111,9 @@ def rows(hil, minutes, time):
     early = [state[1] for state in states if length_s / 6 <= state[0] < length_s / 3]
     row["growth_mib"] = row["last"]["mib"] - max(early)
     row["good"] = is_good(row)
+    write_minutes(hil.out / "soak" / "minutes.csv",
+                  [part_of(hil, flight, states, truth, MINUTE_S * k, min(MINUTE_S * (k + 1), length_s))
+                   for k in range(math.ceil(length_s / MINUTE_S))])  # fmt: skip
     print_row(row)
     return [row]
 

@@ -53,6 +53,16 @@ class Panels(unittest.TestCase):
         (self.mode / "states.csv").write_text('seconds,resident_mib,words\n5.0,70,"TRACKING, 3"\n')
         self.assertEqual(self.panels(), {"memory (MiB)": {"most in a minute": [(0.5, 70.0)]}})
 
+    def test_a_flight_in_the_guest_has_frames_states_latency_and_error_of_each_minute(self):
+        (self.mode / "minutes.csv").write_text(
+            "seconds,frames,not_tracking,late,overruns,median_ms,p99_ms,worst_p99_ms,mib,ate_mm\n"
+            "0.0,1199,3,0,0,28.5,55.0,60.0,90.0,1.25\n60.0,1200,0,0,0,29.5,54.0,60.0,90.0,1.5\n")
+        self.assertEqual(self.panels(), {
+            "frames a minute": {"used": [(0.5, 1199.0), (1.5, 1200.0)]},
+            "of them": {"not TRACKING": [(0.5, 3.0), (1.5, 0.0)], "late": [(0.5, 0.0), (1.5, 0.0)]},
+            "latency (ms)": {"median": [(0.5, 28.5), (1.5, 29.5)], "99th percentile": [(0.5, 55.0), (1.5, 54.0)]},
+            "ATE of a minute (mm)": {"each minute aligned by itself": [(0.5, 1.25), (1.5, 1.5)]}})
+
     def test_an_empty_folder_has_none(self):
         self.assertEqual(self.panels(), {})
 
