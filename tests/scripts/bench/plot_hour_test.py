@@ -3,6 +3,7 @@
 """Tests of what scripts/plot_hour draws."""
 import importlib.machinery
 import importlib.util
+import math
 import pathlib
 import sys
 import tempfile
@@ -49,8 +50,8 @@ class Panels(unittest.TestCase):
 
     def test_a_flight_in_the_guest_has_its_tables_below_and_no_time_in_virtual_time(self):
         (self.mode / "out").mkdir()
-        (self.mode / "out/timing.csv").write_text(stamped("total_cpu_ms", [0, 0]))
-        (self.mode / "states.csv").write_text('seconds,resident_mib,words\n5.0,70,"TRACKING, 3"\n')
+        (self.mode / "out/timing.csv").write_text(stamped("total_ms", [0, 0]))
+        (self.mode / "states.csv").write_text('seconds,resident_mib,words\n-1.0,60,"INIT, 0"\n5.0,70,"TRACKING, 3"\n')
         self.assertEqual(self.panels(), {"memory (MiB)": {"most in a minute": [(0.5, 70.0)]}})
 
     def test_a_flight_in_the_guest_has_frames_states_latency_and_error_of_each_minute(self):
@@ -59,9 +60,22 @@ class Panels(unittest.TestCase):
             "0.0,1199,3,0,0,28.5,55.0,60.0,90.0,1.25\n60.0,1200,0,0,0,29.5,54.0,60.0,90.0,1.5\n")
         self.assertEqual(self.panels(), {
             "frames a minute": {"used": [(0.5, 1199.0), (1.5, 1200.0)]},
-            "of them": {"not TRACKING": [(0.5, 3.0), (1.5, 0.0)], "late": [(0.5, 0.0), (1.5, 0.0)]},
+            "bad frames a minute": {"not TRACKING": [(0.5, 3.0), (1.5, 0.0)], "late": [(0.5, 0.0), (1.5, 0.0)]},
             "latency (ms)": {"median": [(0.5, 28.5), (1.5, 29.5)], "99th percentile": [(0.5, 55.0), (1.5, 54.0)]},
             "ATE of a minute (mm)": {"each minute aligned by itself": [(0.5, 1.25), (1.5, 1.5)]}})
+
+    def test_a_flight_in_real_time_in_the_guest_has_the_time_a_frame_takes(self):
+        (self.mode / "out").mkdir()
+        (self.mode / "out/timing.csv").write_text(stamped("total_ms", [4, 6]))
+        lines = {"median": [(0.5, 5.0)], "99th percentile": [(0.5, 4.0)]}
+        self.assertEqual(self.panels(), {"time a frame (ms)": lines})
+
+    def test_spikes_call_for_a_logarithm_zeros_forbid_it(self):
+        has_spikes = load_script("plot_hour").has_spikes
+        quiet = [(0.5, 0.3), (1.5, 0.4), (2.5, 0.5), (3.5, math.nan)]
+        self.assertFalse(has_spikes({"a": quiet}))
+        self.assertTrue(has_spikes({"a": quiet + [(4.5, 900.0)]}))
+        self.assertFalse(has_spikes({"a": quiet + [(4.5, 900.0), (5.5, 0.0)]}))
 
     def test_an_empty_folder_has_none(self):
         self.assertEqual(self.panels(), {})
