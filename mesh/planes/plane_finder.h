@@ -71,10 +71,9 @@ struct PlaneCounters {
 /// take its id, be held on it, be doubted, be lost, and be found anew. A plane lost for more than
 /// `leave_keyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
 /// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
-/// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well; so is a plane that leaves,
-/// and by then is known well enough to tell.
-/// Ids are never reused, not even after reset(). Time is bounded by the capacities. About 1.4 MB: allocate it once.
-/// Thread-bound. Deterministic. No heap.
+/// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well; so is a plane that
+/// leaves, and by then is known well enough to tell. Ids are never reused, not even after reset(). Time is bounded by
+/// the capacities. About 1.4 MB: allocate it once. Thread-bound. Deterministic. No heap.
 class PlaneFinder {
 public:
     /// @return kInvalidArgument if a field is out of range (nothing changed). Forgets all planes; ids begin at 0.
