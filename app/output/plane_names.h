@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <map>
-#include <span>
 
 #include "mesh/planes/plane_finder.h"
 

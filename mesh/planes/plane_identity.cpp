@@ -13,7 +13,6 @@ constexpr double kEqualSigmas = 3.0;    // of the difference of two planes
 constexpr double kEqualFloor = 0.015;   // m: difference at each other's landmarks that is allowed in any case
 constexpr double kEqualTurn = 1.0;      // deg, likewise
 constexpr double kDriftPerLoss = 2e-3;  // m a keyframe, of a plane that is not seen
-constexpr double kBeside_m = 0.5;       // between surfaces that are seen at their ends
 
 SeenPlane as_seen(const TrackedPlane& plane) {
     return {plane.id, plane.proposed, plane.kind, plane.fit, plane.reach, plane.from};
@@ -57,7 +56,7 @@ bool PlaneFinder::is_one(const TrackedPlane& known, std::span<const std::uint16_
     if (a.empty() || b.empty()) {
         PlaneReach reach;
         reach.extend(start);
-        return a.size() + b.size() > 0 && known.reach.distance(reach) <= kBeside_m;
+        return a.size() + b.size() > 0 && known.reach.distance(reach) <= PlaneReach::kBeside_m;
     }
     points_.clear();
     for (const auto part : {a, b}) {

@@ -17,8 +17,7 @@ constexpr double kOther = 30.0;    // a second plane below this might be meant a
 constexpr double kFloor_m = 0.01;  // surfaces are not flat: what two parts of one differ by (1 sigma)
 constexpr double kFloor_rad = 0.4 * kRadPerDeg;  // likewise
 constexpr double kMaxTurn_rad = 20.0 * kRadPerDeg;
-constexpr double kNear_m = 0.5;  // between surfaces that are seen at their ends
-constexpr double kThere = 0.5;   // of the smaller surface: two planes are not in the same place
+constexpr double kThere = 0.5;  // of the smaller surface: two planes are not in the same place
 
 /// What a covariance has gained: no direction less than nothing.
 Eigen::Matrix2d gain(const Eigen::Matrix2d& now, const Eigen::Matrix2d& then) {
@@ -70,7 +69,7 @@ double PlaneMemory::distance(const SeenPlane& then, const SeenPlane& now) {
     }
     const Eigen::Matrix2d drift =
         gain(now.from.effect_at(b.centroid_W, b.normal_W), then.from.effect_at(b.centroid_W, b.normal_W));
-    if (then.reach.distance(now.reach) > kNear_m + 3.0 * drift_along(then, now)) {
+    if (then.reach.distance(now.reach) > PlaneReach::kBeside_m + 3.0 * drift_along(then, now)) {
         return kNever;
     }
     // Of the plane now above the plane then, at the centroid now; a turn psi about the vertical lowers what is along

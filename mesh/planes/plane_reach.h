@@ -14,6 +14,9 @@ namespace facet {
 /// Surfaces are compared along the one's axes only, so the planes have to face nearly the same way. Reentrant. No heap.
 class PlaneReach {
 public:
+    /// Surfaces no farther apart than this (m) may be ends of one that was seen in parts.
+    static constexpr double kBeside_m = 0.5;
+
     bool empty() const { return box_.isEmpty(); }
     /// The landmarks' rectangle: of an evenly covered one the sides are sqrt(12) standard deviations.
     void extend(const PlaneFit& fit);
