@@ -110,7 +110,7 @@ void add_regions(const GridSet& set, double min_area_m2, std::vector<PlaneRegion
 
 PlaneAxes::PlaneAxes(const PlaneFit& fit, PlaneKind kind) {
     const Eigen::Vector3d n = fit.normal_W.normalized();
-    const Eigen::Vector3d along = kind == PlaneKind::kVertical ? Eigen::Vector3d::UnitZ().cross(n) : fit.along_W;
+    const Eigen::Vector3d along = kind == PlaneKind::kHorizontal ? fit.along_W : Eigen::Vector3d::UnitZ().cross(n);
     const Eigen::Vector3d flat = along - n * n.dot(along);
     R_W_A.col(0) = flat.norm() > 1e-6 ? flat.normalized() : n.unitOrthogonal();
     R_W_A.col(1) = n.cross(R_W_A.col(0));

@@ -15,9 +15,23 @@ namespace facet {
 enum class PlaneKind : std::uint8_t {
     kHorizontal,  ///< floor, table, ceiling
     kVertical,    ///< wall
+    kSlanted,     ///< ramp, pitched ceiling: gravity says nothing of its direction
 };
 
-constexpr const char* to_string(PlaneKind kind) { return kind == PlaneKind::kHorizontal ? "horizontal" : "vertical"; }
+constexpr const char* to_string(PlaneKind kind) {
+    switch (kind) {
+        case PlaneKind::kHorizontal: return "horizontal";
+        case PlaneKind::kVertical: return "vertical";
+        case PlaneKind::kSlanted: return "slanted";
+    }
+    return "unknown";
+}
+
+/// Whether two planes of these kinds may be one and the same: near the limit of what counts as level or upright a plane
+/// is of either kind, from one sighting to the next.
+constexpr bool may_be_one(PlaneKind a, PlaneKind b) {
+    return a == b || a == PlaneKind::kSlanted || b == PlaneKind::kSlanted;
+}
 
 /// A plane n . p = d that the mesh has found, and the landmarks on it, at one keyframe. The plane keeps its id as long
 /// as the mesh knows it. A plane merged into another is left out; its landmarks belong to the other from then on.

@@ -41,7 +41,9 @@ void find_plane_pairs(const WindowPlanes& planes, const RegularityConfig& config
     const PlanePairs before = pairs;
     const double gate_rad = config.pair_gate_deg * kRadPerDeg;
     pairs.clear();
-    const auto takes_part = [&](const WindowPlane& p) { return p.is_bound || p.constraints >= config.min_constraints; };
+    const auto takes_part = [&](const WindowPlane& p) {
+        return p.kind != PlaneKind::kSlanted && (p.is_bound || p.constraints >= config.min_constraints);
+    };
     for (int a = 0; a < static_cast<int>(planes.size()); ++a) {
         const WindowPlane& plane = planes[static_cast<std::size_t>(a)];
         if (!takes_part(plane)) {

@@ -24,6 +24,7 @@ struct PlaneConfig {
     double max_point_sigma_m = 0.06;
     double surface_sigma_m = 0.005;
     double max_tilt_deg = 3.0;
+    bool find_slanted = true;
     int min_landmarks = 14;
     double min_area_m2 = 0.35;
     double min_extent_m = 0.12;
@@ -67,6 +68,8 @@ inline constexpr auto kPlaneFields = std::to_array<ParameterField<PlaneConfig>>(
      "Standard deviation of points of a real surface from its plane: how flat surfaces are."},
     {FACET_FIELD(PlaneConfig, max_tilt_deg), "deg", 0.1, 20,
      "Largest angle of a floor from level and of a wall from upright."},
+    {FACET_FIELD(PlaneConfig, find_slanted), "-", 0, 1,
+     "Find ramps, pitched ceilings and the like as well, whose direction gravity does not give."},
     {FACET_FIELD(PlaneConfig, min_landmarks), "-", 4, kMaxPlaneLandmarks, "Least number of landmarks of a new plane."},
     {FACET_FIELD(PlaneConfig, min_area_m2), "m^2", 0.01, 100, "Least area covered by the faces of a new plane."},
     {FACET_FIELD(PlaneConfig, min_extent_m), "m", 0.01, 10,

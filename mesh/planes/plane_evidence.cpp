@@ -16,7 +16,6 @@ constexpr double kRounding = 1e-3;        // m: of heights in single precision, 
 constexpr double kStaySigma = 1.5;        // a landmark on a plane may be this much less certain than a new one
 constexpr int kCells = 16;                // of the grid that spreads landmarks, to each side
 constexpr double kGridExtents = 2.5;      // reach of the grid in standard deviations of the points
-constexpr float kVoteTilt = 0.10F;        // rad: faces known better than this have their full vote
 
 }  // namespace
 
@@ -269,44 +268,6 @@ void PlaneEvidence::hand_over(PlaneSerial from, PlaneSerial to) {
 void PlaneEvidence::forget_former() {
     for (PointState& s : state_) {
         s.former = s.owner;
-    }
-}
-
-/// Weight of a vote: area up to a limit, times the likelihood that a plane of this kind gives such a normal, times a
-/// factor for how well the normal is known.
-void PlaneEvidence::vote(PlaneVotes& votes) const {
-    const auto base = static_cast<float>(kRadPerDeg * config_.face_angle_deg);
-    const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
-    const auto most = static_cast<float>(config_.max_face_area_m2);
-    for (const Face& face : faces_) {
-        if (face.is_fill || (state_[face.point[0]].owner != 0 && state_[face.point[1]].owner != 0 &&
-                             state_[face.point[2]].owner != 0)) {
-            continue;
-        }
-        const float z = face.normal_W.z();
-        const float level = face.normal_W.head<2>().norm();  // sine of the angle to the vertical
-        const bool is_level = level < std::abs(z);
-        const float sine = std::min(1.0F, is_level ? level : std::abs(z));
-        const float limit = std::min(widest, base + 2.0F * face.tilt_sigma);
-        if (sine > limit) {
-            continue;  // an angle is larger than its sine
-        }
-        const float angle = std::asin(sine);
-        if (angle > limit) {
-            continue;
-        }
-        const float sigma = std::sqrt(0.25F * base * base + face.tilt_sigma * face.tilt_sigma);
-        const float off = angle / sigma;
-        const float weight =
-            std::min(face.area, most) * std::exp(-0.5F * off * off) * std::min(1.0F, kVoteTilt / face.tilt_sigma);
-        if (is_level) {
-            for (const std::uint16_t p : face.point) {
-                votes.vote_level(z > 0.0F, points_[p].p_W.z(), weight / 3.0F, face.sigma);
-            }
-        } else {
-            votes.vote_upright(face.normal_W, std::min(sigma, widest), origin_ + face.centroid.cast<double>(), weight,
-                               face.sigma);
-        }
     }
 }
 

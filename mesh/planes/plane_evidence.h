@@ -14,6 +14,7 @@
 #include "mesh/planes/plane_config.h"
 #include "mesh/planes/plane_fit.h"
 #include "mesh/planes/plane_votes.h"
+#include "mesh/planes/slant_votes.h"
 #include "platform/base/fixed_vector.h"
 
 namespace facet {
@@ -69,8 +70,10 @@ public:
     /// Landmarks that belong to no plane at this keyframe become free for new ones.
     void forget_former();
 
-    /// Lets the faces that no plane explains vote.
+    /// Lets the faces that no plane explains vote for level and upright ones.
     void vote(PlaneVotes& votes) const;
+    /// The same for slanted ones.
+    void vote(SlantVotes& votes) const;
 
     /// Chooses at most kMaxPlaneLandmarks of the points, evenly over the cells of a grid on the plane: in each cell
     /// those chosen before come first, then the most certain ones. @param chosen  by increasing id
@@ -175,6 +178,7 @@ private:
         return fits_[point] == Fits::kYes;
     }
     bool test(std::uint16_t point, const Examined& examined);
+    bool is_explained(const Face& face) const;
     Eigen::Vector3d shift_to(const PlaneFit& fit, const PlanePoint& point) const;
     PlaneSerial majority(const Face& face) const;
     bool lies_on(const Face& face, PlaneSerial plane, const PlaneFit& fit) const;

@@ -114,15 +114,22 @@ void PlaneFinder::follow(TrackedPlane& plane) {
     evidence_.own(support_, plane.serial);
 }
 
-bool PlaneFinder::is_upright_or_level(PlaneKind kind, const PlaneFit& fit, double slack) const {
+/// A slanted plane has to be told from level and upright ones once, and may then come nearer to them.
+bool PlaneFinder::is_turned_as(PlaneKind kind, const PlaneFit& fit, double slack) const {
     const double limit = std::sin(slack * kRadPerDeg * config_.max_tilt_deg);
-    return kind == PlaneKind::kHorizontal ? fit.normal_W.head<2>().norm() <= limit
-                                          : std::abs(fit.normal_W.z()) <= limit;
+    const double from_level = fit.normal_W.head<2>().norm();
+    const double from_upright = std::abs(fit.normal_W.z());
+    switch (kind) {
+        case PlaneKind::kHorizontal: return from_level <= limit;
+        case PlaneKind::kVertical: return from_upright <= limit;
+        case PlaneKind::kSlanted: return slack > 1.0 || std::min(from_level, from_upright) > limit;
+    }
+    return false;
 }
 
 PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, const PlaneSupport& support,
                                         double slack) const {
-    if (!is_upright_or_level(kind, fit, slack) || fit.chi2 > slack * config_.max_chi2 ||
+    if (!is_turned_as(kind, fit, slack) || fit.chi2 > slack * config_.max_chi2 ||
         fit.bend_m > slack * config_.max_bend_m || support.roughness_m > slack * config_.max_roughness_m) {
         return Verdict::kMisshapen;
     }
@@ -136,10 +143,20 @@ PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, con
 }
 
 void PlaneFinder::search(const Eigen::Vector3d& origin_W) {
+    const auto least = static_cast<float>(config_.min_support_m2);
     votes_.begin(origin_W);
     evidence_.vote(votes_);
+    examine(votes_.find_peaks(least));
+    if (config_.find_slanted) {  // among the faces that no level or upright plane has explained
+        slants_.begin(origin_W, kRadPerDeg * config_.max_tilt_deg);
+        evidence_.vote(slants_);
+        examine(slants_.find_peaks(least));
+    }
+}
+
+void PlaneFinder::examine(std::span<const PlanePeak> peaks) {
     int tries = 0;
-    for (const PlanePeak& peak : votes_.find_peaks(static_cast<float>(config_.min_support_m2))) {
+    for (const PlanePeak& peak : peaks) {
         if (++tries > kMaxCandidates) {
             break;
         }
@@ -174,7 +191,7 @@ bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
             }
         }
         if (!ok(fit_plane(evidence_.points(), on(support_), config_.surface_sigma_m, fit, PlaneBend::kLeave)) ||
-            !is_upright_or_level(peak.kind, fit, 2.0)) {
+            !is_turned_as(peak.kind, fit, 2.0)) {
             return false;
         }
     }

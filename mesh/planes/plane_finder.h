@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Finds the floors and walls of the mesh, keeps their identity, and determines the landmarks on them.
+// Finds the floors, walls and slanted planes of the mesh, keeps their identity, and determines the landmarks on them.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,6 +15,7 @@
 #include "mesh/planes/plane_memory.h"
 #include "mesh/planes/plane_reach.h"
 #include "mesh/planes/plane_votes.h"
+#include "mesh/planes/slant_votes.h"
 #include "platform/base/fixed_vector.h"
 
 namespace facet {
@@ -61,7 +62,8 @@ struct PlaneCounters {
 ///   1 Known planes take their normal and distance from the estimator, or are fitted anew to their landmarks. Landmarks
 ///     that no longer fit leave; those of faces that lie in the plane join.
 ///   2 Planes that have become equal merge; the older id stays.
-///   3 Faces that no plane explains vote (PlaneVotes); each peak is refined by weighted least squares.
+///   3 Faces that no plane explains vote for level and upright ones (PlaneVotes), and those still left for slanted ones
+///     (SlantVotes); each peak is refined by weighted least squares.
 ///   4 A candidate becomes a plane if its landmarks form one, by number, area, extent, tilt and chi-square, without a
 ///     bend, a common trend of neighbouring residuals, or many neighbours off the plane. If it equals a known plane,
 ///     lost ones included, it is that plane; else it gets an id when found at `confirm_keyframes`.
@@ -113,9 +115,10 @@ private:
     void take_estimates(const PlaneEstimates& estimates);
     void follow(TrackedPlane& plane);
     Verdict judge(PlaneKind kind, const PlaneFit& fit, const PlaneSupport& support, double slack) const;
-    bool is_upright_or_level(PlaneKind kind, const PlaneFit& fit, double slack) const;
+    bool is_turned_as(PlaneKind kind, const PlaneFit& fit, double slack) const;
     bool is_supported(const PlaneSupport& support, double slack) const;
     void search(const Eigen::Vector3d& origin_W);
+    void examine(std::span<const PlanePeak> peaks);
     bool refine(const PlanePeak& peak, PlaneFit& fit);
     void adopt(PlaneKind kind, const PlaneFit& fit);
     bool may_be_same(const TrackedPlane& a, PlaneKind kind, const PlaneFit& fit) const;
@@ -138,6 +141,7 @@ private:
     PlaneCounters counters_;
     PlaneEvidence evidence_;
     PlaneVotes votes_;
+    SlantVotes slants_;
     FixedVector<TrackedPlane, kMaxPlanes + kMaxCandidates> planes_;  ///< by serial
     PlaneMemory memory_;
     SightedFrom here_;  ///< the newest keyframe

@@ -22,7 +22,7 @@ SeenPlane as_seen(const TrackedPlane& plane) {
 
 /// Equal by normal and distance at the place of each other's landmarks.
 bool PlaneFinder::may_be_same(const TrackedPlane& a, PlaneKind kind, const PlaneFit& fit) const {
-    if (a.kind != kind) {
+    if (!may_be_one(a.kind, kind)) {
         return false;
     }
     const double drift = kDriftPerLoss * a.lost;
@@ -82,6 +82,7 @@ bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
     }
     if (younger.is_held && !older.is_held) {  // the estimator does not have to begin anew, nor to forgive the older one
         older.proposed = younger.proposed;
+        older.kind = younger.kind;
         older.is_held = true;
         older.fit = younger.fit;
     }
@@ -152,7 +153,10 @@ void PlaneFinder::remember(TrackedPlane& plane) {
         const auto followed =
             std::find_if(planes_.begin(), planes_.end(), [&](const TrackedPlane& p) { return p.id == known.id; });
         if (followed != planes_.end()) {
-            plane.proposed = followed->is_held ? followed->proposed : plane.proposed;
+            if (followed->is_held) {
+                plane.proposed = followed->proposed;
+                plane.kind = followed->kind;
+            }
             followed->id = {};  // so that it is given up
         }
         plane.id = std::min(plane.id, known.id);
@@ -242,11 +246,13 @@ void PlaneFinder::identify(PlaneSerial serial) {
     const auto followed = with([&](const TrackedPlane& p) { return p.id == known.id; });
     if (followed != planes_.end()) {
         known.proposed = followed->proposed;
+        known.kind = followed->kind;
         planes_.erase_at(static_cast<std::size_t>(followed - planes_.begin()));
         plane = with([=](const TrackedPlane& p) { return p.serial == serial; });
     }
     plane->id = known.id;
     plane->proposed = known.proposed;
+    plane->kind = known.kind;
     plane->reach.extend(known.reach);
 }
 

@@ -64,7 +64,7 @@ double PlaneMemory::distance(const SeenPlane& then, const SeenPlane& now) {
     const PlaneFit& a = then.fit;
     const PlaneFit& b = now.fit;
     const double cosine = a.normal_W.dot(b.normal_W);
-    if (then.kind != now.kind || !(cosine > std::cos(kMaxTurn_rad))) {
+    if (!may_be_one(then.kind, now.kind) || !(cosine > std::cos(kMaxTurn_rad))) {
         return kNever;
     }
     const Eigen::Matrix2d drift =

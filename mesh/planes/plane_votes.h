@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Histograms of heights and of walls, in which the faces of a mesh vote for planes.
+// Histograms of heights and of walls, in which the faces of a mesh vote for level and upright planes.
 #pragma once
 
 #include <Eigen/Core>

@@ -8,11 +8,20 @@
 #include "app/support/input_error.h"
 
 namespace facet {
+namespace {
+
+PlaneKind kind_of(const Eigen::Vector3d& normal) {
+    if (!is_level_or_upright(normal)) {
+        return PlaneKind::kSlanted;
+    }
+    return std::abs(normal.z()) > 0.5 ? PlaneKind::kHorizontal : PlaneKind::kVertical;
+}
+
+}  // namespace
 
 TruePlanes::TruePlanes(const std::string& path) : planes_(load_planes(path)) {
-    std::erase_if(planes_, [](const EvalPlane& p) { return !is_level_or_upright(p.normal); });
     if (planes_.empty()) {
-        throw InputError("--truth planes: no floor or wall in " + path);
+        throw InputError("--truth planes: no plane in " + path);
     }
 }
 
@@ -44,7 +53,7 @@ const PlaneProposals& TruePlanes::propose(const KeyframeView& view, const Se3& T
     for (const std::size_t k : order) {
         PlaneProposal& proposal = proposals_.push_back({});
         proposal.id.value = kFirstId + static_cast<std::uint32_t>(k);
-        proposal.kind = std::abs(planes_[k].normal.z()) > 0.5 ? PlaneKind::kHorizontal : PlaneKind::kVertical;
+        proposal.kind = kind_of(planes_[k].normal);
         proposal.normal_W = T_est_true.q * planes_[k].normal;
         proposal.distance_m = planes_[k].distance + proposal.normal_W.dot(T_est_true.p);
         const std::size_t count = std::min<std::size_t>(on[k].size(), kMaxPlaneLandmarks);

@@ -214,6 +214,8 @@ TEST_CASE("a wall's axes are level and upward, a floor's the landmarks', and poi
     const Vector2d at(0.7, -0.4);
     CHECK((wall.to_plane(wall.to_world(at)) - at).norm() < 1e-12);
     CHECK(std::abs(fit.residual(wall.to_world(at))) < 1e-12);
+    const PlaneAxes ramp(fit, PlaneKind::kSlanted);
+    CHECK((ramp.R_W_A - wall.R_W_A).norm() < 1e-12);
     const PlaneAxes floor(fit, PlaneKind::kHorizontal);
     CHECK((floor.R_W_A.col(0) - fit.along_W).norm() < 1e-9);
 }

@@ -57,6 +57,16 @@ TEST_CASE("plane pairs: a pair stays longer than it takes to become one", "[plan
     CHECK(find(planes, config, {{1, 0, false}}).empty());
 }
 
+TEST_CASE("plane pairs: slanted planes are held by their landmarks alone", "[plane_pairs]") {
+    WindowPlanes planes;
+    planes.push_back(make_plane(PlaneKind::kSlanted, {0.06, 0.0, 1.0}));
+    planes.push_back(make_plane(PlaneKind::kSlanted, {0.06, 0.0, 1.0}));
+    planes.push_back(make_plane(PlaneKind::kVertical, {0.0, 1.0, 0.0}));
+    const PlanePairs pairs = find(planes, {});
+    REQUIRE(pairs.size() == 1);
+    CHECK(pairs[0] == PlanePair{2, PlanePair::kVertical, false});
+}
+
 TEST_CASE("plane pairs: gravity levels floors and stands walls upright", "[plane_pairs]") {
     RegularityConfig config;
     WindowPlanes planes;

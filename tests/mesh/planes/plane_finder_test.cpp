@@ -81,8 +81,10 @@ TEST_CASE("floor and walls of a room are found with their landmarks, and keep th
 }
 
 /// Most planes ever told in some keyframes.
-std::size_t most_planes(const PlaneWorld& world, const Se3& camera, int keyframes = 10) {
-    PlaneRig rig(world);
+std::size_t most_planes(const PlaneWorld& world, const Se3& camera, int keyframes = 10, bool find_slanted = true) {
+    PlaneConfig config;
+    config.find_slanted = find_slanted;
+    PlaneRig rig(world, config);
     std::size_t most = 0;
     for (int k = 0; k < keyframes; ++k) {
         most = std::max(most, rig.hover(camera, 1).size());
@@ -91,13 +93,29 @@ std::size_t most_planes(const PlaneWorld& world, const Se3& camera, int keyframe
     return most;
 }
 
-TEST_CASE("slanted surfaces are no planes of ours") {
+TEST_CASE("slanted surfaces are found, one plane each, and not taken for level or upright ones") {
     for (const double degrees : {7.0, 10.0, 15.0, 25.0, 45.0, 70.0, 83.0}) {
-        PlaneWorld world;
-        const double a = degrees * kDegree;
-        world.add({1.5, 1.5, 0.0}, {0.0, -3.0, 0.0}, {3.0 * std::cos(a), 0.0, 3.0 * std::sin(a)}, 0.2);
-        INFO(degrees << " deg");
-        CHECK(most_planes(world, looking({0.0, 0.0, 1.2}, 0.0, 0.25)) == 0);
+        for (const double azimuth : {0.0, 25.0, -40.0}) {
+            const double a = degrees * kDegree;
+            const double b = azimuth * kDegree;
+            const Vector3d uphill(std::cos(a) * std::cos(b), std::cos(a) * std::sin(b), std::sin(a));
+            const Vector3d along(std::sin(b), -std::cos(b), 0.0);
+            PlaneWorld world;
+            world.add(Vector3d(3.0, 0.0, 1.0) - 1.5 * along - 1.5 * uphill, 3.0 * along, 3.0 * uphill, 0.2);
+            const Vector3d normal = along.cross(uphill);
+            INFO(degrees << " deg, " << azimuth << " deg");
+            const Se3 camera = looking({0.0, 0.0, 1.8}, 0.0, 0.25);
+            if (degrees < 80.0) {
+                CHECK(most_planes(world, camera, 10, false) == 0);
+            }
+            PlaneRig rig(world);
+            const PlaneProposals& proposals = rig.hover(camera, 10);
+            require_sound(proposals);
+            REQUIRE(proposals.size() == 1);
+            CHECK(proposals[0].kind == PlaneKind::kSlanted);
+            CHECK(std::acos(std::min(1.0, proposals[0].normal_W.dot(normal))) < 1.0 * kDegree);
+            CHECK(std::abs(proposals[0].distance_m - normal.dot(Vector3d(3.0, 0.0, 1.0))) < 0.03);
+        }
     }
 }
 
@@ -116,6 +134,30 @@ TEST_CASE("curved walls and floors are no planes") {
     hill.add({1.0, -1.5, 0.0}, {3.0, 0.0, 0.0}, {0.0, 3.0, 0.0}, 0.2,
              [](double u, double v) { return 0.25 * std::exp(-((u - 1.5) * (u - 1.5) + (v - 1.5) * (v - 1.5))); });
     CHECK(most_planes(hill, looking({0.0, 0.0, 1.3}, 0.0, 0.4)) == 0);
+}
+
+TEST_CASE("at most eight level and upright candidates are examined at a keyframe, and four slanted ones") {
+    PlaneWorld world;  // a rack of boards that the camera looks down on, each too small for a plane
+    for (int i = 0; i < 14; ++i) {
+        world.add({2.0, -1.4 + 0.2 * i, 0.06 * i}, {0.7, 0.0, 0.0}, {0.0, 0.19, 0.0}, 0.09);
+    }
+    for (int i = 0; i < 7; ++i) {  // and gables above them
+        const double y = -1.4 + 0.4 * i;
+        world.add({2.8, y + 0.19, 0.9}, {0.0, -0.19, 0.0}, {0.3 + 0.05 * i, 0.0, 0.7 - 0.05 * i}, 0.09);
+        world.add({2.8, y + 0.39, 0.9}, {0.1, -0.15, 0.0}, {0.3 + 0.05 * i, 0.2, 0.7 - 0.05 * i}, 0.09);
+    }
+    PlaneConfig config;
+    config.min_support_m2 = 0.02;
+    config.min_landmarks = 200;
+    PlaneRig rig(world, config);
+    std::uint64_t before = 0;
+    std::uint64_t most = 0;
+    for (int k = 0; k < 8; ++k) {
+        rig.hover(looking({0.0, 0.0, 1.6}, 0.0, 0.3), 1);
+        most = std::max(most, rig.finder->counters().candidates - before);
+        before = rig.finder->counters().candidates;
+    }
+    CHECK(most == 12);
 }
 
 TEST_CASE("stairs are no planes") {

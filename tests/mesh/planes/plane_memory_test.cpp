@@ -130,6 +130,20 @@ TEST_CASE("the distance of a plane from itself after a drift is distributed as c
     CHECK(beyond > 0.002 * kDraws);
 }
 
+TEST_CASE("near the limit a plane is recalled as slanted or as level, but a floor never as a wall") {
+    PlaneMemory memory;
+    SeenPlane ramp = seen(wall_at({0.0, 0.0, 1.0}, Vector3d(std::sin(0.055), 0.0, std::cos(0.055))), 7);
+    ramp.kind = PlaneKind::kSlanted;
+    memory.keep(ramp);
+    SeenPlane again = ramp;
+    again.kind = PlaneKind::kVertical;
+    ramp.kind = PlaneKind::kHorizontal;
+    memory.keep(ramp);
+    CHECK_FALSE(recalled(memory, again).valid());
+    again.kind = PlaneKind::kSlanted;
+    CHECK(recalled(memory, again) == PlaneId{7});
+}
+
 TEST_CASE("a plane is recalled within the drift that its covariance allows, once") {
     const SeenPlane plane = seen(wall_at({4.0, 0.0, 1.0}, {-1.0, 0.0, 0.0}), 7);
     const PlaneFit off = drifted(plane.fit, {Vector3d::Zero(), {0.0, 0.2, 0.0, 0.0}}, Vector3d::Zero());
