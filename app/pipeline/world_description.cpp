@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-static_assert(kMaxMeshVertices == kWorldVertices && kMaxMeshFaces == kWorldFaces && kMaxPlanes <= kWorldPlanes);
+static_assert(kMaxMeshVertices == kWorldVertices && kMaxMeshFaces == kWorldFaces);
 static_assert(OccupancyGrid::kGridX == kWorldCells[0] && OccupancyGrid::kGridY == kWorldCells[1] &&
               OccupancyGrid::kGridZ == kWorldCells[2] && OccupancyGrid::kPackedBytes == kWorldGridBytes &&
               OccupancyGrid::kRun == kWorldRun && OccupancyGrid::kTicks == kWorldTicks);

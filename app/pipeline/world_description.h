@@ -12,7 +12,7 @@
 namespace facet {
 
 /// Fills in all of `world` but sequence, stamp and resets: shown positions of the vertices that are there, zero for
-/// the others; at most kWorldPlanes planes. Reentrant. No heap if `world.planes` has that capacity.
+/// the others; at most kWorldPlanes planes, the first ones. Reentrant. No heap if `world.planes` has that capacity.
 /// @param grid  null: there is none
 void describe_world(const HorizonMesh& mesh, std::span<const TrackedPlane> planes, const OccupancyGrid* grid,
                     WorldState& world);

@@ -14,8 +14,8 @@ inline constexpr int kMaxDormantTracks = 256;
 inline constexpr int kMaxKeyframes = 32;
 /// Landmarks alive in the window: tracks of all its keyframes.
 inline constexpr int kMaxLandmarks = 2048;
-/// Planes known at a time: a room and its furniture.
-inline constexpr int kMaxPlanes = 16;
+/// Planes known at a time: a room and its furniture, and those of the rooms before that a flight may come back to.
+inline constexpr int kMaxPlanes = 24;
 /// Landmarks on one plane: half of what a keyframe sees.
 inline constexpr int kMaxPlaneLandmarks = 256;
 /// Inertial samples between two keyframes: 4 s at 1 kHz.
