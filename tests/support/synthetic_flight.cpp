@@ -89,7 +89,11 @@ SyntheticFlight::SyntheticFlight(const Options& options)
     for (int i = 0; i < options.landmarks && options.in_room; ++i) {
         const Side& side = kSides[static_cast<std::size_t>(i) % kSides.size()];
         std::uniform_real_distribution<double> share(-1.0, 1.0);
-        const Eigen::Vector3d in_box(share(generator_), share(generator_), share(generator_));
+        // One after the other: compilers evaluate arguments in orders of their own, and the room shall be the same.
+        const double z = share(generator_);
+        const double y = share(generator_);
+        const double x = share(generator_);
+        const Eigen::Vector3d in_box(x, y, z);
         Eigen::Vector3d p = kRoom.cwiseProduct(in_box);
         p -= side.normal_W * side.normal_W.dot(p);
         landmarks_.emplace_back(p + side.distance_m * side.normal_W);
