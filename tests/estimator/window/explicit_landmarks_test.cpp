@@ -3,6 +3,8 @@
 // structureless, against the window, which eliminates all of them [Rosinol19].
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <memory>
 #include <random>
@@ -18,7 +20,9 @@ namespace {
 
 constexpr int kKeyframes = 6;
 constexpr double kStep_s = 0.25;
-constexpr int kPlanes = 3;  // of the room's six: landmarks on the others stay structureless
+constexpr double kStart_s = 3.0;  // when the cameras look into a corner of the room
+constexpr int kPlanes = 2;
+constexpr std::array<std::size_t, kPlanes> kWalls{2, 4};  // of the room's six planes: both of that corner
 
 /// A window of a flight through a room, a little off, with noise in its pixels. Two of them are equal.
 struct FlightWindow {
@@ -53,6 +57,10 @@ struct FlightWindow {
         state->prior.g().tail<kStateDim>().setConstant(0.3);
         problem->select_landmarks();
         std::erase_if(on_planes, [](const Landmark* landmark) { return !landmark->is_active; });
+        for (int p = 0; p < static_cast<int>(state->planes.size()); ++p) {
+            // One with fewer than three is free to turn about them, wherever the iteration began.
+            REQUIRE(std::ranges::count(on_planes, p, [](const Landmark* l) { return int{l->plane}; }) >= 2 * kPlaneDim);
+        }
     }
 
     /// What one linearization of the window gives: step and covariance of the newest keyframe.
@@ -73,33 +81,48 @@ struct FlightWindow {
         }
     }
 
+    /// Takes the states and points of another, and moves its poses and velocities off them by 1 mrad, 1 mm and 1 mm/s.
+    void start_near(const FlightWindow& other) {
+        *state = *other.state;
+        std::mt19937 generator(1);
+        std::normal_distribution<double> off(0.0, 0.001);
+        Eigen::VectorXd step = Eigen::VectorXd::Zero(other.system->dim());
+        for (int k = 0; k < kKeyframes; ++k) {
+            step.segment<9>(problem->globals() + kStateDim * k) =
+                Eigen::Matrix<double, 9, 1>::NullaryExpr([&] { return off(generator); });
+        }
+        move(step);
+        problem->refresh();
+    }
+
 private:
     using SyntheticFlight = test::SyntheticFlight;
 
     void add_keyframe(SyntheticFlight& flight, int k) {
+        const double t = kStart_s + kStep_s * k;
         std::mt19937 generator(static_cast<unsigned>(k + 1));
         std::normal_distribution<double> off(0.0, 0.01);
         Eigen::Matrix<double, kStateDim, 1> error = Eigen::Matrix<double, kStateDim, 1>::Zero();
         error.head<9>() = Eigen::Matrix<double, 9, 1>::NullaryExpr([&] { return off(generator); });
         Keyframe keyframe;
-        keyframe.stamp = test::at(kStep_s * k);
-        keyframe.state = flight.state(kStep_s * k).box_plus(error);
+        keyframe.stamp = test::at(t);
+        keyframe.state = flight.state(t).box_plus(error);
         keyframe.state_lin = keyframe.state.box_plus(0.2 * error);
-        keyframe.w_B = flight.rate(kStep_s * k);
+        keyframe.w_B = flight.rate(t);
         if (k > 0) {
-            const Preintegration p = flight.preintegrate(kStep_s * (k - 1), kStep_s * k, {}, {});
+            const Preintegration p = flight.preintegrate(t - kStep_s, t, {}, {});
             REQUIRE(ok(keyframe.imu_from_previous.set(p, {})));
             keyframe.has_imu_factor = true;
         }
         state->keyframes.push_back(keyframe);
-        for (const FeatureObservation& o : flight.observe(kStep_s * k, 150)) {
+        for (const FeatureObservation& o : flight.observe(t, 150)) {
             state->landmarks.find_or_insert(o.landmark)->observations.push_back(cameras->observe(k, o));
         }
     }
 
     void add_planes(const PlaneProposals& proposals, bool holds_heights, bool is_bound) {
         for (int p = 0; p < kPlanes; ++p) {
-            const PlaneProposal& proposal = proposals[static_cast<std::size_t>(p)];
+            const PlaneProposal& proposal = proposals[kWalls[static_cast<std::size_t>(p)]];
             for (const LandmarkId id : proposal.landmarks) {
                 if (Landmark* landmark = state->landmarks.find(id)) {
                     on_planes.push_back(landmark);
@@ -243,7 +266,7 @@ TEST_CASE("landmarks on planes as variables give the step and covariance of the 
     const bool holds_heights = GENERATE(false, true);  // SP; SPR
     FlightWindow window(holds_heights, true);
     FlightWindow same(holds_heights, true);
-    REQUIRE(window.on_planes.size() > 25);
+    REQUIRE(window.on_planes.size() > 15);
     const Eigen::VectorXd step = window.step();
     CHECK(largest(step) > 0.01);  // there is something to do
     const Eigen::MatrixXd covariance = window.solver->last_keyframe_covariance();
@@ -262,24 +285,34 @@ TEST_CASE("landmarks on planes as variables give the step and covariance of the 
 
 TEST_CASE("iterated, both end at the same states") {
     const bool holds_heights = GENERATE(false, true);
+    constexpr int kSteps = 300;
     // No first-estimate Jacobians: of a landmark that is eliminated, the point fits with the present ones.
     FlightWindow window(holds_heights, false);
-    FlightWindow same(holds_heights, false);
-    ExplicitLandmarks landmarks(same);
-    constexpr int kSteps = 300;
     for (int i = 0; i < kSteps; ++i) {
         window.move(window.step());
-        landmarks.move(landmarks.step());
     }
     CHECK(largest(window.step()) < 1e-9);
-    CHECK(largest(landmarks.step().head(window.system->dim())) < 1e-9);
+    const Eigen::MatrixXd covariance = window.solver->last_keyframe_covariance();
+
+    // From the window's minimum but for half a pixel. Steps are not damped: with points in the world as variables they
+    // diverge in half of all rooms where they begin as far off as the window does, by five pixels, with Huber's loss as
+    // well; and Cauchy's has more than one minimum within that reach.
+    FlightWindow same(holds_heights, false);
+    same.start_near(window);
+    ExplicitLandmarks landmarks(same);
+    CHECK(largest(landmarks.step()) > 1e-3);  // there is a way to go back
+    for (int i = 0; i < kSteps; ++i) {
+        landmarks.move(landmarks.step());
+    }
+    CHECK(largest(landmarks.step().head(same.system->dim())) < 1e-9);
+    // In 24 rooms 6e-9 at most where both have come to rest: the window follows its points with weights in single
+    // precision. With double it is 2e-10.
     for (std::size_t k = 0; k < kKeyframes; ++k) {
         CHECK(largest(window.state->keyframes[k].state.box_minus_to(same.state->keyframes[k].state)) < 1e-8);
     }
     for (std::size_t p = 0; p < window.state->planes.size(); ++p) {
         CHECK(largest(window.state->planes[p].plane.box_minus_to(same.state->planes[p].plane)) < 1e-8);
     }
-    const Eigen::MatrixXd covariance = window.solver->last_keyframe_covariance();
     CHECK(largest(newest_covariance(landmarks, *same.system) - covariance) < 1e-7 * largest(covariance));
 }
 
