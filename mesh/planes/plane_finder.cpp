@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::size_t kMinProposed = 3;  // landmarks: fewer do not determine a plane
 constexpr int kDoubtsToWithhold = 2;     // a single doubtful keyframe may be chance
+constexpr double kSlantedAreas = 2.0;    // what a slanted plane needs of the area that others do: two angles more that
+                                         // clutter may be flat at
 
 std::span<const std::uint16_t> on(const PlaneSupport& support) {
     return {support.points.data(), support.points.size()};
@@ -127,6 +129,10 @@ bool PlaneFinder::is_turned_as(PlaneKind kind, const PlaneFit& fit, double slack
     return false;
 }
 
+double PlaneFinder::least_area(PlaneKind kind) const {
+    return (kind == PlaneKind::kSlanted ? kSlantedAreas : 1.0) * config_.min_area_m2;
+}
+
 PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, const PlaneSupport& support,
                                         double slack) const {
     if (!is_turned_as(kind, fit, slack) || fit.chi2 > slack * config_.max_chi2 ||
@@ -134,7 +140,7 @@ PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, con
         return Verdict::kMisshapen;
     }
     const bool is_large = static_cast<double>(fit.points) * slack >= config_.min_landmarks &&
-                          support.area_m2 * slack >= config_.min_area_m2 &&
+                          support.area_m2 * slack >= least_area(kind) &&
                           fit.extent_across_m * slack >= config_.min_extent_m;
     if (!is_large) {
         return Verdict::kSmall;
@@ -186,7 +192,7 @@ bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
         }
         if (i + 1 == gates.size()) {
             evidence_.weigh(support_);
-            if (!is_supported(support_, 1.0)) {
+            if (!is_supported(peak.kind, support_, 1.0)) {
                 return false;
             }
         }
@@ -203,8 +209,8 @@ bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
 }
 
 /// What a plane needs of its faces, whatever its fit.
-bool PlaneFinder::is_supported(const PlaneSupport& support, double slack) const {
-    return support.area_m2 * slack >= config_.min_area_m2 && support.coherence * slack >= config_.min_coherence &&
+bool PlaneFinder::is_supported(PlaneKind kind, const PlaneSupport& support, double slack) const {
+    return support.area_m2 * slack >= least_area(kind) && support.coherence * slack >= config_.min_coherence &&
            support.roughness_m <= slack * config_.max_roughness_m;
 }
 
