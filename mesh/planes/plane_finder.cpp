@@ -156,7 +156,7 @@ void PlaneFinder::search(const Eigen::Vector3d& origin_W) {
     if (config_.find_slanted) {  // among the faces that no level or upright plane has explained
         slants_.begin(origin_W, kRadPerDeg * config_.max_tilt_deg);
         evidence_.vote(slants_);
-        examine(slants_.find_peaks(least));
+        examine(slants_.find_peaks(static_cast<float>(kSlantedAreas) * least));
     }
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace facet {
 namespace {
@@ -18,17 +17,23 @@ float share(float cosine) {
 
 }  // namespace
 
-/// Directions evenly spread over the sphere: a spiral from pole to pole, turned by the golden angle at each step, the
-/// steps of equal area.
 SlantVotes::SlantVotes() {
-    const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
-    for (std::size_t i = 0; i < kDirections; ++i) {
-        const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / kDirections;
-        const double level = std::sqrt(1.0 - z * z);
-        const double azimuth = golden * static_cast<double>(i);
-        direction_[0][i] = static_cast<float>(level * std::cos(azimuth));
-        direction_[1][i] = static_cast<float>(level * std::sin(azimuth));
-        direction_[2][i] = static_cast<float>(z);
+    for (std::size_t cell = 0; cell < kCells; ++cell) {
+        const std::size_t side = cell / (kSide * kSide);
+        const auto middle = [](std::size_t i) { return (2.0F * static_cast<float>(i) + 1.0F) / kSide - 1.0F; };
+        const auto axis = static_cast<Eigen::Index>(side / 2);
+        Eigen::Vector3f& d = direction_[cell];
+        d(axis) = side % 2 == 0 ? 1.0F : -1.0F;
+        d((axis + 1) % 3) = middle(cell % kSide);
+        d((axis + 2) % 3) = middle(cell / kSide % kSide);
+        d.normalize();
+    }
+    for (std::size_t a = 0; a < kCells; ++a) {
+        for (std::size_t b = 0; b < kCells; ++b) {
+            if (const float part = share(direction_[a].dot(direction_[b])); part > 0.0F) {
+                static_cast<void>(near_cells_[a].try_push_back({static_cast<std::uint16_t>(b), part}));
+            }
+        }
     }
 }
 
@@ -36,24 +41,37 @@ void SlantVotes::begin(const Eigen::Vector3d& origin_W, double max_tilt_rad) {
     origin_ = origin_W;
     least_sine_ = static_cast<float>(std::sin(max_tilt_rad));
     votes_.fill(0.0F);
+    normals_.fill(Eigen::Vector3f::Zero());
     voters_.clear();
     peaks_.clear();
 }
 
-void SlantVotes::add(const Voter& voter, float sign) {
-    const Eigen::Vector3f& n = voter.normal_W;
+/// @param direction  unit
+std::uint16_t SlantVotes::cell_of(const Eigen::Vector3f& direction) {
+    Eigen::Index axis = 0;
+    const float largest = direction.cwiseAbs().maxCoeff(&axis);
+    const auto at = [&](Eigen::Index k) {
+        const float x = 0.5F * kSide * (1.0F + direction((axis + k) % 3) / largest);
+        return std::min(kSide - 1, static_cast<int>(x));
+    };
+    const int side = 2 * static_cast<int>(axis) + (direction(axis) > 0.0F ? 0 : 1);
+    return static_cast<std::uint16_t>((side * kSide + at(2)) * kSide + at(1));
+}
+
+void SlantVotes::count(const Voter& voter, float sign) {
     const float weight = sign * voter.weight;
-    for (std::size_t i = 0; i < kDirections; ++i) {
-        votes_[i] += weight * share(n.x() * direction_[0][i] + n.y() * direction_[1][i] + n.z() * direction_[2][i]);
+    normals_[voter.cell] += weight * voter.normal_W;
+    for (const Share& near : near_cells_[voter.cell]) {
+        votes_[near.cell] += weight * near.share;
     }
 }
 
 void SlantVotes::vote(const Eigen::Vector3f& normal_W, const Eigen::Vector3f& from_origin, float weight) {
-    if (voters_.full()) {
+    if (voters_.full() || !(normal_W.squaredNorm() > 0.5F)) {  // a normal without direction, or not finite
         return;
     }
-    voters_.push_back({normal_W, from_origin, weight});
-    add(voters_.back(), 1.0F);
+    voters_.push_back({normal_W, from_origin, weight, cell_of(normal_W)});
+    count(voters_.back(), 1.0F);
 }
 
 bool SlantVotes::is_slanted(const Eigen::Vector3f& normal_W) const {
@@ -63,8 +81,8 @@ bool SlantVotes::is_slanted(const Eigen::Vector3f& normal_W) const {
 /// @return zero if no face is turned like that
 Eigen::Vector3f SlantVotes::mean_normal(const Eigen::Vector3f& around) const {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (const Voter& v : voters_) {
-        sum += v.weight * share(v.normal_W.dot(around)) * v.normal_W;
+    for (std::size_t cell = 0; cell < kCells; ++cell) {
+        sum += share(direction_[cell].dot(around)) * normals_[cell];
     }
     return sum.norm() > 0.0F ? sum.normalized() : Eigen::Vector3f::Zero();
 }
@@ -101,7 +119,7 @@ PlanePeak SlantVotes::take_strongest(const Eigen::Vector3f& normal_W) {
     }
     for (std::size_t i = best.begin; i < best.end; ++i) {
         Voter& v = voters_[near_[i].voter];
-        add(v, -1.0F);
+        count(v, -1.0F);
         v.weight = 0.0F;
     }
     PlanePeak peak;
@@ -118,9 +136,8 @@ std::span<const PlanePeak> SlantVotes::find_peaks(float min_support_m2) {
         if (!(*at >= min_support_m2)) {
             break;
         }
-        const auto i = static_cast<std::size_t>(at - votes_.begin());
-        Eigen::Vector3f normal_W = mean_normal({direction_[0][i], direction_[1][i], direction_[2][i]});
-        normal_W = mean_normal(normal_W);
+        const auto strongest = static_cast<std::size_t>(at - votes_.begin());
+        const Eigen::Vector3f normal_W = mean_normal(mean_normal(direction_[strongest]));
         const PlanePeak peak = take_strongest(normal_W);
         if (is_slanted(normal_W) && peak.support_m2 >= min_support_m2) {
             peaks_.push_back(peak);

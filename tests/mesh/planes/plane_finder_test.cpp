@@ -415,23 +415,24 @@ TEST_CASE("a wall with more landmarks than a plane takes keeps well spread ones,
 
 TEST_CASE("more planes than there is room for: the first ones stay, the others wait until one is lost") {
     PlaneWorld world;  // panels around the camera, each nearer or farther than its neighbours
-    constexpr int kPanels = 22;
+    world.noise_px = 0.12;
+    constexpr int kPanels = 32;
     std::vector<Se3> views;
     for (int i = 0; i < kPanels; ++i) {
         const double yaw = 2.0 * std::numbers::pi * i / kPanels;
         const Vector3d out(std::cos(yaw), std::sin(yaw), 0.0);
         const Vector3d side(-std::sin(yaw), std::cos(yaw), 0.0);
-        world.add((i % 2 == 0 ? 2.2 : 2.8) * out + 0.36 * side, -0.72 * side, {0.0, 0.0, 1.6}, 0.13);
+        world.add((i % 2 == 0 ? 2.5 : 3.0) * out + 0.31 * side, -0.62 * side, {0.0, 0.0, 1.6}, 0.124);
         views.push_back(looking({0.0, 0.0, 0.8}, yaw, 0.0));
     }
     PlaneRig rig(world);
     rig.viewer.memory = 1000;
-    for (int i = 0; i < 16; ++i) {
+    for (int i = 0; i < kMaxPlanes + 3; ++i) {
         rig.hover(views[static_cast<std::size_t>(i)], 3);
     }
     const auto first = rig.finder->proposals();
     REQUIRE(first.size() == kMaxPlanes);
-    for (int i = 17; i < 21; ++i) {
+    for (int i = kMaxPlanes + 4; i < kPanels; ++i) {
         rig.hover(views[static_cast<std::size_t>(i)], 3);
         require_sound(rig.finder->proposals());
     }
@@ -441,7 +442,7 @@ TEST_CASE("more planes than there is room for: the first ones stay, the others w
     }
     CHECK(rig.finder->counters().crowded_out > 0);
     rig.viewer.memory = 3;
-    rig.hover(views[19], 14);
+    rig.hover(views[kPanels - 2], 14);
     REQUIRE(rig.finder->proposals().size() >= 1);
     CHECK(rig.finder->proposals()[rig.finder->proposals().size() - 1].id > first[kMaxPlanes - 1].id);
 }
