@@ -108,6 +108,9 @@ int report(const RunSummary& run, const ReplayOptions& options, double min_cover
     } else if (const std::string loss = describe_lost_coverage(run, min_coverage); !loss.empty()) {
         print_error(loss.c_str());
         print_causes(options);
+    } else if (const std::string contradiction = describe_contradiction(run); !contradiction.empty()) {
+        print_error(contradiction.c_str());
+        print_causes(options);
     } else if (run.last.health.state == TrackingState::kLost) {
         print_error("lost at the end");
     } else {
@@ -295,8 +298,8 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_flag("--realtime", args->in_real_time, "No faster than the log was recorded");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(fault_help() +
-                    "\nExit codes: 0 done; 1 too few frames with an estimate, lost at the end, not finite, or "
-                    "interrupted; 2 bad usage or input.");
+                    "\nExit codes: 0 done; 1 too few frames with an estimate, sensors that contradict each other, lost "
+                    "at the end, not finite, or interrupted; 2 bad usage or input.");
     command->callback([args, duration, &exit_code] {
         exit_code = run_guarded([&] { return replay(*args, duration->count() > 0); });
     });

@@ -49,4 +49,15 @@ std::string describe_lost_coverage(const RunSummary& s, double min_coverage) {
                        s.frames_listed, 100.0 * since, whereabouts(s));
 }
 
+std::string describe_contradiction(const RunSummary& s) {
+    const std::size_t since = s.frames - std::min(s.frames, s.frames_before_estimate);
+    if (2 * s.frames_contradicted <= since) {
+        return {};
+    }
+    return fmt::format(
+        "images and inertial samples contradict each other in {} of {} frames: a sensor, its axes or its calibration "
+        "is wrong",
+        s.frames_contradicted, since);
+}
+
 }  // namespace facet

@@ -232,6 +232,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"frames_refused", summary.frames_refused},
                  {"reports_without_frame", summary.reports_without_frame},
                  {"frames_by_state", Json(summary.frames_by_state)},
+                 {"frames_contradicted", summary.frames_contradicted},
                  {"keyframes", summary.keyframes},
                  {"estimates", summary.estimates},
                  {"coverage", summary.coverage()},

@@ -99,6 +99,7 @@ void FrameRecorder::write(const FrameResult& frame, std::span<const DepartedFace
     summary_.frames_before_estimate += summary_.estimates == 0 && !frame.is_usable ? 1 : 0;
     summary_.keyframes += frame.is_keyframe ? 1 : 0;
     ++summary_.frames_by_state[to_string(frame.estimate.health.state)];
+    summary_.frames_contradicted += (frame.estimate.health.reasons & kReasonImuContradicted) != 0 ? 1 : 0;
     keep_timing(frame);
     if (files_) {
         if (frame.has_mesh) {

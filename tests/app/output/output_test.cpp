@@ -254,4 +254,16 @@ TEST_CASE("a run that has lost too much of its log says how much, and where it w
 }
 
 }  // namespace
+TEST_CASE("a run whose sensors contradict each other most of the time says so") {
+    RunSummary run;
+    run.frames = 160;
+    run.frames_before_estimate = 10;
+    run.frames_contradicted = 75;
+    CHECK(describe_contradiction(run).empty());
+    run.frames_contradicted = 76;
+    CHECK(describe_contradiction(run).starts_with(
+        "images and inertial samples contradict each other in 76 of 150 frames"));
+    CHECK(describe_contradiction({}).empty());
+}
+
 }  // namespace facet
