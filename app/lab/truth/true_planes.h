@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The true floors and walls of a scene and the landmarks that truly lie on them, as proposals of a plane finder.
+// The true planes of a scene and the landmarks that truly lie on them, as proposals of a plane finder.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ public:
     /// Ids of true planes begin here, out of the way of those that are found.
     static constexpr std::uint32_t kFirstId = 1U << 20U;
 
-    /// @param path  planes.json beside the scene. Throws InputError if there is none, or no floor or wall in it.
+    /// @param path  planes.json beside the scene. Throws InputError if there is none, or no plane in it.
     explicit TruePlanes(const std::string& path);
 
     /// A landmark lies at p_W on the true surface, whose normal there is n_W.

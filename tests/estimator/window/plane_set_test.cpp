@@ -231,7 +231,7 @@ TEST_CASE("planes: when all places are taken, the one unseen for longest leaves,
           "[plane_set]") {
     Flight flight(RegularityMode::kSpr);
     PlaneProposals room = flight.truth().planes();
-    for (std::uint32_t round = 0; round < 12; ++round) {  // ever new names for the same sides
+    for (std::uint32_t round = 0; round < 20; ++round) {  // ever new names for the same sides
         for (PlaneProposal& plane : room) {
             plane.id = {plane.id.value % 10 + 10 * round};
         }

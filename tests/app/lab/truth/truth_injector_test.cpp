@@ -172,7 +172,7 @@ TEST_CASE(
     tell(30);
     const PlaneProposals& proposals = injector.propose(*view, found);
     REQUIRE(proposals.size() == 1);
-    CHECK(proposals[0].id.value == TruePlanes::kFirstId);  // the ramp is neither level nor upright
+    CHECK(proposals[0].id.value == TruePlanes::kFirstId + 1);  // nothing was seen on the ramp, which is the first
     CHECK(proposals[0].kind == PlaneKind::kVertical);
     CHECK((proposals[0].normal_W - Vector3d::UnitY()).norm() < 1e-9);
     CHECK(proposals[0].distance_m == Approx(kWall));
@@ -192,7 +192,7 @@ TEST_CASE("what the truth lacks is named") {
           "--truth: " + dir.path() + " has no ground truth");
     write_dataset(dir);
     CHECK_THAT(test::input_error_text([&] { TruthInjector(dir.path(), rig(), parse_truth("planes")); }),
-               Catch::Contains("--truth planes: no floor or wall in"));
+               Catch::Contains("--truth planes: no plane in"));
     std::filesystem::remove(dir.file("truth/scene.ply"));
     CHECK_THAT(test::input_error_text([&] { TruthInjector(dir.path(), rig(), parse_truth("stereo")); }),
                Catch::Contains("scene.ply"));
