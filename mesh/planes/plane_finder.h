@@ -75,7 +75,7 @@ struct PlaneCounters {
 /// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
 /// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well; so is a plane that
 /// leaves, and by then is known well enough to tell. Ids are never reused, not even after reset(). Time is bounded by
-/// the capacities. About 1.4 MB: allocate it once. Thread-bound. Deterministic. No heap.
+/// the capacities. About 2.2 MB: allocate it once. Thread-bound. Deterministic. No heap.
 class PlaneFinder {
 public:
     /// @return kInvalidArgument if a field is out of range (nothing changed). Forgets all planes; ids begin at 0.
@@ -106,7 +106,7 @@ public:
     static constexpr int kMaxMerges = 2 * kMaxPlanes;
 
 private:
-    static constexpr int kMaxCandidates = 8;   // without id; and examined in one update
+    static constexpr int kMaxCandidates = 8;   // without id; and examined of one kind of votes
     static constexpr double kKeepSlack = 1.5;  // a known plane may miss the limits by this factor
     enum class Verdict { kPlane, kSmall, kMisshapen };
 

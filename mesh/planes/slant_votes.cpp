@@ -67,7 +67,7 @@ void SlantVotes::count(const Voter& voter, float sign) {
 }
 
 void SlantVotes::vote(const Eigen::Vector3f& normal_W, const Eigen::Vector3f& from_origin, float weight) {
-    if (voters_.full() || !(normal_W.squaredNorm() > 0.5F)) {  // a normal without direction, or not finite
+    if (voters_.full() || !(normal_W.squaredNorm() > 0.5F)) {  // a normal without direction, or NaN
         return;
     }
     voters_.push_back({normal_W, from_origin, weight, cell_of(normal_W)});
