@@ -82,7 +82,8 @@ inline constexpr auto kPlaneFields = std::to_array<ParameterField<PlaneConfig>>(
     {FACET_FIELD(PlaneConfig, max_roughness_m), "m", 0.001, 1,
      "Largest root mean square of the part of a plane's residuals that neighbouring points share."},
     {FACET_FIELD(PlaneConfig, min_coherence), "-", 0, 1,
-     "Of the faces with at least two corners on a plane, the least share with all three corners on it."},
+     "Of the faces with at least two corners on a plane, the least share with all three corners on it. Faces whose "
+     "third corner is too uncertain to be on any plane do not count where the plane's faces cover two fifths of it."},
     {FACET_FIELD(PlaneConfig, same_angle_deg), "deg", 0.1, 30,
      "Two planes whose normals differ by more than this are never merged."},
     {FACET_FIELD(PlaneConfig, same_distance_m), "m", 0.005, 1,

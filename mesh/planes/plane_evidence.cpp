@@ -17,6 +17,8 @@ constexpr double kStaySigma = 1.5;        // a landmark on a plane may be this m
 constexpr int kCells = 16;                // of the grid that spreads landmarks, to each side
 constexpr double kGridExtents = 2.5;      // reach of the grid in standard deviations of the points
 
+double share(int on, int off) { return on > 0 ? static_cast<double>(on) / static_cast<double>(on + off) : 0.0; }
+
 }  // namespace
 
 void PlaneEvidence::take(const PlaneConfig& config, const HorizonMesh& mesh, const KeyframeView& view) {
@@ -170,9 +172,10 @@ void PlaneEvidence::collect(const PlaneFit& fit, PlaneSerial plane, const PlaneG
     support.points.clear();
     support.surface.clear();
     support.area_m2 = 0.0;
+    normal_W_ = fit.normal_W.cast<float>();
     const auto from_origin_m = static_cast<float>(fit.distance_m - fit.normal_W.dot(origin_));
     const auto farthest_m = static_cast<float>(std::max(join.distance_m, stay.distance_m) + kRounding);
-    const Examined examined{fit, fit.normal_W.cast<float>(), from_origin_m, farthest_m, plane, join, stay};
+    const Examined examined{fit, normal_W_, from_origin_m, farthest_m, plane, join, stay};
     find_parallel_near(examined);
     for_set(is_along_.data(), faces_.size(), [&](std::size_t i) {
         const auto& corner = corner_[i];
@@ -203,8 +206,10 @@ void PlaneEvidence::weigh(PlaneSupport& support) {
     const auto know_sigma = [&](std::uint16_t p) { sigma_[p] = static_cast<float>(std::sqrt(variance_[p])); };
     std::for_each(support.points.begin(), support.points.end(), know_sigma);
     std::for_each(support.surface.begin(), support.surface.end(), know_sigma);
+    const double most = config_.max_point_sigma_m * config_.max_point_sigma_m;
     int on = 0;
     int across = 0;
+    int unknown = 0;
     double products = 0.0;
     double weights = 0.0;
     std::size_t count = 0;
@@ -216,7 +221,11 @@ void PlaneEvidence::weigh(PlaneSupport& support) {
         const auto& p = corner_[near_[i]];
         const int corners = is_on_[p[0]] + is_on_[p[1]] + is_on_[p[2]];
         on += corners == 3 ? 1 : 0;
-        across += corners == 2 ? 1 : 0;
+        if (corners == 2) {
+            const std::uint16_t off = is_on_[p[0]] == 0 ? p[0] : (is_on_[p[1]] == 0 ? p[1] : p[2]);
+            ++across;
+            unknown += static_cast<double>(points_[off].variance_along(normal_W_)) > most ? 1 : 0;
+        }
         if (corners != 3) {
             continue;
         }
@@ -228,7 +237,8 @@ void PlaneEvidence::weigh(PlaneSupport& support) {
             weights += w;
         }
     }
-    support.coherence = on + across > 0 ? static_cast<double>(on) / static_cast<double>(on + across) : 0.0;
+    support.coherence = share(on, across);
+    support.known_coherence = share(on, across - unknown);
     support.roughness_m = weights > 0.0 ? std::sqrt(std::max(0.0, products / weights)) : 0.0;
 }
 

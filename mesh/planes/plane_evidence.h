@@ -33,7 +33,8 @@ struct PlaneSupport {
     FixedVector<std::uint16_t, kMaxLandmarks> points;     ///< landmarks, increasing
     FixedVector<std::uint16_t, kMaxPlanePoints> surface;  ///< surface points, increasing
     double area_m2 = 0.0;                                 ///< of the faces with all corners on it
-    double coherence = 0.0;    ///< share of the faces with two corners on it whose third corner is on it, too
+    double coherence = 0.0;        ///< share of the faces with two corners on it whose third corner is on it, too
+    double known_coherence = 0.0;  ///< the same, less faces whose third corner is too uncertain to be on any plane
     double roughness_m = 0.0;  ///< root of the covariance of the residuals at both ends of a side; about 0 for noise
 };
 
@@ -191,10 +192,11 @@ private:
     std::array<Eigen::Vector3f, kMaxPlanePoints> from_origin_;  ///< points, from origin_
     // Of points, relative to the plane being examined.
     std::array<Fits, kMaxPlanePoints> fits_;
-    std::array<std::uint8_t, kMaxPlanePoints> is_on_;  ///< 0 or 1; zero up to a multiple of 8
-    std::array<float, kMaxPlanePoints> residual_;      ///< of those that fit
-    std::array<double, kMaxPlanePoints> variance_;     ///< likewise, without that of the plane (m^2)
-    std::array<float, kMaxPlanePoints> sigma_;         ///< of those that are on it; set by weigh()
+    std::array<std::uint8_t, kMaxPlanePoints> is_on_;      ///< 0 or 1; zero up to a multiple of 8
+    std::array<float, kMaxPlanePoints> residual_;          ///< of those that fit
+    std::array<double, kMaxPlanePoints> variance_;         ///< likewise, without that of the plane (m^2)
+    std::array<float, kMaxPlanePoints> sigma_;             ///< of those that are on it; set by weigh()
+    Eigen::Vector3f normal_W_ = Eigen::Vector3f::UnitZ();  ///< of that plane
     std::array<std::uint16_t, kMaxMeshVertices> point_of_vertex_{};
     FixedVector<Face, kMaxMeshFaces> faces_;
     // Of faces, side by side for the loop that looks at all of them.

@@ -14,6 +14,7 @@ constexpr std::size_t kMinProposed = 3;  // landmarks: fewer do not determine a 
 constexpr int kDoubtsToWithhold = 2;     // a single doubtful keyframe may be chance
 constexpr double kSlantedAreas = 2.0;    // what a slanted plane needs of the area that others do: two angles more that
                                          // clutter may be flat at
+constexpr double kLeastCover = 0.4;      // of a plane by its faces, where its neighbours say nothing
 
 std::span<const std::uint16_t> on(const PlaneSupport& support) {
     return {support.points.data(), support.points.size()};
@@ -145,7 +146,15 @@ PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, con
     if (!is_large) {
         return Verdict::kSmall;
     }
-    return support.coherence * slack >= config_.min_coherence ? Verdict::kPlane : Verdict::kMisshapen;
+    return is_coherent(fit, support, slack) ? Verdict::kPlane : Verdict::kMisshapen;
+}
+
+/// Far from the cameras most neighbours of a plane's landmarks are too uncertain to be on it, and so no evidence against
+/// it. Without their say its faces have to cover it: of rough ground, too, a few landmarks far apart lie in a plane.
+bool PlaneFinder::is_coherent(const PlaneFit& fit, const PlaneSupport& support, double slack) const {
+    const double rectangle_m2 = 12.0 * fit.extent_along_m * fit.extent_across_m;  // if it were filled evenly
+    const bool is_covered = slack * support.area_m2 >= kLeastCover * rectangle_m2;
+    return slack * (is_covered ? support.known_coherence : support.coherence) >= config_.min_coherence;
 }
 
 void PlaneFinder::search(const Eigen::Vector3d& origin_W) {
@@ -210,7 +219,7 @@ bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
 
 /// What a plane needs of its faces, whatever its fit.
 bool PlaneFinder::is_supported(PlaneKind kind, const PlaneSupport& support, double slack) const {
-    return support.area_m2 * slack >= least_area(kind) && support.coherence * slack >= config_.min_coherence &&
+    return support.area_m2 * slack >= least_area(kind) && support.known_coherence * slack >= config_.min_coherence &&
            support.roughness_m <= slack * config_.max_roughness_m;
 }
 

@@ -118,6 +118,7 @@ private:
     bool is_turned_as(PlaneKind kind, const PlaneFit& fit, double slack) const;
     double least_area(PlaneKind kind) const;
     bool is_supported(PlaneKind kind, const PlaneSupport& support, double slack) const;
+    bool is_coherent(const PlaneFit& fit, const PlaneSupport& support, double slack) const;
     void search(const Eigen::Vector3d& origin_W);
     void examine(std::span<const PlanePeak> peaks);
     bool refine(const PlanePeak& peak, PlaneFit& fit);

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
+#include <initializer_list>
 #include <map>
 #include <numbers>
+#include <vector>
 
 #include "tests/mesh/planes/plane_worlds.h"
 #include "tests/support/allocation_guard.h"
@@ -193,6 +196,44 @@ TEST_CASE("clutter like foliage is no plane") {
         INFO("seed " << seed);
         CHECK(most_planes(world, kFront) == 0);
     }
+}
+
+/// A wall 3 m ahead of the camera with twelve columns and eight rows of landmarks, 2 cm of depth noise.
+struct RowsOfLandmarks : PlaneWorld {
+    RowsOfLandmarks() {
+        noise_px = 0.1;
+        add({3.0, 1.8, 0.0}, {0.0, -3.6, 0.0}, {0.0, 0.0, 2.4}, 0.3);
+    }
+    static std::uint32_t row_of(LandmarkId id) { return id.value % 8; }
+};
+
+/// Most planes ever told in some keyframes if `spoil` changes the landmarks of all rows but these.
+std::size_t most_planes_with(std::initializer_list<std::uint32_t> rows,
+                             const std::function<void(LandmarkSnapshot&)>& spoil) {
+    const RowsOfLandmarks world;
+    REQUIRE(world.points.size() == 96);
+    PlaneRig rig(world);
+    std::size_t most = 0;
+    for (int k = 0; k < 10; ++k) {
+        rig.viewer.view(k + 1, {kFront.q, Vector3d(0.0, 0.04 * (k % 4), 1.2)});
+        for (LandmarkSnapshot& s : rig.viewer.last().landmarks) {
+            if (std::find(rows.begin(), rows.end(), RowsOfLandmarks::row_of(s.id)) == rows.end()) {
+                spoil(s);
+            }
+        }
+        most = std::max(most, rig.step_on(rig.viewer.last()).size());
+    }
+    return most;
+}
+
+TEST_CASE("neighbours too uncertain to be on a plane are no evidence against one that its faces cover") {
+    const auto make_uncertain = [](LandmarkSnapshot& s) { s.covariance_W *= 25.0F; };  // 10 cm of depth noise
+    const auto move_behind = [](LandmarkSnapshot& s) {
+        s.p_W.x() += 0.12 + 0.03 * static_cast<double>(s.id.value % 5);
+    };
+    CHECK(most_planes_with({3, 4}, make_uncertain) == 1);
+    CHECK(most_planes_with({3, 4}, move_behind) == 0);           // known well enough to contradict
+    CHECK(most_planes_with({1, 2, 5, 6}, make_uncertain) == 0);  // most of the plane in between is not seen to be one
 }
 
 TEST_CASE("a real floor with clutter on it is found, the clutter's landmarks are not on it") {
