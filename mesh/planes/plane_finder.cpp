@@ -149,8 +149,9 @@ PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, con
     return is_coherent(fit, support, slack) ? Verdict::kPlane : Verdict::kMisshapen;
 }
 
-/// Far from the cameras most neighbours of a plane's landmarks are too uncertain to be on it, and so no evidence against
-/// it. Without their say its faces have to cover it: of rough ground, too, a few landmarks far apart lie in a plane.
+/// Far from the cameras most neighbours of a plane's landmarks are too uncertain to be on it, and so are no evidence
+/// against it. Without their say its faces have to cover it: of rough ground, too, a few landmarks far apart lie in a
+/// plane.
 bool PlaneFinder::is_coherent(const PlaneFit& fit, const PlaneSupport& support, double slack) const {
     const double rectangle_m2 = 12.0 * fit.extent_along_m * fit.extent_across_m;  // if it were filled evenly
     const bool is_covered = slack * support.area_m2 >= kLeastCover * rectangle_m2;

@@ -198,4 +198,18 @@ public:
     int number = 0;
 };
 
+/// Most planes ever told in some keyframes.
+inline std::size_t most_planes(const PlaneWorld& world, const Se3& camera, int keyframes = 10,
+                               bool find_slanted = true) {
+    PlaneConfig config;
+    config.find_slanted = find_slanted;
+    PlaneRig rig(world, config);
+    std::size_t most = 0;
+    for (int k = 0; k < keyframes; ++k) {
+        most = std::max(most, rig.hover(camera, 1).size());
+        rig.viewer.memory = 30;
+    }
+    return most;
+}
+
 }  // namespace facet::test
