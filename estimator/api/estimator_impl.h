@@ -230,8 +230,6 @@ struct Estimator::Impl {
     /// Gives a belief found without regard to the past its place and yaw: those of `before` with their uncertainty, or,
     /// if no estimate has been used yet, the origin.
     void keep_place(const Belief& before);
-    /// Covariance of yaw and of the place p that the gauge gives, in the order of `gauge`.
-    Eigen::Matrix4d gauge_at(const Eigen::Vector3d& p_W) const;
     /// The gauge's yaw turns about the present place from now on; its uncertainty there is as before.
     void move_gauge_origin();
     /// Moves the uncertainty of place and yaw from `now` to the gauge: before a window begins at `now`.

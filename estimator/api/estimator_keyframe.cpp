@@ -106,7 +106,7 @@ void Estimator::Impl::fill_view(const FrontendOutput& seen) {
     close_view();
     const StageScope scope(observer, Stage::kLandmarks);
     fill_keyframe_view(window, seen, view);
-    view.heading_and_place = heading_and_place(newest) + gauge_at(newest.state.p_W_B);
+    view.heading_and_place = heading_and_place(newest);
     view.cameras.covariance = corrections.covariance;
     view.is_exchanged = is_exchanged;
 }

@@ -113,14 +113,10 @@ void Estimator::Impl::keep_place(const Belief& before) {
     }
 }
 
-Eigen::Matrix4d Estimator::Impl::gauge_at(const Eigen::Vector3d& p_W) const {
-    Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();
-    moved.block<3, 1>(1, 0) = Eigen::Vector3d::UnitZ().cross(p_W - gauge_origin);
-    return moved * gauge * moved.transpose();
-}
-
 void Estimator::Impl::move_gauge_origin() {
-    gauge = gauge_at(now.state.p_W_B);
+    Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();
+    moved.block<3, 1>(1, 0) = Eigen::Vector3d::UnitZ().cross(now.state.p_W_B - gauge_origin);
+    gauge = (moved * gauge * moved.transpose()).eval();
     gauge_origin = now.state.p_W_B;
 }
 

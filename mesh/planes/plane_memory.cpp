@@ -17,8 +17,7 @@ constexpr double kOther = 30.0;    // a second plane below this might be meant a
 constexpr double kFloor_m = 0.01;  // surfaces are not flat: what two parts of one differ by (1 sigma)
 constexpr double kFloor_rad = 0.4 * kRadPerDeg;  // likewise
 constexpr double kMaxTurn_rad = 20.0 * kRadPerDeg;
-constexpr double kThere = 0.5;       // of the smaller surface: two planes are not in the same place
-constexpr double kMaxDrift_m = 0.3;  // 1 sigma: beyond, a shelf may be the wall behind it, and a table the floor
+constexpr double kThere = 0.5;  // of the smaller surface: two planes are not in the same place
 
 /// What a covariance has gained: no direction less than nothing.
 Eigen::Matrix2d gain(const Eigen::Matrix2d& now, const Eigen::Matrix2d& then) {
@@ -70,9 +69,6 @@ double PlaneMemory::distance(const SeenPlane& then, const SeenPlane& now) {
     }
     const Eigen::Matrix2d drift =
         gain(now.from.effect_at(b.centroid_W, b.normal_W), then.from.effect_at(b.centroid_W, b.normal_W));
-    if (!(drift(0, 0) <= kMaxDrift_m * kMaxDrift_m)) {
-        return kNever;
-    }
     if (then.reach.distance(now.reach) > PlaneReach::kBeside_m + 3.0 * drift_along(then, now)) {
         return kNever;
     }

@@ -37,7 +37,7 @@ struct SeenPlane {
 /// The last kCapacity planes that have left. A plane seen now is one of them if it differs from it by no more than its
 /// own uncertainty, that of the plane when it left, and the drift since explain (chi-square of height and two slopes at
 /// its centroid), if their surfaces overlap or nearly so, and if that is true of one of them only: of one that was
-/// where the plane is seen now, if others are beside it. After a drift of decimetres none is: it would say too little.
+/// where the plane is seen now, if others are beside it.
 /// The drift's covariance is what the covariance of heading and place, mapped to the plane, has gained since: errors of
 /// odometry add up, so that what came in between is independent of what there was. When full, the plane that left first
 /// is forgotten. No heap. Thread-bound. 40 KB.

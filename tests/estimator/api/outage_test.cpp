@@ -39,7 +39,6 @@ struct Flight {
             StereoFrame frame = vehicle.frame(now_s - 0.01);
             edit(frame);
             REQUIRE(ok(estimator.add_frame(frame, estimate)));
-            estimator.finish_frame();
             if (estimate.health.state == TrackingState::kTracking) {
                 tracking_after_s = std::min(tracking_after_s, 0.05 * (k + 1));
             }
@@ -96,14 +95,6 @@ TEST_CASE("frames away for longer than the inertial history: lost, said so, and 
     CHECK(error.norm() < 0.05);  // it stood all the while, and the IMU has seen nothing else
     for (int i = 0; i < 3; ++i) {
         CHECK(std::abs(error[i]) < 3.0 * std::sqrt(flight.estimate.covariance(3 + i, 3 + i)));
-    }
-    // What the mesh and its planes are told of heading and place includes what was lost before the window began.
-    const Eigen::Matrix4d& told = flight.estimator.keyframe_view().heading_and_place;
-    const Eigen::RowVector3d up_B = flight.estimate.state.q_W_B.toRotationMatrix().row(2);
-    CHECK(told(0, 0) ==
-          Approx(up_B * flight.estimate.covariance.topLeftCorner<3, 3>() * up_B.transpose()).epsilon(0.1));
-    for (int i = 0; i < 3; ++i) {
-        CHECK(told(1 + i, 1 + i) == Approx(flight.estimate.covariance(3 + i, 3 + i)).epsilon(0.1));
     }
 }
 
