@@ -116,7 +116,7 @@ Status ImuFactor::set(const Preintegration& preintegration, const ImuNoise& nois
     if (!(dt > 0.0) || !(gyro_walk > 0.0) || !(accel_walk > 0.0) || !std::isfinite(gyro_walk + accel_walk)) {
         return Status::kDegenerate;
     }
-    Matrix9 covariance = preintegration.covariance();
+    Matrix9 covariance = preintegration.covariance() + preintegration.walk_covariance(noise).topLeftCorner<9, 9>();
     covariance.diagonal().segment<3>(kTheta).array() += kMinThetaSigmaRad * kMinThetaSigmaRad;
     covariance.diagonal().segment<3>(kPos).array() += kMinPosSigmaM * kMinPosSigmaM;
     covariance.diagonal().segment<3>(kVel).array() += kMinVelSigmaMPerS * kMinVelSigmaMPerS;

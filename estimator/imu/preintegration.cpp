@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/imu/preintegration.h"
 
+#include <array>
+
 namespace facet {
 namespace {
 
@@ -145,6 +147,28 @@ Status Preintegration::integrate(const ImuSample& a, const ImuSample& b, const S
 
 void Preintegration::add_edge_error(const Eigen::Vector3d& theta_variance) {
     covariance_.diagonal().segment<3>(kTheta) += theta_variance;
+}
+
+Eigen::Matrix<double, kStateDim, kStateDim> Preintegration::walk_covariance(const ImuNoise& noise) const {
+    using Orders = std::array<int, 5>;  // integrals between the walk and theta, p, v, bg and ba
+    constexpr Orders kFromGyro{1, 3, 2, 0, 0};
+    constexpr Orders kFromAccel{0, 2, 1, 0, 0};
+    Eigen::Matrix<double, kStateDim, kStateDim> covariance = Eigen::Matrix<double, kStateDim, kStateDim>::Zero();
+    const auto add = [&](int column, int bias, const Orders& orders, double density) {
+        Eigen::Matrix<double, kStateDim, 3> d = Eigen::Matrix<double, kStateDim, 3>::Zero();
+        d.topRows<9>() = d_delta_d_bias_.middleCols<3>(column);
+        d.middleRows<3>(bias).setIdentity();
+        for (int a = 0; a < 5; ++a) {
+            for (int b = 0; b < 5; ++b) {
+                const double share = density * density * dt_s_ / (orders[a] + orders[b] + 1);
+                covariance.block<3, 3>(3 * a, 3 * b) +=
+                    share * d.middleRows<3>(3 * a).lazyProduct(d.middleRows<3>(3 * b).transpose());
+            }
+        }
+    };
+    add(kGyro, kBiasGyro, kFromGyro, noise.gyro_walk_rad_per_s2_per_sqrt_hz);
+    add(kAccel, kBiasAccel, kFromAccel, noise.accel_walk_m_per_s3_per_sqrt_hz);
+    return covariance;
 }
 
 void Preintegration::corrected(const ImuBias& bias, Eigen::Quaterniond& dq, Eigen::Vector3d& dp, Eigen::Vector3d& dv,

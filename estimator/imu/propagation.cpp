@@ -23,16 +23,12 @@ StateCovariance propagate_covariance(const NavState& state_i, const StateCovaria
     f.block<3, 6>(kVel, kBiasGyro) = R * d_delta_d_bias.middleRows<3>(kVel);
 
     // Noise of dp and dv is in the body frame at i; that of the rotation is on the right of dR already.
-    Eigen::Matrix<double, 9, 9> turn = Eigen::Matrix<double, 9, 9>::Identity();
+    StateCovariance turn = StateCovariance::Identity();
     turn.block<3, 3>(kPos, kPos) = R;
     turn.block<3, 3>(kVel, kVel) = R;
-    StateCovariance covariance_j = f * covariance_i * f.transpose();
-    covariance_j.topLeftCorner<9, 9>() += turn * preintegration.covariance() * turn.transpose();
-    const double gyro_walk = noise.gyro_walk_rad_per_s2_per_sqrt_hz;
-    const double accel_walk = noise.accel_walk_m_per_s3_per_sqrt_hz;
-    covariance_j.diagonal().segment<3>(kBiasGyro).array() += gyro_walk * gyro_walk * dt;
-    covariance_j.diagonal().segment<3>(kBiasAccel).array() += accel_walk * accel_walk * dt;
-    return covariance_j;
+    StateCovariance added = preintegration.walk_covariance(noise);
+    added.topLeftCorner<9, 9>() += preintegration.covariance();
+    return f * covariance_i * f.transpose() + turn * added * turn.transpose();
 }
 
 }  // namespace facet

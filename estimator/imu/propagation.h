@@ -13,7 +13,7 @@ namespace facet {
 using StateCovariance = Eigen::Matrix<double, kStateDim, kStateDim>;
 
 /// P_j = F P_i F^T + Q for x_j = preintegration.predict(x_i), order [theta p v bg ba]: F is the first derivative of
-/// predict() at x_i, Q the preintegrated covariance and the random walk of the biases.
+/// predict() at x_i, Q the preintegrated covariance and that of the biases' random walk.
 /// Reentrant. No heap.
 StateCovariance propagate_covariance(const NavState& state_i, const StateCovariance& covariance_i,
                                      const Preintegration& preintegration, const ImuNoise& noise);
