@@ -56,7 +56,7 @@ void Estimator::Impl::reset() {
     is_confirmed = true;
     awaits_answer = has_trusted = has_given = is_renewed = false;
     trusted = {};
-    gauge.setZero();
+    gauge = drift = {};
     slip = {};
     q_Bf_B.setIdentity();
     frame_latency = {};
@@ -206,6 +206,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     PredictionEvidence predicted;
     predicted.phase = phase;
     predicted.is_lost = monitor.state() == TrackingState::kLost && config.health.auto_reset;
+    predicted.is_beyond_recovery = monitor.needs_restart() && config.health.auto_reset;
     predicted.reset_wanted = reset_wanted || rest_claim == RestClaim::kRefuted;
     predicted.inertial_data_poor = span.has_gap || span.clipped != 0;
     predicted.rests = rests;

@@ -78,9 +78,6 @@ void Estimator::Impl::carry_to(Timestamp stamp) {
     report({}, false, carried);
     is_blind = false;
     has_carried = true;
-    if (monitor.state() == TrackingState::kLost && config.health.auto_reset) {
-        phase = Phase::kCoasting;  // a new window will begin: nothing is gained from integrating all of it again
-    }
 }
 
 void Estimator::Impl::stand_blind(const Belief& before) {

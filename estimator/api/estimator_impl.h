@@ -4,6 +4,7 @@
 
 #include "estimator/api/belief.h"
 #include "estimator/api/estimator.h"
+#include "estimator/api/gauge.h"
 #include "estimator/api/health_monitor.h"
 #include "estimator/api/inertial_doubt.h"
 #include "estimator/api/monocular_start.h"
@@ -76,17 +77,15 @@ struct Estimator::Impl {
     bool has_given = false;     ///< there has been one of this program
     bool is_renewed = false;    ///< a window has begun anew in flight
     Belief trusted;             ///< the newest one
-    /// Covariance of [yaw p] that a window began with, about `gauge_origin`. Nothing in a window tells either, so
-    /// that inside it they are known, and this is added to what is reported.
-    Eigen::Matrix4d gauge = Eigen::Matrix4d::Zero();
-    Eigen::Vector3d gauge_origin = Eigen::Vector3d::Zero();
+    Gauge gauge;  ///< what yaw and place of the window are uncertain by, which is added to what is reported
+    Eigen::Vector3d leap_W = Eigen::Vector3d::Zero();  ///< by which keyframes have moved the place since it was lost
+    Gauge drift;  ///< the share of it that a window has found of itself, without what may have slipped
     /// Residuals that stay high, and what the gauge was before.
     struct Slip {
         bool is_suspected = false;
         bool is_refutable = false;  ///< no keyframe has taken part
         Timestamp keyframe;         ///< with whose map the frames are compared
-        Eigen::Matrix4d gauge = Eigen::Matrix4d::Zero();
-        Eigen::Vector3d gauge_origin = Eigen::Vector3d::Zero();
+        Gauge gauge;
     };
     Slip slip;
     bool is_compared = false;  ///< the frame at hand, with the map
@@ -198,6 +197,8 @@ struct Estimator::Impl {
     void begin_on_new_clock();
     /// Adds what is not known of `now` beyond what its window tells, when that ends.
     void own_up();
+    /// After an outage that the window has bridged: adds a share of the way by which images have corrected the place.
+    void own_up_to_leap();
     /// @param guess  where the optimization begins; nullptr: where inertial samples lead
     void take_keyframe(const Preintegration& preintegration, const NavState* guess);
     /// Share of the solver's steps at a keyframe.
@@ -230,8 +231,6 @@ struct Estimator::Impl {
     /// Gives a belief found without regard to the past its place and yaw: those of `before` with their uncertainty, or,
     /// if no estimate has been used yet, the origin.
     void keep_place(const Belief& before);
-    /// The gauge's yaw turns about the present place from now on; its uncertainty there is as before.
-    void move_gauge_origin();
     /// Moves the uncertainty of place and yaw from `now` to the gauge: before a window begins at `now`.
     void fix_gauge();
     /// Of `now`, order [theta p v], place and yaw with the gauge's uncertainty.

@@ -22,12 +22,12 @@ constexpr double kLateEffort = 0.5;
 static_assert(CameraCorrections::kDim == kCameraTermsDim && kLeftLens == kRigDim &&
               kRightTheta == kLeftLens + kLensDim && kRightLens == kRightTheta + kPoseDim);
 
-KeyframeView::HeadingAndPlace heading_and_place(const Belief& b) {
-    static_assert(kTheta == 0 && kPos == 3);
-    Eigen::Matrix<double, 4, 6> d = Eigen::Matrix<double, 4, 6>::Zero();
-    d.topLeftCorner<1, 3>() = b.state.q_W_B.toRotationMatrix().row(2);
-    d.bottomRightCorner<3, 3>().setIdentity();
-    return d * b.covariance.topLeftCorner<6, 6>() * d.transpose();
+/// A window whose place is less certain than this along an axis holds it (1 sigma), and leaves what it does not know of
+/// it to the gauge.
+constexpr double kLoosePlace_m = 0.02;
+
+bool is_loose(const Belief& b) {
+    return b.covariance.diagonal().segment<3>(kPos).maxCoeff() > kLoosePlace_m * kLoosePlace_m;
 }
 
 }  // namespace
@@ -51,6 +51,8 @@ double Estimator::Impl::effort() const {
 }
 
 bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegration& preintegration, double effort) {
+    const bool holds_place = is_loose(newest) && ok(window.hold_place());
+    const Gauge before = gauge_of(newest);
     if (!ok(window.add_keyframe(input, preintegration))) {
         return false;
     }
@@ -62,6 +64,10 @@ bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegrat
     judge_bend();
     reintegrate();
     update_covariance();
+    if (holds_place) {
+        gauge.add(before.less(gauge_of(now)));
+        drift.add(before.less(gauge_of(now)));
+    }
     learn_vibration();
     now.imu_scale = window.calibration().imu;
     now.vibration = vibration.share();
@@ -74,9 +80,12 @@ bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegrat
 void Estimator::Impl::take_keyframe(const Preintegration& preintegration, const NavState* guess) {
     KeyframeInput input = keyframe_input();
     input.guess = guess;
+    const Eigen::Vector3d predicted_W = now.state.p_W_B;
     if (!enter_window(input, preintegration, effort())) {
         return;
     }
+    const bool is_lost = monitor.state() == TrackingState::kLost;
+    leap_W = is_lost ? (leap_W + now.state.p_W_B - predicted_W).eval() : Eigen::Vector3d::Zero();
     rests = true;
     hastened = std::max(0, hastened - 1);
     if (monitor.state() == TrackingState::kInit) {
@@ -106,7 +115,9 @@ void Estimator::Impl::fill_view(const FrontendOutput& seen) {
     close_view();
     const StageScope scope(observer, Stage::kLandmarks);
     fill_keyframe_view(window, seen, view);
-    view.heading_and_place = heading_and_place(newest);
+    Gauge place = gauge_of(newest);
+    place.covariance += drift.about(place.origin_W).covariance;
+    view.heading_and_place = place.covariance;
     view.cameras.covariance = corrections.covariance;
     view.is_exchanged = is_exchanged;
 }

@@ -11,6 +11,7 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
     HealthEvidence e;
     e.stamp = now.stamp;
     e.is_started = has_window(phase);
+    e.is_unbroken = phase == Phase::kFollowing || phase == Phase::kHolding;
     e.has_frame = !is_blind;
     e.frame_taken = frame_taken;
     e.has_right = !frame.right.empty();
@@ -48,10 +49,10 @@ Eigen::Matrix<double, 9, 9> Estimator::Impl::reported_covariance() const {
     const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
     Eigen::Matrix<double, 9, 4> d = Eigen::Matrix<double, 9, 4>::Zero();
     d.block<3, 1>(kTheta, 0) = now.state.q_W_B.conjugate() * up;
-    d.block<3, 1>(kPos, 0) = up.cross(now.state.p_W_B - gauge_origin);
+    d.block<3, 1>(kPos, 0) = up.cross(now.state.p_W_B - gauge.origin_W);
     d.block<3, 3>(kPos, 1).setIdentity();
     d.block<3, 1>(kVel, 0) = up.cross(now.state.v_W_B);
-    Eigen::Matrix<double, 9, 9> reported = now.covariance.topLeftCorner<9, 9>() + d * gauge * d.transpose();
+    Eigen::Matrix<double, 9, 9> reported = now.covariance.topLeftCorner<9, 9>() + d * gauge.covariance * d.transpose();
     if (!(rests && tracks.is_still)) {  // else the velocity is known by other means
         add_ripple(imu, now.state, reported);
     }
@@ -66,11 +67,16 @@ void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimat
     estimate = {};
     estimate.stamp = e.is_started ? now.stamp : frame.stamp;
     estimate.state = now.state;
-    estimate.covariance = reported_covariance();
     estimate.T_B_Bc = calibration_as_given().T_B_Bc;
     estimate.T_B_Bc_sigma = calibration_sigma.segment<6>(kRigTheta);
     Health& health = estimate.health;
+    const bool was_lost = monitor.state() == TrackingState::kLost;
     monitor.update(e, health);
+    if (was_lost && monitor.is_usable()) {
+        ++reset_counter;
+        own_up_to_leap();
+    }
+    estimate.covariance = reported_covariance();
     if (frame_taken && phase != Phase::kEmpty) {
         tracks.report(health);
         health.is_still = tracks.is_still && rests;

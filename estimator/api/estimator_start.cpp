@@ -113,24 +113,12 @@ void Estimator::Impl::keep_place(const Belief& before) {
     }
 }
 
-void Estimator::Impl::move_gauge_origin() {
-    Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();
-    moved.block<3, 1>(1, 0) = Eigen::Vector3d::UnitZ().cross(now.state.p_W_B - gauge_origin);
-    gauge = (moved * gauge * moved.transpose()).eval();
-    gauge_origin = now.state.p_W_B;
-}
-
 void Estimator::Impl::fix_gauge() {
     StateCovariance& c = now.covariance;
     const Eigen::Matrix3d R_W_B = now.state.q_W_B.toRotationMatrix();
-    Eigen::Matrix3d theta_W = R_W_B * c.block<3, 3>(kTheta, kTheta) * R_W_B.transpose();
-    move_gauge_origin();
     if (has_trusted) {
-        const Eigen::RowVector3d yaw_place = R_W_B.row(2) * c.block<3, 3>(kTheta, kPos);
-        gauge(0, 0) += theta_W(2, 2);
-        gauge.block<1, 3>(0, 1) += yaw_place;
-        gauge.block<3, 1>(1, 0) += yaw_place.transpose();
-        gauge.block<3, 3>(1, 1) += c.block<3, 3>(kPos, kPos);
+        gauge.add(gauge_of(now));
+        drift.add(gauge_of(now));
     }
     // Yaw turns with the body: its share of the other parameters' covariance goes with it.
     const StateCovariance before = c;

@@ -26,8 +26,8 @@ constexpr std::uint32_t kDegrading = kReasonFewFeatures | kReasonImageRejected |
 
 void HealthMonitor::reset() {
     state_ = TrackingState::kInit;
-    has_diverged_ = false;
-    wrong_keyframes_ = 0;
+    has_diverged_ = has_gap_ = has_broken_ = false;
+    wrong_keyframes_ = fruitless_keyframes_ = 0;
     has_pair_ = is_matched_ = false;
     started_ = last_vision_ = last_sure_ = {};
 }
@@ -100,8 +100,9 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
 void HealthMonitor::update(const HealthEvidence& e, Health& health) {
     health.reasons = e.is_started ? reasons(e) : 0U;
     if (e.is_started) {
-        const bool has_vision = e.has_frame && e.frame_taken && e.image == ImageState::kUsable &&
-                                (health.reasons & kReasonFewFeatures) == 0U;
+        const bool sees_enough = e.has_frame && e.frame_taken && e.image == ImageState::kUsable &&
+                                 e.tracked >= config_.few_features;
+        const bool has_vision = sees_enough && (health.reasons & kReasonFewFeatures) == 0U;
         last_vision_ = has_vision ? e.stamp : last_vision_;
         if (e.is_optimized) {
             wrong_keyframes_ = e.vision_chi2 > config_.wrong_vision_chi2 ? wrong_keyframes_ + 1 : 0;
@@ -116,14 +117,21 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
         if (state_ == TrackingState::kInit || e.velocity_sigma_m_per_s < 2.0 * config_.max_velocity_sigma_m_per_s) {
             last_sure_ = e.stamp;
         }
+        has_gap_ = e.imu.has_gap || (has_gap_ && !(last_vision_ == e.stamp && last_sure_ == e.stamp));
         const bool unsure = (e.stamp - last_sure_).seconds() > kUnsureFor;
+        const bool is_ready = e.velocity_sigma_m_per_s < config_.ready_velocity_sigma_m_per_s &&
+                              e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_optimized &&
+                              e.vision_chi2 < config_.high_vision_chi2 && e.is_confirmed;
+        fruitless_keyframes_ += sees_enough && e.is_optimized ? 1 : 0;
         if (diverged || blind || unsure) {
+            fruitless_keyframes_ = state_ == TrackingState::kLost ? fruitless_keyframes_ : 0;
             state_ = TrackingState::kLost;
             has_diverged_ = has_diverged_ || diverged;
+            has_broken_ = has_broken_ || has_gap_;
+        } else if (state_ == TrackingState::kLost) {
+            const bool has_recovered = is_ready && e.is_unbroken && !has_diverged_ && !has_broken_ && config_.auto_reset;
+            state_ = has_recovered ? TrackingState::kTracking : TrackingState::kLost;
         } else if (state_ == TrackingState::kInit) {
-            const bool is_ready = e.velocity_sigma_m_per_s < config_.ready_velocity_sigma_m_per_s &&
-                                  e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_optimized &&
-                                  e.vision_chi2 < config_.high_vision_chi2 && e.is_confirmed;
             state_ = is_ready || (e.stands && has_vision) ? TrackingState::kTracking : TrackingState::kInit;
         }
         if (is_usable()) {

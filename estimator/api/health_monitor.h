@@ -13,6 +13,7 @@ namespace facet {
 struct HealthEvidence {
     Timestamp stamp;
     bool is_started = false;     ///< there is a window
+    bool is_unbroken = false;    ///< and inertial samples connect its keyframes with the newest state
     bool has_frame = true;       ///< false: carried on between frames that do not come; nothing is said of images then
     bool frame_taken = false;    ///< the front-end could work on the frame
     bool has_right = false;      ///< there is a pair of images
@@ -44,11 +45,14 @@ struct HealthEvidence {
 
 /// INIT until velocity and gravity are known; then TRACKING, DEGRADED when some sign is bad, and LOST when the estimate
 /// must not be used: no vision for too long, an uncertain velocity for a second, an implausible speed or bias,
-/// residuals that contradict the map, or values that are not finite. LOST ends only by restart(). Thread-bound. No
-/// heap.
+/// residuals that contradict the map, or values that are not finite. LOST ends when images return to a window that has
+/// held, and it is then as sure as a start has to be; if its first keyframes with vision do not make it so, the state
+/// has diverged, or inertial samples are missing since all was well, only restart() ends it. Thread-bound. No heap.
 class HealthMonitor {
 public:
     static constexpr int kFewStereo = 8;  ///< fewer matches say that two images do not belong together
+    /// A lost window in which so many keyframes have seen enough, and that is still unsure, will not recover.
+    static constexpr int kFruitlessKeyframes = 4;
 
     void configure(const HealthConfig& config) { config_ = config; }
 
@@ -66,6 +70,10 @@ public:
     bool is_usable() const { return state_ == TrackingState::kTracking || state_ == TrackingState::kDegraded; }
     /// LOST for a reason that makes the state itself worthless, not merely outdated.
     bool has_diverged() const { return has_diverged_; }
+    /// LOST, and nothing but a new window will end it.
+    bool needs_restart() const {
+        return state_ == TrackingState::kLost && (has_diverged_ || has_broken_ || fruitless_keyframes_ >= kFruitlessKeyframes);
+    }
 
 private:
     std::uint32_t reasons(const HealthEvidence& e) const;
@@ -75,10 +83,13 @@ private:
     HealthConfig config_;
     TrackingState state_ = TrackingState::kInit;
     bool has_diverged_ = false;
+    bool has_gap_ = false;     ///< inertial samples are missing since vision and velocity were in order
+    bool has_broken_ = false;  ///< LOST, and that was so meanwhile
     Timestamp started_;
     Timestamp last_vision_;
     Timestamp last_sure_;      ///< the velocity was known well enough
-    int wrong_keyframes_ = 0;  ///< in a row
+    int wrong_keyframes_ = 0;      ///< in a row
+    int fruitless_keyframes_ = 0;  ///< with enough features, since it is LOST
     bool has_pair_ = false;    ///< a keyframe had both images
     bool is_matched_ = false;  ///< and one had enough in common for stereo
 };

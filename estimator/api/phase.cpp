@@ -10,14 +10,22 @@ constexpr int kRestartStereo = 20;
 constexpr int kRestartFeatures = 20;
 // When a rest ends and the newest keyframe is this old, a new one follows at once: the prediction is too old.
 constexpr double kStaleKeyframe_s = 0.5;
+// A lost window over whose newest inertial interval this time has passed begins anew: over ten seconds what is not
+// linear in tilt and bias leads farther astray than images correct.
+constexpr double kLongestGap_s = 10.0;
 // A start waits for the velocity and the tilt, which keyframes tell, at least this far apart.
 constexpr double kStartSpacing_s = 0.09;
 
 }  // namespace
 
+bool must_restart(const PredictionEvidence& e) {
+    const bool has_long_gap = e.is_lost && e.keyframe_age_s > kLongestGap_s;
+    return e.is_beyond_recovery || has_long_gap || e.reset_wanted || e.phase == Phase::kCoasting;
+}
+
 bool wants_keyframe(const PredictionEvidence& e) {
     const bool has_moved_off = e.phase == Phase::kHolding && !e.rests && e.keyframe_age_s > kStaleKeyframe_s;
-    const bool hastens_start = e.is_starting && e.keyframe_age_s > kStartSpacing_s;
+    const bool hastens_start = (e.is_starting || e.is_lost) && e.keyframe_age_s > kStartSpacing_s;
     return must_restart(e) || e.inertial_data_poor || has_moved_off || hastens_start;
 }
 

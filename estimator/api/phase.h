@@ -21,7 +21,8 @@ constexpr bool has_window(Phase phase) { return phase >= Phase::kFollowing; }
 /// Information about a frame after its inertial prediction, before its images are examined.
 struct PredictionEvidence {
     Phase phase = Phase::kFollowing;
-    bool is_lost = false;             ///< judged so by the health monitor, and an automatic restart is allowed
+    bool is_lost = false;             ///< judged so by the health monitor, and it may end without the user
+    bool is_beyond_recovery = false;  ///< and the window will not recover
     bool reset_wanted = false;        ///< requested by the user
     bool inertial_data_poor = false;  ///< a gap or clipped samples since the newest keyframe
     bool rests = false;               ///< at rest by inertial samples and images since the newest keyframe
@@ -30,13 +31,11 @@ struct PredictionEvidence {
 };
 
 /// Whether the window shall begin anew at the next frame that allows it.
-constexpr bool must_restart(const PredictionEvidence& e) {
-    return e.is_lost || e.reset_wanted || e.phase == Phase::kCoasting;
-}
+bool must_restart(const PredictionEvidence& e);
 
 /// Whether the front-end should make this frame a keyframe if it can: to begin anew, because only vision can determine
 /// where the vehicle is, because a start is ready the sooner, or a window that has begun anew knows its velocity the
-/// sooner, or because a rest with an old keyframe has ended.
+/// sooner, or one that is lost recovers, or because a rest with an old keyframe has ended.
 bool wants_keyframe(const PredictionEvidence& e);
 
 /// Information about a frame after the front-end has tracked it.

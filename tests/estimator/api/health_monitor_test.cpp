@@ -124,11 +124,81 @@ TEST_CASE("darkness degrades at once, loses after the limit, and only a restart 
     CHECK(f.step(dark(6.1)) == TrackingState::kLost);
     CHECK(f.health.quality == 0);
     CHECK_FALSE(f.monitor.has_diverged());
-    CHECK(f.step(good(6.2)) == TrackingState::kLost);
-    f.monitor.restart(at(6.3), false);
-    HealthEvidence e = good(6.6);
+    HealthEvidence e = good(6.2);
     e.is_keyframe = e.is_optimized = true;
+    CHECK(f.step(e) == TrackingState::kLost);  // a window that inertial samples do not connect
+    f.monitor.restart(at(6.3), false);
+    e.stamp = at(6.6);
     CHECK(f.step(e) == TrackingState::kTracking);
+}
+
+TEST_CASE("a lost window that has held is back as soon as a keyframe is as sure as a start", "[health]") {
+    HealthConfig config;
+    config.auto_reset = GENERATE(true, false);
+    Fixture f;
+    f.monitor.configure(config);
+    f.step(good(3.0));
+    f.step(dark(5.9));
+    REQUIRE(f.step(dark(6.1)) == TrackingState::kLost);
+    CHECK_FALSE(f.monitor.needs_restart());
+    HealthEvidence e = good(6.2);
+    e.is_unbroken = true;
+    CHECK(f.step(e) == TrackingState::kLost);  // no keyframe yet
+    e.is_keyframe = e.is_optimized = true;
+    e.velocity_sigma_m_per_s = 0.3;
+    CHECK(f.step(e) == TrackingState::kLost);
+    e.velocity_sigma_m_per_s = 0.05;
+    e.vision_chi2 = 6.0;
+    CHECK(f.step(e) == TrackingState::kLost);
+    e.vision_chi2 = 1.0;
+    CHECK(f.step(e) == (config.auto_reset ? TrackingState::kTracking : TrackingState::kLost));
+}
+
+TEST_CASE("a lost window whose keyframes stay unsure needs a restart, and so does one that has diverged", "[health]") {
+    Fixture f;
+    f.step(good(3.0));
+    SECTION("unsure") {
+        f.step(dark(5.9));
+        REQUIRE(f.step(dark(6.1)) == TrackingState::kLost);
+        HealthEvidence e = good(6.2);
+        e.is_unbroken = e.is_keyframe = e.is_optimized = true;
+        e.velocity_sigma_m_per_s = 0.3;
+        for (int k = 0; k < HealthMonitor::kFruitlessKeyframes; ++k) {
+            CHECK_FALSE(f.monitor.needs_restart());
+            CHECK(f.step(e) == TrackingState::kLost);
+        }
+    }
+    SECTION("samples missing") {
+        HealthEvidence e = dark(4.0);
+        e.imu.has_gap = true;
+        f.step(e);
+        CHECK(f.step(dark(6.1)) == TrackingState::kLost);
+        e = good(6.2);
+        e.is_unbroken = e.is_keyframe = e.is_optimized = true;
+        CHECK(f.step(e) == TrackingState::kLost);
+    }
+    SECTION("diverged") {
+        HealthEvidence e = good(3.1);
+        e.is_unbroken = e.is_keyframe = e.is_optimized = true;
+        e.speed_m_per_s = 30.0;
+        CHECK(f.step(e) == TrackingState::kLost);
+        e.speed_m_per_s = 1.0;
+        CHECK(f.step(e) == TrackingState::kLost);
+    }
+    CHECK(f.monitor.needs_restart());
+    f.monitor.restart(at(7.0), false);
+    CHECK_FALSE(f.monitor.needs_restart());
+}
+
+TEST_CASE("samples missing while vision held are forgotten by the time it is lost", "[health]") {
+    Fixture f;
+    HealthEvidence e = good(3.0);
+    e.imu.has_gap = true;
+    f.step(e);
+    f.step(good(3.1));
+    f.step(dark(5.0));
+    REQUIRE(f.step(dark(6.2)) == TrackingState::kLost);
+    CHECK_FALSE(f.monitor.needs_restart());
 }
 
 TEST_CASE("between frames that do not come nothing is said of images", "[health]") {

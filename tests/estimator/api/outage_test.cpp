@@ -116,6 +116,22 @@ TEST_CASE("a window that begins anew knows its velocity within a few frames, tho
     CHECK((flight.estimate.state.p_W_B - back).norm() < 0.02);
 }
 
+TEST_CASE("after darkness the window goes on where inertial samples still connect it", "[outage]") {
+    const auto [dark_s, goes_on] = GENERATE(table<double, bool>({{4.0, true}, {25.0, false}}));
+    CAPTURE(dark_s);
+    Flight flight;
+    flight.begin(12.0);
+    const int keyframes = flight.estimate.health.keyframes;
+    flight.fly(dark_s, [&flight](StereoFrame& frame) { frame = flight.vehicle.frame(flight.now_s - 0.01, true); });
+    REQUIRE(flight.estimate.health.state == TrackingState::kLost);
+    CHECK(flight.estimate.health.reset_counter == 0);
+    CHECK(flight.fly(0.5) <= 0.5);
+    CHECK(flight.estimate.health.reset_counter == 1);  // the place may leap either way
+    CAPTURE(keyframes, flight.estimate.health.keyframes);
+    CHECK((flight.estimate.health.keyframes >= keyframes) == goes_on);
+    CHECK(flight.estimate.state.p_W_B.norm() < 0.05);
+}
+
 TEST_CASE("a frame later than what was carried on without it is refused, the next ones are waited for", "[outage]") {
     Flight flight;
     flight.begin(1.0);

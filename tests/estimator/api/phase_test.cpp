@@ -81,12 +81,28 @@ TEST_CASE("a frame is wanted as keyframe when inertial data do not carry", "[pha
     CHECK_FALSE(must_restart(e));
     for (int reason = 0; reason < 3; ++reason) {
         PredictionEvidence restart;
-        restart.is_lost = reason == 0;
+        restart.is_beyond_recovery = reason == 0;
         restart.reset_wanted = reason == 1;
         restart.phase = reason == 2 ? Phase::kCoasting : Phase::kFollowing;
         CHECK(must_restart(restart));
         CHECK(wants_keyframe(restart));
     }
+}
+
+TEST_CASE("a lost window wants keyframes as fast as a start, and begins anew after a long gap only", "[phase]") {
+    PredictionEvidence e;
+    e.is_lost = true;
+    e.keyframe_age_s = 0.05;
+    CHECK_FALSE(wants_keyframe(e));
+    e.keyframe_age_s = 0.1;
+    CHECK(wants_keyframe(e));
+    CHECK_FALSE(must_restart(e));
+    e.keyframe_age_s = 9.0;
+    CHECK_FALSE(must_restart(e));
+    e.keyframe_age_s = 11.0;
+    CHECK(must_restart(e));
+    e.is_lost = false;
+    CHECK_FALSE(must_restart(e));
 }
 
 TEST_CASE("the end of a rest wants a keyframe if the last one is old", "[phase]") {
