@@ -133,9 +133,7 @@ void Estimator::Impl::widen_gauge(double dt_s) {
     slip.is_refutable = false;
     gauge = gauge.about(now.state.p_W_B);
     const Eigen::Vector3d& v = now.state.v_W_B;
-    const auto widen = [&c = gauge.covariance](int i, double by) {
-        c(i, i) = std::pow(std::sqrt(c(i, i)) + by, 2);
-    };
+    const auto widen = [&c = gauge.covariance](int i, double by) { c(i, i) = std::pow(std::sqrt(c(i, i)) + by, 2); };
     widen(0, std::abs((now.state.q_W_B * doubt.rate_B()).z()) * dt_s);
     for (int i = 0; i < 3; ++i) {
         widen(1 + i, v.norm() * dt_s);

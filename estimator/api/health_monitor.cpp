@@ -100,8 +100,8 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
 void HealthMonitor::update(const HealthEvidence& e, Health& health) {
     health.reasons = e.is_started ? reasons(e) : 0U;
     if (e.is_started) {
-        const bool sees_enough = e.has_frame && e.frame_taken && e.image == ImageState::kUsable &&
-                                 e.tracked >= config_.few_features;
+        const bool sees_enough =
+            e.has_frame && e.frame_taken && e.image == ImageState::kUsable && e.tracked >= config_.few_features;
         const bool has_vision = sees_enough && (health.reasons & kReasonFewFeatures) == 0U;
         last_vision_ = has_vision ? e.stamp : last_vision_;
         if (e.is_optimized) {
@@ -129,7 +129,8 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
             has_diverged_ = has_diverged_ || diverged;
             has_broken_ = has_broken_ || has_gap_;
         } else if (state_ == TrackingState::kLost) {
-            const bool has_recovered = is_ready && e.is_unbroken && !has_diverged_ && !has_broken_ && config_.auto_reset;
+            const bool has_recovered =
+                is_ready && e.is_unbroken && !has_diverged_ && !has_broken_ && config_.auto_reset;
             state_ = has_recovered ? TrackingState::kTracking : TrackingState::kLost;
         } else if (state_ == TrackingState::kInit) {
             state_ = is_ready || (e.stands && has_vision) ? TrackingState::kTracking : TrackingState::kInit;

@@ -72,7 +72,8 @@ public:
     bool has_diverged() const { return has_diverged_; }
     /// LOST, and nothing but a new window will end it.
     bool needs_restart() const {
-        return state_ == TrackingState::kLost && (has_diverged_ || has_broken_ || fruitless_keyframes_ >= kFruitlessKeyframes);
+        return state_ == TrackingState::kLost &&
+               (has_diverged_ || has_broken_ || fruitless_keyframes_ >= kFruitlessKeyframes);
     }
 
 private:
@@ -87,11 +88,11 @@ private:
     bool has_broken_ = false;  ///< LOST, and that was so meanwhile
     Timestamp started_;
     Timestamp last_vision_;
-    Timestamp last_sure_;      ///< the velocity was known well enough
+    Timestamp last_sure_;          ///< the velocity was known well enough
     int wrong_keyframes_ = 0;      ///< in a row
     int fruitless_keyframes_ = 0;  ///< with enough features, since it is LOST
-    bool has_pair_ = false;    ///< a keyframe had both images
-    bool is_matched_ = false;  ///< and one had enough in common for stereo
+    bool has_pair_ = false;        ///< a keyframe had both images
+    bool is_matched_ = false;      ///< and one had enough in common for stereo
 };
 
 }  // namespace facet

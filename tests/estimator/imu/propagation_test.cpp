@@ -84,3 +84,36 @@ TEST_CASE("a propagated covariance is that of predictions from wrong states with
         CHECK(measured(i, i) == Approx(propagated(i, i)).epsilon(0.12));
     }
 }
+
+TEST_CASE("the biases' walk over seconds is that of many short intervals", "[propagation]") {
+    ImuNoise noise;
+    noise.gyro_walk_rad_per_s2_per_sqrt_hz = 1e-4;
+    noise.accel_walk_m_per_s3_per_sqrt_hz = 3e-3;
+    constexpr int kSteps = 1000;
+    constexpr double kStep_s = 0.005;
+    const auto sample = [](int k) {
+        ImuSample s;
+        s.stamp = Timestamp{} + Duration::from_seconds(10.0 + kStep_s * k);
+        s.a_B = {0.5, -0.3, 9.81};
+        return s;
+    };
+    NavState state;
+    state.q_W_B = so3_exp({0.1, -0.2, 1.0});
+    const NavState begin = state;
+    StateCovariance chained = StateCovariance::Zero();
+    Preintegration whole(state.bias);
+    for (int k = 0; k < kSteps; ++k) {
+        Preintegration step(state.bias);
+        REQUIRE(ok(step.integrate(sample(k), sample(k + 1), noise)));
+        REQUIRE(ok(whole.integrate(sample(k), sample(k + 1), noise)));
+        chained = propagate_covariance(state, chained, step, noise);
+        state = step.predict(state);
+    }
+    const StateCovariance at_once = propagate_covariance(begin, StateCovariance::Zero(), whole, noise);
+    const Vector15 sigma = chained.diagonal().cwiseSqrt();
+    const StateCovariance difference =
+        sigma.cwiseInverse().asDiagonal() * (at_once - chained) * sigma.cwiseInverse().asDiagonal();
+    CHECK(difference.cwiseAbs().maxCoeff() < 0.01);
+    // It is most of what is not known of place and velocity by then.
+    CHECK(whole.covariance()(kPos, kPos) < 0.3 * at_once(kPos, kPos));
+}
