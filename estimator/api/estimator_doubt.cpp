@@ -177,6 +177,7 @@ void Estimator::Impl::own_up() {
 }
 
 void Estimator::Impl::own_up_to_leap() {
+    slip = {};  // the gauge of before is not to come back
     gauge = gauge.about(now.state.p_W_B);
     gauge.covariance.bottomRightCorner<3, 3>() += kLeapShare * kLeapShare * leap_W * leap_W.transpose();
 }
