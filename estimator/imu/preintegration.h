@@ -30,8 +30,8 @@ struct StepNoise {
 /// Integrated by the midpoint rule on consecutive samples: gyro and accel averaged over the step, (a - ba) rotated by
 /// dR at its middle. The covariance, 9x9, order [theta p v], is that of the error Exp(d_theta) on the right of dR and
 /// of dp and dv: from the noise given with each step and from add_edge_error(). The bias's random walk is not in it:
-/// walk_covariance() is that. The deltas are free of gravity, which joins them when states are compared: its strength is
-/// carried along, so that prediction, factor and start use one value. So is the scale of the IMU's axes, which turns
+/// walk_covariance() is that. The deltas are free of gravity, which joins them when states are compared: its strength
+/// is carried along, so that prediction, factor and start use one value. So is the scale of the IMU's axes, which turns
 /// readings into rates and forces before the bias is subtracted. Thread-bound. No heap.
 class Preintegration {
 public:
@@ -69,11 +69,11 @@ public:
     const Eigen::Vector3d& delta_p() const { return dp_; }
     const Eigen::Vector3d& delta_v() const { return dv_; }
     const Eigen::Matrix<double, 9, 9>& covariance() const { return covariance_; }
-    /// What the biases' random walk within the interval adds to the covariance of the deltas, 15x15, order [theta p v bg
-    /// ba]; the last six rows are the biases' own at j less those at i. A step of the walk at time s acts on a delta
-    /// like (T - s)^n / n!, n counting the integrals between (1 for theta, 2 for v and 3 for p from the gyroscope, 1 and
-    /// 2 for v and p from the accelerometer, 0 for the biases), and a bias of the whole interval like T^n / n!, which
-    /// d_delta_d_bias() has: covariances are the walk's variance at T times the products of its columns, over n + m + 1.
+    /// What the biases' random walk within the interval adds to the covariance of the deltas, 15x15, order [theta p v
+    /// bg ba]; the last six rows are the biases' own at j less those at i. A step of the walk at time s acts on a delta
+    /// like (T - s)^n / n!, n counting the integrals between (1 for theta, 2 for v and 3 for p from the gyroscope, 1
+    /// and 2 for v and p from the accelerometer, 0 for the biases), and a bias of the whole interval like T^n / n!, which
+    /// d_delta_d_bias() has: covariances are the walk's variance at T times products of its columns, over n + m + 1.
     /// Exact where attitude and force are steady. In 0.2 s a thirtieth of the white noise, in seconds more than that.
     Eigen::Matrix<double, kStateDim, kStateDim> walk_covariance(const ImuNoise& noise) const;
     /// d[theta p v] / d[bg ba], 9x6, theta on the right of dR.

@@ -51,8 +51,8 @@ struct KeyframeView {
     Timestamp stamp;           ///< of the newest keyframe
     Timestamp oldest_stamp;    ///< of the oldest one in the window
     Se3 T_W_C0;                ///< left camera of the newest keyframe
-    /// Covariance of what drifts of the newest keyframe's body: turn about the vertical (rad), place in W (m); with what
-    /// earlier windows did not know of them, but without what may have slipped while residuals were high.
+    /// Covariance of what drifts of the newest keyframe's body: turn about the vertical (rad), place in W (m); with
+    /// what earlier windows did not know of them, but without what may have slipped while residuals were high.
     HeadingAndPlace heading_and_place = HeadingAndPlace::Zero();
     /// The right camera plays the left one, because that fails: what is said of C0 and the left image is the right's.
     bool is_exchanged = false;
