@@ -72,9 +72,10 @@ public:
     /// What the biases' random walk within the interval adds to the covariance of the deltas, 15x15, order [theta p v
     /// bg ba]; the last six rows are the biases' own at j less those at i. A step of the walk at time s acts on a delta
     /// like (T - s)^n / n!, n counting the integrals between (1 for theta, 2 for v and 3 for p from the gyroscope, 1
-    /// and 2 for v and p from the accelerometer, 0 for the biases), and a bias of the whole interval like T^n / n!, which
-    /// d_delta_d_bias() has: covariances are the walk's variance at T times products of its columns, over n + m + 1.
-    /// Exact where attitude and force are steady. In 0.2 s a thirtieth of the white noise, in seconds more than that.
+    /// and 2 for v and p from the accelerometer, 0 for the biases), and a bias of the whole interval like T^n / n!,
+    /// which d_delta_d_bias() has: covariances are the walk's variance at T times products of its columns, over
+    /// n + m + 1. Exact where attitude and force are steady. In 0.2 s a thirtieth of the white noise, in
+    /// seconds more than that.
     Eigen::Matrix<double, kStateDim, kStateDim> walk_covariance(const ImuNoise& noise) const;
     /// d[theta p v] / d[bg ba], 9x6, theta on the right of dR.
     const Eigen::Matrix<double, 9, 6>& d_delta_d_bias() const { return d_delta_d_bias_; }
