@@ -78,8 +78,8 @@ struct Estimator::Impl {
     bool is_renewed = false;    ///< a window has begun anew in flight
     Belief trusted;             ///< the newest one
     Gauge gauge;  ///< what yaw and place of the window are uncertain by, which is added to what is reported
-    Eigen::Vector3d leap_W = Eigen::Vector3d::Zero();  ///< by which keyframes have moved the place since it was lost
     Gauge drift;  ///< the share of it that a window has found of itself, without what may have slipped
+    Eigen::Vector3d leap_W = Eigen::Vector3d::Zero();  ///< by which keyframes have moved the place since it was lost
     /// Residuals that stay high, and what the gauge was before.
     struct Slip {
         bool is_suspected = false;

@@ -65,8 +65,9 @@ bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegrat
     reintegrate();
     update_covariance();
     if (holds_place) {
-        gauge.add(before.less(gauge_of(now)));
-        drift.add(before.less(gauge_of(now)));
+        const Gauge left = before.less(gauge_of(now));
+        gauge.add(left);
+        drift.add(left);
     }
     learn_vibration();
     now.imu_scale = window.calibration().imu;
