@@ -257,8 +257,9 @@ void Estimator::Impl::act(FrameAction action, Preintegration& preintegration) {
                 FrameEstimate seen;
                 const bool is_seen = ok(examine_image(preintegration, seen));
                 // Inertial samples lead astray: in a second of shaking by millimetres, far enough for the solver to end
-                // before it has come back along the directions that only the prior holds, and by pixels in flight.
-                const bool is_sound = is_seen && !doubt.is_active() && 2 * seen.agreeing > seen.landmarks;
+                // before it has come back along the directions that only the prior holds, and by pixels in flight. What
+                // stands in for readings in doubt leads astray further still.
+                const bool is_sound = is_seen && 2 * seen.agreeing > seen.landmarks;
                 const NavState* guess = is_sound ? &seen.state : nullptr;
                 if (is_seen && may_wait(before)) {
                     let_wait(preintegration, seen, guess);
