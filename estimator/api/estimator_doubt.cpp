@@ -184,12 +184,14 @@ void Estimator::Impl::own_up_to_leap() {
 
 void Estimator::Impl::judge_bend() {
     constexpr int kStraight = 2;
-    const bool is_read = !doubt.is_active();
-    if (monitor.is_usable() && is_read && summary.imu_squared_error > config.health.high_vision_chi2 * kStateDim) {
+    if (doubt.is_active()) {
+        return;
+    }
+    if (monitor.is_usable() && summary.imu_squared_error > config.health.high_vision_chi2 * kStateDim) {
         bias_before = is_bent ? bias_before : newest.state.bias;
         is_bent = true;
         straight_keyframes = 0;
-    } else if (is_bent && is_read && ++straight_keyframes == kStraight) {
+    } else if (is_bent && ++straight_keyframes == kStraight) {
         reset_wanted = true;
     }
 }

@@ -176,7 +176,7 @@ struct Estimator::Impl {
     /// After a keyframe.
     void follow_doubt();
     /// After a keyframe, `newest` still being the one before: a window that contradictory readings have bent, biases
-    /// and tilt alike, begins anew once they are over. Not by what stands in for readings in doubt.
+    /// and tilt alike, begins anew once they are over. While readings are in doubt nothing is judged.
     void judge_bend();
     /// What happened in the last dt_s seconds may not have happened: residuals are beyond what errors explain. Adds the
     /// way flown and the angle turned about the vertical to the standard deviations of place and yaw.
