@@ -75,7 +75,9 @@ public:
         if (heard.failed) {
             add(Finding::kWrong, device, std::string(source.problem()));
         } else if (heard.samples == 0) {
-            add(Finding::kWrong, device, fmt::format("opens, but delivers nothing within {:.1f} s", listen_.seconds()));
+            add(Finding::kWrong, device,
+                fmt::format("opens, but delivers nothing within {:.1f} s{}{}", listen_.seconds(),
+                            source.problem().empty() ? "" : ": ", source.problem()));
         } else {
             judge(heard);
         }

@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "drivers/common/stamp_fault.h"
+
 namespace facet {
 namespace {
 
@@ -131,6 +133,7 @@ Status CameraV4l2::take_all(Duration timeout, V4l2Buffer& newest) {
             kept = buffer;
         } else {
             ++counters_.corrupt;
+            life_.refuse(buffer.error ? "the driver marks every buffer as bad" : "every buffer is too short");
             bad = true;
         }
         if (back && !ok(capture_.queue(back->index, words))) {
@@ -175,13 +178,21 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     camera_counters_.not_monotonic += buffer.monotonic ? 0 : 1;
     const Duration exposure = exposures_.at(buffer.sequence, options_.exposure);
     const Timestamp stamp = midpoint(buffer, exposure);
-    if (!order_.allows(stamp, counters_.discarded)) {
+    const char* fault = stamp_fault(buffer.stamp, clock_, clock());
+    counters_.discarded += fault == nullptr ? 0 : 1;
+    if (fault == nullptr && !order_.allows(stamp, counters_.discarded)) {
+        fault = "stamps that do not increase";
+    }
+    if (fault != nullptr) {
+        ++camera_counters_.stamps_refused;
+        life_.refuse(fault);
         return Status::kNotReady;
     }
     SlotLease slot = slots_.take();
     if (!slot.held()) {
         ++counters_.discarded;
         ++camera_counters_.no_slot;
+        life_.works();  // the camera is not to blame
         return Status::kNotReady;
     }
     std::uint8_t* const out = pixels_.get() + static_cast<std::size_t>(slot.slot()) * image_bytes_;
@@ -190,9 +201,7 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     const Timestamp begin = clock_.now();
     FACET_TRY(unpack(image, {out, image_bytes_}));
     judge_copy(clock_.now() - begin, buffer.bytes.size());
-    life_.works();
     order_.delivered(stamp);
-    ++counters_.delivered;
     frame.stamp = stamp;
     frame.sequence = buffer.sequence;
     frame.image = {out, options_.capture.width, options_.capture.height, options_.capture.width};
@@ -204,12 +213,9 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     return Status::kOk;
 }
 
-Status CameraV4l2::next(Duration timeout, CameraFrame& frame) {
-    FACET_TRY(life_.check());
+Status CameraV4l2::take(Duration timeout, CameraFrame& frame) {
     V4l2Buffer newest;
-    if (const Status taken = take_all(timeout, newest); !ok(taken)) {
-        return taken == Status::kNotReady ? life_.not_ready(options_.capture.device) : taken;
-    }
+    FACET_TRY(take_all(timeout, newest));
     const Status delivered = deliver(newest, frame);
     std::string words;
     if (!ok(capture_.queue(newest.index, words)) && !ok(delivered)) {
@@ -218,6 +224,10 @@ Status CameraV4l2::next(Duration timeout, CameraFrame& frame) {
     // Queueing that fails after a good frame fails again in the next call, which then reports it.
     return delivered == Status::kInvalidArgument ? life_.fail(options_.capture.device + ": impossible image size")
                                                  : delivered;
+}
+
+Status CameraV4l2::next(Duration timeout, CameraFrame& frame) {
+    return life_.next(options_.capture.device, [&] { return take(timeout, frame); });
 }
 
 }  // namespace facet

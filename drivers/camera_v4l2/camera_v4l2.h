@@ -47,7 +47,9 @@ struct CameraV4l2Counters {
     std::uint64_t short_buffers = 0;  ///< buffers with fewer bytes than an image
     std::uint64_t superseded = 0;     ///< good frames dropped because a newer one was ready
     std::uint64_t no_slot = 0;        ///< good frames dropped because the caller held all slots
-    std::uint64_t not_monotonic = 0;  ///< buffers whose stamp is not from the monotonic clock; used as it is
+    std::uint64_t stamps_refused =
+        0;  ///< good frames dropped for their stamps: of the future, of long ago, not increasing
+    std::uint64_t not_monotonic = 0;  ///< buffers whose stamp is flagged as of another clock; used if it can be true
     std::uint64_t exposures_set = 0;  ///< by automatic exposure
     std::uint64_t exposures_refused = 0;
 };
@@ -87,6 +89,7 @@ private:
         controls_.close();
         capture_.close();
     }
+    Status take(Duration timeout, CameraFrame& frame);
     Status take_all(Duration timeout, V4l2Buffer& newest);
     bool is_good(const V4l2Buffer& buffer);
     void follow_sequence(std::uint32_t sequence);

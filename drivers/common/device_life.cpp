@@ -17,6 +17,7 @@ Status DeviceLife::open() {
     state_ = State::kOpen;
     heard_ = clock_.now();
     any_heard_ = false;
+    refused_for_ = nullptr;
     return Status::kOk;
 }
 
@@ -58,20 +59,24 @@ Status DeviceLife::fail_without_closing(std::string problem) {
     return Status::kIo;
 }
 
-Status DeviceLife::not_ready(const std::string& name) {
+bool DeviceLife::is_silent(const std::string& name) {
     const Duration quiet = clock_.now() - heard_;
     const Duration limit = any_heard_ ? silence_ : std::max(silence_, kFirstSample);
     if (silence_.ns == 0 || state_ != State::kOpen || quiet <= limit) {
-        return Status::kNotReady;
+        return false;
     }
     device_.close();
     state_ = State::kWaiting;
-    return fail_without_closing(name + ": no data for " + std::to_string(quiet.ns / 1'000'000) + " ms");
+    (void)fail_without_closing(name + (refused_for_ == nullptr ? ": no data for " : ": no good data for ") +
+                               std::to_string(quiet.ns / 1'000'000) + " ms" +
+                               (refused_for_ == nullptr ? "" : std::string(": ") + refused_for_));
+    return true;
 }
 
 void DeviceLife::works() {
     heard_ = clock_.now();
     any_heard_ = true;
+    refused_for_ = nullptr;
     counters_.recoveries += is_failing_ ? 1 : 0;
     is_failing_ = false;
 }

@@ -4,9 +4,11 @@
 namespace facet {
 
 Status ImuAssembler::add_rate(Timestamp stamp, const Eigen::Vector3d& w_B) {
-    if (!rates_.empty() && stamp <= rates_.back().stamp) {
-        ++counters_.out_of_order;
+    if (!rate_order_.pass(stamp, counters_.out_of_order)) {
         return Status::kOutOfOrder;
+    }
+    if (!rates_.empty() && stamp < rates_.back().stamp) {
+        rates_.clear();  // the clock was set back
     }
     counters_.overflowed += rates_.full() ? 1 : 0;
     rates_.push({stamp, w_B});
@@ -14,9 +16,11 @@ Status ImuAssembler::add_rate(Timestamp stamp, const Eigen::Vector3d& w_B) {
 }
 
 Status ImuAssembler::add_force(Timestamp stamp, const Eigen::Vector3d& a_B) {
-    if (!forces_.empty() && stamp <= forces_.back().stamp) {
-        ++counters_.out_of_order;
+    if (!force_order_.pass(stamp, counters_.out_of_order)) {
         return Status::kOutOfOrder;
+    }
+    if (!forces_.empty() && stamp < forces_.back().stamp) {
+        forces_.clear();  // the clock was set back
     }
     forces_.push({stamp, a_B});
     return Status::kOk;
@@ -30,7 +34,7 @@ std::size_t ImuAssembler::force_at_or_after(Timestamp t) const {
     return i;
 }
 
-Status ImuAssembler::join(ImuSample& sample) {
+Status ImuAssembler::pop(ImuSample& sample) {
     while (!rates_.empty()) {
         const Measurement rate = rates_.front();
         const std::size_t after = force_at_or_after(rate.stamp);
@@ -53,17 +57,6 @@ Status ImuAssembler::join(ImuSample& sample) {
         sample = {rate.stamp, rate.value, a.value + part * (b.value - a.value)};
         forces_.pop_front(after - 1);  // a stays: the next rate may lie behind it too
         return Status::kOk;
-    }
-    return Status::kNotReady;
-}
-
-Status ImuAssembler::pop(ImuSample& sample) {
-    ImuSample joined;
-    while (ok(join(joined))) {
-        if (order_.pass(joined.stamp, counters_.out_of_order)) {
-            sample = joined;
-            return Status::kOk;
-        }
     }
     return Status::kNotReady;
 }

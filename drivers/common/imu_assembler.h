@@ -12,7 +12,7 @@
 namespace facet {
 
 struct ImuAssemblerCounters {
-    std::uint64_t out_of_order = 0;  ///< measurements and samples whose stamps did not increase: dropped
+    std::uint64_t out_of_order = 0;  ///< measurements whose stamps did not increase: dropped
     std::uint64_t unpaired = 0;      ///< rates without forces close enough on both sides: dropped
     std::uint64_t overflowed = 0;    ///< rates dropped because no force came for too long
 };
@@ -20,15 +20,17 @@ struct ImuAssemblerCounters {
 /// Two streams on one clock, in any interleaving, become samples at the stamps of the angular rates:
 ///   a(t) = a0 + (t - t0) / (t1 - t0) * (a1 - a0),  t0 <= t <= t1 the stamps of the neighbouring forces.
 /// Rates keep their own stamps because attitude is more sensitive to time than velocity is. A rate waits until a force
-/// at or after it has come; it is dropped if the forces around it are further apart than max_gap. The stamps of samples
-/// strictly increase, also across clear(). When full (kCapacity rates wait): the oldest is dropped and counted.
+/// at or after it has come; it is dropped if the forces around it are further apart than max_gap. The stamps of rates,
+/// and so of samples, and those of forces strictly increase as IncreasingStamps has it, also across clear(). When full (kCapacity rates wait): the oldest is dropped and counted.
 /// Thread-bound. No heap.
 class ImuAssembler {
 public:
     /// Rates that may wait: the longest burst of rates between two forces.
     static constexpr std::size_t kCapacity = 64;
 
-    explicit ImuAssembler(Duration max_gap = Duration::from_seconds(0.05)) : max_gap_(max_gap) {}
+    /// @param clock  that of the stamps
+    explicit ImuAssembler(Duration max_gap = Duration::from_seconds(0.05), ClockDomain clock = ClockDomain::kMonotonic)
+        : max_gap_(max_gap), rate_order_(clock), force_order_(clock) {}
 
     /// @return kOutOfOrder if the stamp does not increase: dropped and counted.
     Status add_rate(Timestamp stamp, const Eigen::Vector3d& w_B);
@@ -38,7 +40,7 @@ public:
     /// @return kNotReady if there is none yet
     Status pop(ImuSample& sample);
 
-    /// Forgets waiting measurements; keeps the counters and the stamp of the last sample.
+    /// Forgets waiting measurements; keeps the counters and the order.
     void clear();
     const ImuAssemblerCounters& counters() const { return counters_; }
 
@@ -49,12 +51,11 @@ private:
     };
     /// Index of the first force at or after t; size if none.
     std::size_t force_at_or_after(Timestamp t) const;
-    Status join(ImuSample& sample);
-
     Duration max_gap_;
     RingBuffer<Measurement, kCapacity> rates_;
     RingBuffer<Measurement, kCapacity> forces_;
-    IncreasingStamps order_;
+    IncreasingStamps rate_order_;
+    IncreasingStamps force_order_;
     ImuAssemblerCounters counters_;
 };
 

@@ -6,20 +6,15 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/common/stamp_fault.h"
+
 namespace facet {
-namespace {
-
-/// A frame cannot have come after it was read; this much is the noise of reading two clocks.
-constexpr Duration kClockNoise = Duration::from_seconds(0.001);
-
-}  // namespace
-
 ImuCan::ImuCan(KernelIo& io, const Clock& clock, CanDecoder& decoder, ImuCanOptions options)
     : clock_(clock),
       decoder_(decoder),
       options_(std::move(options)),
       socket_(io),
-      assembler_(options_.max_force_gap),
+      assembler_(options_.max_force_gap, ImuCan::clock()),
       life_(*this, clock, options_.retry_period, counters_, options_.silence) {}
 
 Status ImuCan::open(std::string& problem) {
@@ -56,12 +51,13 @@ Status ImuCan::to_monotonic(Timestamp& stamp) {
         stamp = pair.monotonic;
         return Status::kOk;
     }
-    if (stamp > pair.realtime + kClockNoise) {
+    stamp = pair.monotonic + (stamp - pair.realtime);
+    if (const char* fault = stamp_fault(stamp, clock_, ClockDomain::kMonotonic); fault != nullptr) {
         ++counters_.discarded;
-        ++can_counters_.ahead;
+        ++can_counters_.stamps_refused;
+        life_.refuse(fault);
         return Status::kNotReady;
     }
-    stamp = pair.monotonic + (stamp - pair.realtime);
     return Status::kOk;
 }
 
@@ -79,11 +75,12 @@ Status ImuCan::take(CanFrame& frame) {
     const Status decoded = decoder_.decode(frame, measurement);
     if (decoded == Status::kCorrupt) {
         ++counters_.corrupt;
+        life_.refuse("frames that cannot be decoded");
     }
     if (!ok(decoded)) {
         return decoded == Status::kCorrupt ? decoded : Status::kNotReady;
     }
-    life_.works();
+    life_.refuse("frames that give no sample: stamps that do not increase, or rates without forces");
     counters_.lost += measurement.lost;
     if (measurement.temperature_c == measurement.temperature_c) {
         temperature_c_ = measurement.temperature_c;
@@ -100,10 +97,12 @@ Status ImuCan::take(CanFrame& frame) {
 
 Status ImuCan::next(Duration timeout, ImuSample& sample) {
     const Timestamp deadline = clock_.now() + timeout;
-    FACET_TRY(life_.check());
+    return life_.next(options_.socket.interface, [&] { return take_until(deadline, sample); });
+}
+
+Status ImuCan::take_until(Timestamp deadline, ImuSample& sample) {
     for (;;) {
         if (ok(assembler_.pop(sample))) {
-            ++counters_.delivered;
             return Status::kOk;
         }
         const Duration left = deadline - clock_.now();
@@ -115,11 +114,9 @@ Status ImuCan::next(Duration timeout, ImuSample& sample) {
         }
         if (received == Status::kCorrupt) {
             ++counters_.corrupt;
-            return received;
+            life_.refuse("frames of an impossible size");
         }
-        if (received == Status::kNotReady) {
-            return life_.not_ready(options_.socket.interface);
-        }
+        FACET_TRY(received);
         if (const Status taken = take(frame); taken != Status::kNotReady) {
             return taken;
         }

@@ -28,8 +28,9 @@ struct ImuCanCounters {
     std::uint64_t error_frames = 0;  ///< controller warnings, error-passive states, timeouts
     std::uint64_t bus_off = 0;       ///< times the controller left the bus
     std::uint64_t unstamped = 0;     ///< frames without a kernel time stamp: stamped on arrival
-    std::uint64_t ahead = 0;         ///< frames stamped after they were read, by a wall clock set back: dropped
-    std::uint64_t overflows = 0;     ///< frames lost because the socket was full
+    std::uint64_t stamps_refused =
+        0;  ///< frames stamped after they were read, or long before, by a wall clock that was set: dropped
+    std::uint64_t overflows = 0;  ///< frames lost because the socket was full
 };
 
 /// Frames -> decoder -> ImuAssembler -> samples. After bus-off the kernel restarts the controller (`ip link set can0
@@ -57,6 +58,7 @@ public:
 private:
     Status open(std::string& problem) override;
     void close() override { socket_.close(); }
+    Status take_until(Timestamp deadline, ImuSample& sample);
     Status to_monotonic(Timestamp& stamp);
     Status take(CanFrame& frame);
     Status take_error(const CanFrame& frame);

@@ -11,7 +11,7 @@ ImuSpi::ImuSpi(SpiImuChip& chip, TriggerSource* data_ready, Clock& clock, ImuSpi
       data_ready_(data_ready),
       clock_(clock),
       options_(std::move(options)),
-      assembler_(options_.max_force_gap),
+      assembler_(options_.max_force_gap, ImuSpi::clock()),
       life_(*this, clock, options_.retry_period, counters_, options_.silence) {}
 
 Status ImuSpi::open(std::string& problem) {
@@ -99,6 +99,7 @@ Status ImuSpi::read(const TriggerEdge& edge) {
     }
     if (status == Status::kCorrupt) {
         ++counters_.corrupt;
+        life_.refuse("bad readings");
         if (++corrupt_in_a_row_ >= options_.max_corrupt) {
             return fail(std::to_string(corrupt_in_a_row_) + " bad readings in a row");
         }
@@ -106,26 +107,25 @@ Status ImuSpi::read(const TriggerEdge& edge) {
     }
     if (!measurements.empty()) {
         corrupt_in_a_row_ = 0;
-        life_.works();
+        life_.refuse("readings that give no sample: stamps that do not increase, or rates without forces");
     }
     return Status::kNotReady;
 }
 
 Status ImuSpi::next(Duration timeout, ImuSample& sample) {
     const Timestamp deadline = clock_.now() + timeout;
-    FACET_TRY(life_.check());
+    return life_.next(options_.name, [&] { return take_until(deadline, sample); });
+}
+
+Status ImuSpi::take_until(Timestamp deadline, ImuSample& sample) {
     for (;;) {
         if (ok(assembler_.pop(sample))) {
-            ++counters_.delivered;
             return Status::kOk;
         }
         TriggerEdge edge;
         const Status waited = wait_for_edge(deadline, edge);
         if (waited == Status::kIo) {
             return fail("data-ready line: " + std::string(data_ready_->problem()));
-        }
-        if (waited == Status::kNotReady) {
-            return life_.not_ready(options_.name);
         }
         FACET_TRY(waited);
         if (const Status taken = read(edge); taken != Status::kNotReady) {

@@ -44,6 +44,7 @@ public:
 private:
     Status open(std::string& problem) override;
     void close() override { chip_.close(); }
+    Status take_until(Timestamp deadline, ImuSample& sample);
     Status wait_for_edge(Timestamp deadline, TriggerEdge& edge);
     Status read(const TriggerEdge& edge);
     void take(const SpiMeasurement& measurement);

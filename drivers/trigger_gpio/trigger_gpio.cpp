@@ -6,14 +6,18 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/common/stamp_fault.h"
+
 namespace facet {
 
 TriggerGpio::TriggerGpio(KernelIo& io, const Clock& clock, TriggerGpioOptions options)
     : io_(io),
+      clock_(clock),
       options_(std::move(options)),
       line_(make_gpio_line(options_.line.backend, io)),
       label_(describe(options_.line)),
-      life_(*this, clock, options_.retry_period, counters_, options_.silence) {}
+      life_(*this, clock, options_.retry_period, counters_, options_.silence),
+      order_(options_.input.clock) {}
 
 Status TriggerGpio::open(std::string& problem) {
     waiting_.clear();
@@ -51,12 +55,16 @@ bool TriggerGpio::take(TriggerEdge& edge) {
     while (!waiting_.empty()) {
         const TriggerEdge next = waiting_.front();
         waiting_.pop_front();
-        if (!order_.pass(next.stamp, counters_.discarded)) {
-            continue;  // two edges within the clock's resolution, or a clock that was set back
+        const char* fault = stamp_fault(next.stamp, clock_, options_.input.clock);
+        counters_.discarded += fault == nullptr ? 0 : 1;
+        if (fault == nullptr && !order_.pass(next.stamp, counters_.discarded)) {
+            fault = "stamps that do not increase";  // also two edges within the clock's resolution
         }
-        life_.works();
+        if (fault != nullptr) {
+            life_.refuse(fault);
+            continue;
+        }
         last_sequence_ = next.sequence;
-        ++counters_.delivered;
         edge = next;
         return true;
     }
@@ -64,15 +72,13 @@ bool TriggerGpio::take(TriggerEdge& edge) {
 }
 
 Status TriggerGpio::next(Duration timeout, TriggerEdge& edge) {
-    FACET_TRY(life_.check());
-    if (take(edge)) {
-        return Status::kOk;
-    }
-    const Status status = read(timeout);
-    if (ok(status) && take(edge)) {
-        return Status::kOk;
-    }
-    return status == Status::kIo ? status : life_.not_ready(label_);
+    return life_.next(label_, [&] {
+        if (take(edge)) {
+            return Status::kOk;
+        }
+        FACET_TRY(read(timeout));
+        return take(edge) ? Status::kOk : Status::kNotReady;
+    });
 }
 
 }  // namespace facet

@@ -42,6 +42,7 @@ private:
     bool take(TriggerEdge& edge);
 
     KernelIo& io_;
+    const Clock& clock_;
     TriggerGpioOptions options_;
     std::unique_ptr<GpioLine> line_;
     RingBuffer<TriggerEdge, GpioLine::kEventsPerRead> waiting_;

@@ -25,10 +25,11 @@ struct SourceCounters {
 ///   for (;;) switch (source.next(timeout, sample)) { ... }
 ///   source.stop();
 /// Contract of `next` in every kind of source; tests/port_conformance holds all implementations to it:
-///   kOk           a sample; stamps strictly increase from one to the next, also across stop and start
+///   kOk           a sample; stamps strictly increase from one to the next, also across stop and start, and none is of
+///                 the future. After a clock other than the monotonic one was set back, they increase anew
 ///   kNotReady     none within the timeout, or not started. A zero timeout never waits
 ///   kCorrupt      one sample was bad and is dropped and counted; go on
-///   kIo           the device fails; problem() says how. Go on calling: the source reopens it by itself, at most once
+///   kIo           the device fails, or has given no good sample for too long; problem() says how. Go on calling: the source reopens it by itself, at most once
 ///                 every retry period, and counts a recovery
 ///   kEndOfStream  no more will come; and so from then on
 /// On anything but kOk the sample is untouched. Thread-bound, but counters() may be read from any thread that may live

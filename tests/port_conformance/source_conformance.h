@@ -15,8 +15,15 @@
 
 namespace facet::test {
 
+/// What a harness answers when the suite asks its world for something.
+enum class Hook {
+    kDone,
+    kCannot,  ///< this kind of source or world has no such thing: that part of the suite is left out
+};
+
 /// A source together with the world behind it. To put a new source under the suite, derive from this and call
-/// check_source_conformance in a test.
+/// check_source_conformance in a test. Whatever the world cannot do is said in so many words: nothing is left out by
+/// being forgotten.
 template <class SourceType, class SampleType>
 class SourceHarness {
 public:
@@ -26,17 +33,22 @@ public:
     virtual SourceType& source() = 0;
     /// The device produces this many more good samples.
     virtual void offer(int count) = 0;
-    /// The device produces one bad sample. @return false if the device cannot tell bad from good.
-    virtual bool offer_corrupt() { return false; }
-    /// From now on the device fails. @return false if it cannot.
-    virtual bool break_device() { return false; }
-    virtual void repair_device() {}
-    /// No more samples. @return false if this kind of source never ends.
-    virtual bool end() { return false; }
+    /// The device produces one bad sample. kCannot: it cannot tell bad from good.
+    virtual Hook offer_corrupt() = 0;
+    /// The device produces one sample that is good but for its stamp, which is an hour ahead. kCannot: the source does
+    /// not read its stamps from a clock of the host.
+    virtual Hook offer_ahead() = 0;
+    /// From now on the device fails. kCannot: it never does.
+    virtual Hook break_device() = 0;
+    virtual void repair_device() = 0;
+    /// The source reopens a device that has given no good sample for two seconds.
+    virtual Hook judges_silence() = 0;
+    /// No more samples. kCannot: this kind of source never ends.
+    virtual Hook end() = 0;
     /// Lets a retry period pass.
-    virtual void pass_time() {}
+    virtual void pass_time() = 0;
     /// Samples that the source may hold back because it waits for the next ones.
-    virtual int held_back() const { return 0; }
+    virtual int held_back() const = 0;
 };
 
 using ImuHarness = SourceHarness<ImuSource, ImuSample>;
@@ -125,7 +137,7 @@ void check_corrupt_sample(Harness& harness) {
     REQUIRE(harness.source().start() == Status::kOk);
     harness.offer(5);
     Drained all = drain(harness);
-    if (!harness.offer_corrupt()) {
+    if (harness.offer_corrupt() == Hook::kCannot) {
         return;
     }
     harness.offer(5);
@@ -146,7 +158,7 @@ void check_failure_and_recovery(Harness& harness) {
     Timestamp last;
     bool any = false;
     check_increasing(drain(harness).stamps, last, any);
-    if (!harness.break_device()) {
+    if (harness.break_device() == Hook::kCannot) {
         return;
     }
     bool failed = false;
@@ -174,11 +186,59 @@ void check_failure_and_recovery(Harness& harness) {
     CHECK(harness.source().counters().recoveries == 1);
 }
 
+/// One stamp of the future must not keep out the samples after it.
+template <class Harness>
+void check_stamp_ahead(Harness& harness) {
+    REQUIRE(harness.source().start() == Status::kOk);
+    harness.offer(5);
+    Timestamp last;
+    bool any = false;
+    check_increasing(drain(harness).stamps, last, any);
+    if (harness.offer_ahead() == Hook::kCannot) {
+        return;
+    }
+    const std::vector<Timestamp> ahead = drain(harness).stamps;
+    check_increasing(ahead, last, any);
+    CHECK(static_cast<int>(ahead.size()) <= harness.held_back());  // it is not delivered
+    harness.offer(10);
+    const std::vector<Timestamp> after = drain(harness).stamps;
+    CHECK(static_cast<int>(after.size()) >= 10 - 2 * harness.held_back());
+    check_increasing(after, last, any);
+}
+
+/// Samples of which none is good are silence, too: the device is reported and reopened.
+template <class Harness>
+void check_nothing_good(Harness& harness) {
+    REQUIRE(harness.source().start() == Status::kOk);
+    harness.offer(5);
+    (void)drain(harness);
+    if (harness.judges_silence() == Hook::kCannot) {
+        return;
+    }
+    for (int i = 0; i < 50; ++i) {
+        if (harness.offer_corrupt() == Hook::kCannot) {
+            return;
+        }
+        const Drained bad = drain(harness);
+        CHECK(static_cast<int>(bad.stamps.size()) <= harness.held_back());
+        harness.pass_time();
+    }
+    CHECK(harness.source().counters().errors == 1);
+    CHECK(harness.source().counters().recoveries == 0);
+    CHECK_FALSE(harness.source().problem().empty());
+    for (int i = 0; i < 5; ++i) {
+        harness.pass_time();
+        harness.offer(5);
+        (void)drain(harness);
+    }
+    CHECK(harness.source().counters().recoveries == 1);
+}
+
 template <class Harness>
 void check_end(Harness& harness) {
     REQUIRE(harness.source().start() == Status::kOk);
     harness.offer(3);
-    if (!harness.end()) {
+    if (harness.end() == Hook::kCannot) {
         return;
     }
     const Drained all = drain(harness);
@@ -192,6 +252,8 @@ void check_source_conformance(const std::function<std::unique_ptr<Harness>()>& m
     check_life_cycle(*make());
     check_corrupt_sample(*make());
     check_failure_and_recovery(*make());
+    check_stamp_ahead(*make());
+    check_nothing_good(*make());
     check_end(*make());
 }
 

@@ -32,18 +32,23 @@ public:
         clock_.advance({count * (kIsImu ? test::kAslImuStep : test::kAslFrameStep)});
         offered_ += count;
     }
-    bool offer_corrupt() override {
+    test::Hook offer_corrupt() override {
         if (kIsImu) {
-            return false;  // rows are read ahead
+            return test::Hook::kCannot;  // rows are read ahead
         }
         // One frame ahead is decoded already.
         dir_.write("mav0/cam0/data/" + test::asl_image_name(offered_ + 1), "no image");
-        return true;
+        return test::Hook::kDone;
     }
-    bool end() override {
+    test::Hook offer_ahead() override { return test::Hook::kCannot; }   // the log's stamps are the clock
+    test::Hook break_device() override { return test::Hook::kCannot; }  // a log that is damaged has ended
+    void repair_device() override {}
+    test::Hook judges_silence() override { return test::Hook::kCannot; }
+    test::Hook end() override {
         clock_.advance(Duration::from_seconds(10.0));
-        return true;
+        return test::Hook::kDone;
     }
+    void pass_time() override {}
     int held_back() const override { return 1; }
 
 private:

@@ -24,20 +24,24 @@ public:
             }
         }
     }
-    bool offer_corrupt() override {
+    test::Hook offer_corrupt() override {
         source_.add_failure(Status::kCorrupt);
-        return true;
+        return test::Hook::kDone;
     }
-    bool break_device() override {
+    test::Hook offer_ahead() override { return test::Hook::kCannot; }  // it has no clock
+    test::Hook break_device() override {
         broken_ = true;
         offer(1);
-        return true;
+        return test::Hook::kDone;
     }
     void repair_device() override { broken_ = false; }
-    bool end() override {
+    test::Hook judges_silence() override { return test::Hook::kCannot; }
+    test::Hook end() override {
         source_.finish();
-        return true;
+        return test::Hook::kDone;
     }
+    void pass_time() override {}
+    int held_back() const override { return 0; }
 
 private:
     ScriptedSource<Base, Sample> source_;

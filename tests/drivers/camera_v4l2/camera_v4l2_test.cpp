@@ -15,6 +15,12 @@ CameraV4l2Options small_options() {
     return options;
 }
 
+CameraV4l2Options judged_options() {
+    CameraV4l2Options options = small_options();
+    options.silence = Duration::from_seconds(1.0);
+    return options;
+}
+
 class CameraV4l2Harness final : public test::CameraHarness {
 public:
     explicit CameraV4l2Harness(bool multiplanar = false, const CameraV4l2Options& options = small_options())
@@ -25,28 +31,25 @@ public:
     CameraSource& source() override { return camera; }
     // More frames than buffers: the suite asks for ten at once, so that they are taken as they come.
     void offer(int count) override { waiting += count; }
-    bool offer_corrupt() override {
-        expose_waiting();
-        stamp_ns += 50'000'000;
-        kernel.expose(1, stamp_ns, V4L2_BUF_FLAG_ERROR);
-        return true;
-    }
-    bool break_device() override {
+    test::Hook offer_corrupt() override { return test::Hook::kCannot; }  // PumpedHarness's are the hooks
+    test::Hook offer_ahead() override { return test::Hook::kCannot; }
+    test::Hook break_device() override {
         kernel.present = false;
-        return true;
+        return test::Hook::kDone;
     }
     void repair_device() override { kernel.present = true; }
-    void pass_time() override { clock.advance(Duration::from_seconds(0.6)); }
+    test::Hook judges_silence() override { return test::Hook::kCannot; }
+    test::Hook end() override { return test::Hook::kCannot; }
+    void pass_time() override {
+        clock.advance(Duration::from_seconds(0.6));
+        stamp_ns = clock.now().ns;
+    }
+    int held_back() const override { return 0; }
     void expose_one() {
         if (waiting > 0) {
             --waiting;
             stamp_ns += 50'000'000;
             kernel.expose(static_cast<std::uint8_t>(stamp_ns / 50'000'000), stamp_ns);
-        }
-    }
-    void expose_waiting() {
-        while (waiting > 0) {
-            expose_one();
         }
     }
 
@@ -60,14 +63,21 @@ public:
 /// Exposes what was offered, a few at a time, whenever the camera is asked.
 class PumpedHarness final : public test::CameraHarness {
 public:
-    explicit PumpedHarness(bool multiplanar) : inner_(multiplanar), pump_(inner_) {}
+    explicit PumpedHarness(bool multiplanar) : inner_(multiplanar, judged_options()), pump_(inner_) {}
     CameraSource& source() override { return pump_; }
     void offer(int count) override { inner_.offer(count); }
-    bool offer_corrupt() override {
-        pump_.corrupt_at = inner_.waiting;
-        return true;
+    test::Hook offer_corrupt() override {
+        pump_.corrupt = true;
+        return test::Hook::kDone;
     }
-    bool break_device() override { return inner_.break_device(); }
+    test::Hook offer_ahead() override {
+        pump_.ahead = true;
+        return test::Hook::kDone;
+    }
+    test::Hook break_device() override { return inner_.break_device(); }
+    test::Hook judges_silence() override { return test::Hook::kDone; }
+    test::Hook end() override { return test::Hook::kCannot; }
+    int held_back() const override { return 0; }
     void repair_device() override { inner_.repair_device(); }
     void pass_time() override { inner_.pass_time(); }
 
@@ -76,17 +86,20 @@ private:
     class Pump final : public CameraSource {
     public:
         explicit Pump(CameraV4l2Harness& h) : h_(h) {}
-        int corrupt_at = -1;
+        bool corrupt = false;
+        bool ahead = false;
         Status start() override { return h_.camera.start(); }
         void stop() override { h_.camera.stop(); }
         ClockDomain clock() const override { return h_.camera.clock(); }
         SourceCounters counters() const override { return h_.camera.counters(); }
         std::string_view problem() const override { return h_.camera.problem(); }
         Status next(Duration timeout, CameraFrame& frame) override {
-            if (corrupt_at >= 0) {
-                corrupt_at = -1;
+            if (corrupt || ahead) {
+                h_.kernel.stamp_error_ns = ahead ? 3'600'000'000'000 : 0;
                 h_.stamp_ns += 50'000'000;
-                h_.kernel.expose(0, h_.stamp_ns, V4L2_BUF_FLAG_ERROR);
+                h_.kernel.expose(0, h_.stamp_ns, corrupt ? V4L2_BUF_FLAG_ERROR : 0);
+                h_.kernel.stamp_error_ns = 0;
+                corrupt = ahead = false;
             } else if (h_.kernel.streaming) {
                 h_.expose_one();
             }
@@ -366,7 +379,7 @@ TEST_CASE("buffers that are slow to read are told of once they have been read fo
         REQUIRE(ok(camera.start()));
         CameraFrame frame;
         for (std::int64_t i = 0; i < 50; ++i) {
-            kernel.expose(1, 1'000'000'000 + i * 50'000'000);
+            kernel.expose(static_cast<std::uint8_t>(i), clock.now().ns);
             (void)camera.next({}, frame);
             frame = {};
         }
@@ -407,6 +420,94 @@ TEST_CASE("waiting for a buffer lasts as long as asked") {
     V4l2Buffer buffer;
     CHECK(capture.dequeue({3'000'000}, buffer, problem) == Status::kNotReady);
     CHECK(clock.now().ns == 3'000'000);
+}
+
+/// A camera at 20 Hz for a while, asked after each frame. @return frames delivered
+int run_camera(CameraV4l2Harness& h, double seconds, std::uint32_t flags = 0, std::uint32_t cut = 0) {
+    int frames = 0;
+    for (int i = 0; i < static_cast<int>(seconds * 20.0 + 0.5); ++i) {
+        h.clock.advance(Duration::from_seconds(0.05));
+        h.kernel.expose(1, h.clock.now().ns, flags, cut);
+        CameraFrame frame;
+        frames += ok(h.camera.next({}, frame)) ? 1 : 0;
+        (void)h.camera.next({}, frame);  // "none ready" after each frame
+    }
+    return frames;
+}
+
+TEST_CASE("one frame stamped in the future is refused and does not keep out the frames after it") {
+    CameraV4l2Harness h(false, judged_options());
+    REQUIRE(ok(h.camera.start()));
+    CHECK(run_camera(h, 1.0) == 20);
+    h.kernel.stamp_error_ns = 3'600'000'000'000;
+    CHECK(run_camera(h, 0.05) == 0);
+    h.kernel.stamp_error_ns = 0;
+    CHECK(run_camera(h, 60.0) == 1200);
+    CHECK(h.camera.camera_counters().stamps_refused == 1);
+    CHECK(h.camera.counters().errors == 0);
+}
+
+TEST_CASE("a camera none of whose frames can be used is reported with the reason, and reopened") {
+    struct Case {
+        std::int64_t stamp_error_ns;
+        std::uint32_t flags;
+        std::uint32_t cut;
+        const char* why;
+    };
+    const Case cases[] = {{3'600'000'000'000, 0, 0, "stamps in the future"},
+                          {-140'000'000'000'000'000, 0, 0, "stamps of long ago"},
+                          {0, V4L2_BUF_FLAG_ERROR, 0, "the driver marks every buffer as bad"},
+                          {0, 0, 1, "every buffer is too short"}};
+    for (const Case& c : cases) {
+        CAPTURE(c.why);
+        CameraV4l2Harness h(false, judged_options());
+        REQUIRE(ok(h.camera.start()));
+        CHECK(run_camera(h, 1.0) == 20);
+        const int opened = h.kernel.opened;
+        h.kernel.stamp_error_ns = c.stamp_error_ns;
+        CHECK(run_camera(h, 60.0, c.flags, c.cut) == 0);
+        CHECK(h.camera.problem().find(std::string("ms: ") + c.why) != std::string_view::npos);
+        CHECK(h.camera.counters().errors == 1);
+        CHECK(h.kernel.opened > opened + 20);
+        h.kernel.stamp_error_ns = 0;
+        CHECK(run_camera(h, 3.0) >= 40);
+        CHECK(h.camera.counters().recoveries == 1);
+    }
+}
+
+TEST_CASE("a camera whose stamps stand still is reopened") {
+    CameraV4l2Harness h(false, judged_options());
+    REQUIRE(ok(h.camera.start()));
+    CHECK(run_camera(h, 1.0) == 20);
+    const std::int64_t stands_ns = h.clock.now().ns;
+    int delivered = 0;
+    for (int i = 0; i < 100; ++i) {
+        h.clock.advance(Duration::from_seconds(0.05));
+        h.kernel.expose(1, stands_ns);
+        CameraFrame frame;
+        delivered += ok(h.camera.next({}, frame)) ? 1 : 0;
+        (void)h.camera.next({}, frame);
+    }
+    CHECK(delivered == 0);
+    CHECK(h.camera.counters().errors == 1);
+    CHECK(h.camera.problem() == "/dev/video0: no good data for 2050 ms: stamps that do not increase");
+}
+
+TEST_CASE("a consumer that holds every slot is no reason to reopen the camera") {
+    CameraV4l2Harness h(false, judged_options());
+    REQUIRE(ok(h.camera.start()));
+    std::vector<CameraFrame> held;
+    for (std::size_t i = 0; i < CameraV4l2::kSlots; ++i) {
+        h.stamp_ns += 50'000'000;
+        h.kernel.expose(1, h.stamp_ns);
+        CameraFrame frame;
+        REQUIRE(h.camera.next({}, frame) == Status::kOk);
+        held.push_back(std::move(frame));
+        (void)h.camera.next({}, frame);
+    }
+    CHECK(run_camera(h, 10.0) == 0);
+    CHECK(h.camera.camera_counters().no_slot == 200);
+    CHECK(h.camera.counters().errors == 0);
 }
 
 TEST_CASE("a node that is there but gives no more images is opened anew, also when that does not help at first") {

@@ -53,8 +53,12 @@ public:
     bool streaming = false;
     int starved = 0;  ///< frames the camera could not store because no buffer was queued
 
-    /// A frame whose every pixel is `value`, or marked as an error, or cut.
+    std::int64_t stamp_error_ns = 0;
+
+    /// A frame whose every pixel is `value`, or marked as an error, or cut. It is there once its stamp has passed.
     void expose(std::uint8_t value, std::int64_t stamp_ns, std::uint32_t extra_flags = 0, std::uint32_t cut = 0) {
+        clock_.sleep_until({stamp_ns});
+        stamp_ns += stamp_error_ns;
         const std::uint32_t sequence = next_sequence++;
         if (!streaming || queued_.empty()) {
             ++starved;

@@ -20,12 +20,19 @@ namespace facet {
 namespace {
 
 constexpr std::int64_t kPeriodNs = 5'000'000;
+constexpr std::int64_t kHourNs = 3'600'000'000'000;
 constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
+
+ImuCanOptions judged_options() {
+    ImuCanOptions options;
+    options.silence = Duration::from_seconds(1.0);
+    return options;
+}
 
 /// An OpenIMU300 on a scripted bus: force 1 ms after the rate.
 class OpenImuHarness : public test::ImuHarness {
 public:
-    OpenImuHarness() : OpenImuHarness(ImuCanOptions{}) {}
+    OpenImuHarness() : OpenImuHarness(judged_options()) {}
     explicit OpenImuHarness(const ImuCanOptions& options) : imu(bus, clock, decoder, options) {
         DbcFile file;
         std::string error;
@@ -49,22 +56,32 @@ public:
             force(t_ns + 1'000'000);
         }
     }
-    bool offer_corrupt() override {
+    test::Hook offer_corrupt() override {
         t_ns += kPeriodNs;
         bus.push(test::make_frame(0x0CF02A80, true, {0, 0, 0, 0xFF, 0, 0, 0, 0}, t_ns));
         force(t_ns + 1'000'000);
-        return true;
+        return test::Hook::kDone;
     }
-    bool break_device() override {
+    test::Hook offer_ahead() override {
+        rate(t_ns + kHourNs);
+        force(t_ns + kHourNs + 1'000'000);
+        return test::Hook::kDone;
+    }
+    test::Hook break_device() override {
         bus.up = false;
         bus.present = false;
-        return true;
+        return test::Hook::kDone;
     }
+    test::Hook judges_silence() override { return test::Hook::kDone; }
+    test::Hook end() override { return test::Hook::kCannot; }
     void repair_device() override {
         bus.up = true;
         bus.present = true;
     }
-    void pass_time() override { clock.advance(Duration::from_seconds(0.6)); }
+    void pass_time() override {
+        clock.advance(Duration::from_seconds(0.6));
+        t_ns = clock.read_pair().realtime.ns;
+    }
     int held_back() const override { return 1; }  // the first rate has no force before it
 
     ManualClock clock{{1'000'000'000}, {kEpochNs}};

@@ -102,8 +102,10 @@ private:
 
 class AdisHarness final : public test::SpiHarness {
 public:
-    explicit AdisHarness(Adis16Model model) : device(model), chip(device, clock, {model, 4, true}) {
-        imu = std::make_unique<ImuSpi>(chip, &edges, clock, ImuSpiOptions{});
+    explicit AdisHarness(Adis16Model model, ClockDomain domain = ClockDomain::kMonotonic)
+        : device(model), chip(device, clock, {model, 4, true}) {
+        edges.domain = domain;
+        imu = std::make_unique<ImuSpi>(chip, &edges, clock, judged_options());
         edges.on_edge = [this](Timestamp) {
             device.sample(100);
             device.flip_a_bit = corrupt_next;
@@ -115,6 +117,27 @@ public:
     FakeAdis device;
     Adis16 chip;
 };
+
+TEST_CASE("samples go on after the wall clock that stamps their data-ready edges was set back") {
+    for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470}) {
+        AdisHarness h(model, ClockDomain::kRealtime);
+        h.edges.offset = Duration::from_seconds(7200.0);
+        REQUIRE(ok(h.imu->start()));
+        CHECK(h.imu->clock() == ClockDomain::kRealtime);
+        const auto run = [&h](int samples) {
+            int delivered = 0;
+            for (int i = 0; i < samples; ++i) {
+                h.offer(1);
+                delivered += static_cast<int>(test::drain(h).stamps.size());
+            }
+            return delivered;
+        };
+        CHECK(run(20) == 20);
+        h.edges.offset = Duration::from_seconds(3600.0);
+        CHECK(run(20) == 20 - (IncreasingStamps::kSetBack - 1));
+        CHECK(h.imu->counters().errors == 0);
+    }
+}
 
 TEST_CASE("ADIS16448 and ADIS1647x keep the contract of their port", "[port_conformance]") {
     for (const Adis16Model model : {Adis16Model::k16448, Adis16Model::k16470, Adis16Model::k16475Dash2}) {

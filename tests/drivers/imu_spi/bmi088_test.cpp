@@ -76,7 +76,7 @@ private:
 class BmiHarness final : public test::SpiHarness {
 public:
     explicit BmiHarness(const Bmi088Options& options = {}) : chip(gyro, accel, clock, options) {
-        imu = std::make_unique<ImuSpi>(chip, &edges, clock, ImuSpiOptions{});
+        imu = std::make_unique<ImuSpi>(chip, &edges, clock, judged_options());
         edges.period_ns = 2'500'000;
         edges.on_edge = [this](Timestamp) {
             accel.floating = corrupt_next;
@@ -86,6 +86,10 @@ public:
     void set_present(bool present) override {
         gyro.present = present;
         accel.present = present;
+    }
+    void pass_time() override {
+        accel.floating = false;
+        SpiHarness::pass_time();
     }
     int held_back() const override { return 2; }  // the first rate has no force before it, the last none after
 

@@ -71,10 +71,12 @@ public:
     std::int64_t period_ns = 5'000'000;
     bool one_by_one = true;
     int waiting = 0;
+    ClockDomain domain = ClockDomain::kMonotonic;
+    Duration offset;  ///< of the stamps' clock from the monotonic one
 
     Status start() override { return Status::kOk; }
     void stop() override {}
-    ClockDomain clock() const override { return ClockDomain::kMonotonic; }
+    ClockDomain clock() const override { return domain; }
     SourceCounters counters() const override { return {}; }
     std::string_view problem() const override { return ""; }
     Status next(Duration timeout, TriggerEdge& edge) override {
@@ -86,7 +88,7 @@ public:
         --waiting;
         pause_ = true;
         clock_.advance({period_ns});
-        edge = {clock_.now(), ++sequence_, true};
+        edge = {clock_.now() + offset, ++sequence_, true};
         if (on_edge) {
             on_edge(edge.stamp);
         }

@@ -123,7 +123,8 @@ public:
 };
 
 TEST_CASE("the ICM-42688-P keeps the contract of its port", "[port_conformance]") {
-    test::check_source_conformance<test::ImuHarness>([] { return std::make_unique<IcmHarness>(); });
+    test::check_source_conformance<test::ImuHarness>(
+        [] { return std::make_unique<IcmHarness>(Icm42688Options{}, test::SpiHarness::kSilence); });
 }
 
 TEST_CASE("a high-resolution packet, bit by bit") {

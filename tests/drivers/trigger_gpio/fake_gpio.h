@@ -61,7 +61,10 @@ public:
     std::map<std::string, int> refusals;
     std::function<void()> on_level = [] {};
 
-    void edge(std::int64_t stamp_ns, bool rising = true) {
+    /// An edge is there once its stamp has passed. @param error_ns  of its stamp
+    void edge(std::int64_t stamp_ns, bool rising = true, std::int64_t error_ns = 0) {
+        clock_.sleep_until({stamp_ns});
+        stamp_ns += error_ns;
         ++sequence;
         if (line_open_ && events.size() < requested.room) {
             events.push_back({stamp_ns, sequence, rising});

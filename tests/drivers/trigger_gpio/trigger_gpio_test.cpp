@@ -34,17 +34,28 @@ public:
             kernel.edge(stamp_ns += 50'000'000);
         }
     }
-    bool break_device() override {
-        kernel.present = false;
-        return true;
+    test::Hook offer_corrupt() override { return test::Hook::kCannot; }  // an edge is an edge
+    test::Hook offer_ahead() override {
+        kernel.edge(stamp_ns, true, 3'600'000'000'000);
+        return test::Hook::kDone;
     }
+    test::Hook break_device() override {
+        kernel.present = false;
+        return test::Hook::kDone;
+    }
+    test::Hook judges_silence() override { return test::Hook::kDone; }
+    test::Hook end() override { return test::Hook::kCannot; }
+    int held_back() const override { return 0; }
     void repair_device() override {
         kernel.present = true;
         TriggerEdge edge;
         pass_time();
         CHECK(trigger.next({}, edge) == Status::kNotReady);
     }
-    void pass_time() override { clock.advance(Duration::from_seconds(0.6)); }
+    void pass_time() override {
+        clock.advance(Duration::from_seconds(0.6));
+        stamp_ns = clock.now().ns;
+    }
 
     ManualClock clock{{1'000'000'000}};
     FakeGpio kernel{clock};
@@ -169,6 +180,30 @@ TEST_CASE("a line without edges is requested anew, and its count goes on") {
     REQUIRE(h.trigger.next({}, edge) == Status::kOk);
     CHECK(edge.sequence == 6);
     CHECK(h.trigger.counters().recoveries == 1);
+}
+
+TEST_CASE("edges go on after the wall clock that stamps them was set back, and after one that was queued meanwhile") {
+    TriggerGpioOptions options = options_for(GpioBackend::kChardev);
+    options.input.clock = ClockDomain::kRealtime;
+    options.silence = Duration::from_seconds(0.5);
+    GpioHarness h(options);
+    REQUIRE(ok(h.trigger.start()));
+    const auto run = [&h](int edges, Duration offset) {
+        h.clock.set_realtime_offset(offset);
+        int delivered = 0;
+        for (int i = 0; i < edges; ++i) {
+            h.clock.advance(Duration::from_seconds(0.05));
+            h.kernel.edge(h.clock.now().ns, true, offset.ns);
+            delivered += static_cast<int>(test::drain(h).stamps.size());
+        }
+        return delivered;
+    };
+    const Duration hour = Duration::from_seconds(3600.0);
+    CHECK(run(20, hour + hour) == 20);
+    h.kernel.edge(h.clock.now().ns + 1, true, 2 * hour.ns);  // before the step, read after it
+    CHECK(run(20, hour) == 20 - (IncreasingStamps::kSetBack - 1));
+    CHECK(run(20, hour + hour) == 20);  // set forward: nothing is lost
+    CHECK(h.trigger.counters().errors == 0);
 }
 
 TEST_CASE("GPIO failures have the same words by every backend") {

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/common/stamp_fault.h"
+
+namespace facet {
+namespace {
+
+/// A sample cannot have come after it was read; this much is the noise of reading two clocks.
+constexpr Duration kClockNoise = Duration::from_seconds(0.001);
+constexpr Duration kOldest = Duration::from_seconds(10.0);
+
+}  // namespace
+
+const char* stamp_fault(Timestamp stamp, const Clock& clock, ClockDomain domain) {
+    if (domain != ClockDomain::kMonotonic && domain != ClockDomain::kRealtime) {
+        return nullptr;
+    }
+    const Timestamp now = domain == ClockDomain::kMonotonic ? clock.now() : clock.read_pair().realtime;
+    if (stamp > now + kClockNoise) {
+        return "stamps in the future";
+    }
+    return stamp < now - kOldest ? "stamps of long ago" : nullptr;
+}
+
+}  // namespace facet
