@@ -20,10 +20,11 @@ std::uint64_t packed(const ExposureSetting& setting) {
            static_cast<std::uint32_t>(setting.gain);
 }
 
-std::uint64_t packed(const Brightness& seen) {
+/// @param count  of images: a word changes with every image, however much alike they are
+std::uint64_t packed(const Brightness& seen, std::uint32_t count) {
     const auto number = [](double value) { return static_cast<std::uint64_t>(value * kFraction) & 0xFFFFU; };
-    return (std::uint64_t{1} << 63U) | (number(seen.saturated * 255.0) << 32U) | (number(seen.median) << 16U) |
-           number(seen.bright);
+    return (std::uint64_t{1} << 63U) | (std::uint64_t{count & 0x7FFFU} << 48U) |
+           (number(seen.saturated * 255.0) << 32U) | (number(seen.median) << 16U) | number(seen.bright);
 }
 
 Brightness unpacked(std::uint64_t word) {
@@ -85,6 +86,9 @@ ExposureSetting next_setting(const AutoExposureOptions& options, const ExposureS
 SharedExposure::SharedExposure(AutoExposureOptions options) : options_(std::move(options)) {
     const double middle = std::sqrt(static_cast<double>(options_.least_exposure) * options_.most_exposure);
     setting_.store(packed(ExposureSetting{static_cast<std::int32_t>(std::lround(middle)), options_.least_gain}));
+    for (Watch& watch : watches_) {
+        watch.setting = setting();
+    }
 }
 
 ExposureSetting SharedExposure::setting() const {
@@ -92,34 +96,55 @@ ExposureSetting SharedExposure::setting() const {
     return {static_cast<std::int32_t>(word >> 32U), static_cast<std::int32_t>(word & 0xFFFFFFFFU)};
 }
 
-void SharedExposure::add_image(std::size_t camera, const ImageView& image, std::uint32_t sequence) {
-    seen_[camera].store(packed(measure_brightness(image)), std::memory_order_relaxed);
-    if (camera != 0) {
-        return;
-    }
-    const auto waited = static_cast<std::int32_t>(sequence - decided_at_);
-    // One frame more than the latency: the second camera may be one behind. A count that began anew waits as well.
-    if (any_ && waited >= 0 && waited <= options_.latency_frames + 1) {
-        return;
-    }
-    Brightness rig{0.0, 0.0, 0.0};
+/// The cameras that live.
+struct SharedExposure::Sight {
+    std::size_t first = kCameras;
     int cameras = 0;
-    for (const auto& word : seen_) {
-        if (const std::uint64_t value = word.load(std::memory_order_relaxed); value != 0) {
-            const Brightness one = unpacked(value);
-            rig.median += one.median;
-            rig.bright = std::max(rig.bright, one.bright);
-            rig.saturated = std::max(rig.saturated, one.saturated);
-            ++cameras;
+    Brightness rig;  ///< the mean of the medians, the largest of the others
+};
+
+SharedExposure::Sight SharedExposure::look_around(Watch& watch) {
+    Sight sight;
+    for (std::size_t i = 0; i < kCameras; ++i) {
+        if (const std::uint64_t word = seen_[i].load(std::memory_order_relaxed); word != watch.words[i]) {
+            watch.words[i] = word;
+            watch.changed[i] = watch.images;
         }
+        if (watch.words[i] == 0 || watch.images - watch.changed[i] > kMissed) {
+            continue;
+        }
+        const Brightness one = unpacked(watch.words[i]);
+        sight.rig.median += one.median;
+        sight.rig.bright = std::max(sight.rig.bright, one.bright);
+        sight.rig.saturated = std::max(sight.rig.saturated, one.saturated);
+        sight.first = std::min(sight.first, i);
+        ++sight.cameras;
     }
-    rig.median /= cameras;
-    const ExposureSetting now = setting();
-    const ExposureSetting next = next_setting(options_, now, rig);
-    if (next != now) {
+    sight.rig.median /= sight.cameras;  // the one that looks lives
+    return sight;
+}
+
+void SharedExposure::expect(Watch& watch, const ExposureSetting& setting) {
+    if (setting != watch.setting) {
+        watch.setting = setting;
+        // Two more than the latency: the other camera may be one behind.
+        watch.exposed_so = watch.images + static_cast<std::uint32_t>(options_.latency_frames) + 2;
+    }
+}
+
+void SharedExposure::add_image(std::size_t camera, const ImageView& image) {
+    Watch& watch = watches_[camera];
+    ++watch.images;
+    seen_[camera].store(packed(measure_brightness(image), watch.images), std::memory_order_relaxed);
+    const Sight sight = look_around(watch);
+    expect(watch, setting());
+    if (sight.first != camera || static_cast<std::int32_t>(watch.images - watch.exposed_so) < 0) {
+        return;
+    }
+    const ExposureSetting next = next_setting(options_, watch.setting, sight.rig);
+    if (next != watch.setting) {
         setting_.store(packed(next), std::memory_order_relaxed);
-        decided_at_ = sequence;
-        any_ = true;
+        expect(watch, next);
     }
 }
 

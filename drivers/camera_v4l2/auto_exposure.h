@@ -50,28 +50,44 @@ Brightness measure_brightness(const ImageView& image);
 /// Reentrant.
 ExposureSetting next_setting(const AutoExposureOptions& options, const ExposureSetting& now, const Brightness& seen);
 
-/// What the cameras of a rig share. Each reports its images; the first camera decides, and all follow. Thread-safe
-/// without locks: a camera that is late by an image sees the decision before.
+/// What the cameras of a rig share. Each reports its images; the first camera that lives decides by the images of those
+/// that live, and all follow. Thread-safe without locks, a thread for each camera: one that is late by an image sees
+/// the decision before.
 class SharedExposure {
 public:
     static constexpr std::size_t kCameras = 2;
+    /// A camera lives while another one shows no more images than this between two of its own: half a second at 20 Hz,
+    /// after which its driver takes it for silent.
+    static constexpr std::uint32_t kMissed = 10;
 
     /// Begins at the middle of the exposures, by ratio, and the least gain.
     explicit SharedExposure(AutoExposureOptions options);
 
     const AutoExposureOptions& options() const { return options_; }
     ExposureSetting setting() const;
-    /// Of the frame that a camera delivers. The first camera decides when the images exposed by the last decision are
-    /// there.
-    /// @param sequence  the driver's count
-    void add_image(std::size_t camera, const ImageView& image, std::uint32_t sequence);
+    /// Every frame that a camera delivers, on its thread. A decision is taken when the images exposed by the last one
+    /// are there.
+    void add_image(std::size_t camera, const ImageView& image);
 
 private:
+    /// What one camera's thread knows.
+    struct Watch {
+        std::uint32_t images = 0;                       ///< its own
+        std::array<std::uint64_t, kCameras> words{};    ///< the newest of each camera
+        std::array<std::uint32_t, kCameras> changed{};  ///< `images` when they came
+        ExposureSetting setting;                        ///< the newest
+        std::uint32_t exposed_so = 0;                   ///< first of `images` exposed by it
+    };
+    struct Sight;
+
+    Sight look_around(Watch& watch);
+    void expect(Watch& watch, const ExposureSetting& setting);
+
     AutoExposureOptions options_;
     std::atomic<std::uint64_t> setting_;
-    std::array<std::atomic<std::uint64_t>, kCameras> seen_{};  ///< median and bright, in 1/256; 0: none yet
-    std::uint32_t decided_at_ = 0;                             ///< of the first camera's thread
-    bool any_ = false;
+    /// Count, saturated share, median and bright of each camera's newest image; 0: none yet.
+    std::array<std::atomic<std::uint64_t>, kCameras> seen_{};
+    std::array<Watch, kCameras> watches_;
 };
 
 /// Which exposure time a camera's frames had: the setting of some frames ago. Thread-bound. No heap.

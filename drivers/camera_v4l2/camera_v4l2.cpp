@@ -81,7 +81,7 @@ Status CameraV4l2::set_exposure(const ExposureSetting& setting, std::uint32_t fi
 
 /// Shows the image to the rig, and takes over what it has decided. A refused setting is tried again at the next image.
 void CameraV4l2::follow_exposure(const V4l2Buffer& buffer, const ImageView& image) {
-    automatic_->add_image(camera_, image, buffer.sequence);
+    automatic_->add_image(camera_, image);
     const ExposureSetting wanted = automatic_->setting();
     if (wanted == set_) {
         return;

@@ -68,7 +68,7 @@ public:
 
     /// Borrowed: io, clock (monotonic) and the shared exposure, which must outlive the camera.
     /// @param automatic  nullptr: exposure and gain stay as they are
-    /// @param camera     of the rig: 0 decides
+    /// @param camera     of the rig
     CameraV4l2(KernelIo& io, const Clock& clock, CameraV4l2Options options, SharedExposure* automatic = nullptr,
                std::size_t camera = 0);
 

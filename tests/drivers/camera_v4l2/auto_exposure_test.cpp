@@ -58,7 +58,7 @@ struct Rig {
             s = exposure.setting();
         }
     }
-    /// @return the median of the last left image
+    /// @return the median of the last image of a camera that lives: the left one if both do
     double run(int frames, double light, double right_is_brighter = 1.0) {
         double median = 0.0;
         for (int i = 0; i < frames; ++i) {
@@ -69,10 +69,16 @@ struct Rig {
             for (double& value : right) {
                 value *= right_is_brighter;
             }
-            const Picture left_image = seen_at(in_force, scene);
-            median = measure_brightness(left_image.view()).median;
-            exposure.add_image(1, seen_at(in_force, right).view(), sequence);
-            exposure.add_image(0, left_image.view(), sequence++);
+            if (right_lives) {
+                const Picture image = seen_at(in_force, right);
+                median = measure_brightness(image.view()).median;
+                exposure.add_image(1, image.view());
+            }
+            if (left_lives) {
+                const Picture image = seen_at(in_force, scene);
+                median = measure_brightness(image.view()).median;
+                exposure.add_image(0, image.view());
+            }
             changes += exposure.setting() == waiting[1] ? 0 : 1;
             waiting[1] = exposure.setting();
         }
@@ -80,7 +86,8 @@ struct Rig {
     }
     SharedExposure exposure;
     std::array<ExposureSetting, 2> waiting;
-    std::uint32_t sequence = 0;
+    bool left_lives = true;
+    bool right_lives = true;
     int changes = 0;
 };
 
@@ -126,6 +133,47 @@ TEST_CASE("the brighter camera is not blinded") {
     (void)rig.run(60, 5.0, 1.4);
     const ExposureSetting s = rig.exposure.setting();
     CHECK(2.0 * 5.0 * 1.4 * s.exposure * s.gain / 16.0 < 256.0);
+}
+
+TEST_CASE("a camera that has died does not decide what the living one sees") {
+    for (const bool left_dies : {false, true}) {
+        for (const double later : {0.1, 1.0, 8.0}) {
+            CAPTURE(left_dies, later);
+            // GIVEN a rig whose one camera has a few pixels too bright when it dies
+            Rig rig(options());
+            (void)rig.run(60, 4.0);
+            (left_dies ? rig.left_lives : rig.right_lives) = false;
+            const Picture glare(std::vector<double>(16, 100.0));
+            Picture last = glare;
+            std::fill_n(last.pixels.begin(), last.pixels.size() * 6 / 100, std::uint8_t{255});
+            rig.exposure.add_image(left_dies ? 0 : 1, last.view());
+            // WHEN the light changes THEN the living one has its image right again within two seconds
+            CHECK(std::abs(rig.run(40, 4.0 * later) / 90.0 - 1.0) < 0.12);
+            // AND both follow when the other comes back
+            rig.left_lives = rig.right_lives = true;
+            CHECK(std::abs(rig.run(40, 4.0, 1.2) / 90.0 - 1.0) < 0.25);
+        }
+    }
+}
+
+TEST_CASE("a rig that never had but one of its cameras is exposed by that one") {
+    Rig rig(options());
+    rig.left_lives = false;
+    CHECK(std::abs(rig.run(60, 10.0) / 90.0 - 1.0) < 0.12);
+}
+
+TEST_CASE("half an hour of changing light with either camera dead: the living one always sees") {
+    Rig rig(options());
+    int bad = 0;
+    constexpr int kStep = 20;  // images, a second
+    for (int second = 0; second < 1800; ++second) {
+        rig.left_lives = second / 300 % 2 == 0;  // every five minutes the other one
+        rig.right_lives = !rig.left_lives;
+        const double light = 4.0 * std::exp(2.0 * std::sin(second / 20.0));
+        const double median = rig.run(kStep, light);
+        bad += second % 300 > 1 && std::abs(std::log(median / 90.0)) > 0.35 ? 1 : 0;
+    }
+    CHECK(bad == 0);
 }
 
 TEST_CASE("a frame has the exposure that was in force") {
