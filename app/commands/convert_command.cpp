@@ -159,7 +159,11 @@ int import(const ConvertArguments& args, const std::atomic<bool>& stop) {
 int convert_mcap(const ConvertArguments& args, const std::atomic<bool>& stop) {
     {
         Narrator narrator(args.quiet);
-        McapLog log(args.input, [&](const std::string& line) { narrator.warn(line); });
+        McapLog log(
+            args.input, [&](const std::string& line) { narrator.warn(line); }, &stop);
+        if (stop.load()) {
+            return interrupted();
+        }
         if (log.is_log()) {
             return unpack(log, args, narrator, stop);
         }

@@ -11,7 +11,7 @@
 
 namespace facet {
 
-void print_error(const char* message) { print_err("facet: error: {}\n", message); }
+void print_error(const char* message) { print_err("facet: error: {}\n", printable(message)); }
 
 int run_guarded(const std::function<int()>& body) {
     try {

@@ -22,6 +22,14 @@ std::optional<Compression> find_compression(std::string_view name);
 /// std::runtime_error if the library fails, which lack of memory alone can cause.
 void compress(Compression method, std::string_view in, std::string& out);
 
+/// Most that the parts of a file of so many bytes may unpack to, all together: a gigabyte, and a thousand times the file.
+/// Recordings of darkness are the most compressible ones there are; what goes beyond was made to keep its reader busy.
+constexpr std::uint64_t most_unpacked(std::uint64_t file_bytes) {
+    constexpr std::uint64_t kAlways = std::uint64_t{1} << 30U;
+    constexpr std::uint64_t kRatio = 1000;
+    return file_bytes > (UINT64_MAX - kAlways) / kRatio ? UINT64_MAX : kAlways + kRatio * file_bytes;
+}
+
 /// Replaces `out`, whose storage is reused and grows with what is really there, not with what `size` claims. Reentrant.
 /// @return kCorrupt unless the bytes are whole and hold exactly `size` bytes; `out` is then of no use
 Status decompress(Compression method, std::span<const std::uint8_t> in, std::size_t size,

@@ -13,7 +13,7 @@ constexpr std::size_t kShownPerKind = 10;
 }  // namespace
 
 void WarningLog::add(const std::string& kind, const std::string& text) {
-    file_.print("{}: {}\n", kind, text);
+    file_.print("{}: {}\n", kind, printable(text));
     const std::size_t count = ++counts_[kind];
     if (quiet_ || count > kShownPerKind + 1) {
         return;
@@ -23,7 +23,7 @@ void WarningLog::add(const std::string& kind, const std::string& text) {
     if (progress_ != nullptr) {
         progress_->note(line);
     } else {
-        print_err("{}\n", line);
+        print_err("{}\n", printable(line));
     }
 }
 

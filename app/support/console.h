@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace facet {
@@ -16,6 +17,10 @@ void prepare_console();
 /// Whether all that was printed to standard output has arrived; true if its reader went away, who wants no more. To be
 /// asked before anything else flushes it.
 bool finish_console();
+
+/// Text of foreign origin, such as a file's name, as one line that no terminal takes for commands: control characters
+/// (C0, DEL, and C1 in UTF-8) and what is no UTF-8 become \xNN. Reentrant. Heap.
+std::string printable(std::string_view text);
 
 void put_out(const std::string& text);  ///< see print_out
 void put_err(const std::string& text);  ///< see print_err

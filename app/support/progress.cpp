@@ -74,7 +74,7 @@ void Progress::clear_bar() {
 
 void Progress::note(const std::string& line) {
     clear_bar();
-    print_err("{}\n", line);
+    print_err("{}\n", printable(line));
 }
 
 void Progress::finish() {

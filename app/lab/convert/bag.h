@@ -2,6 +2,7 @@
 // Recorded messages of other programs, one after the other.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -40,7 +41,7 @@ public:
     Bag(const Bag&) = delete;
     Bag& operator=(const Bag&) = delete;
 
-    /// @return false at the end, or where nothing more can be read, which is warned of
+    /// @return false at the end, or where nothing more can be read, which is warned of, or when it is to stop
     virtual bool next(BagMessage& message) = 0;
     /// Share of the file that has been read, from 0 to 1.
     virtual double share() const = 0;
@@ -48,6 +49,7 @@ public:
 
 /// Opens a ROS 1 bag (format 2.0), a ROS 2 bag in MCAP or sqlite3 form, or the folder of one with its metadata.yaml.
 /// Topics whose messages are in another form are passed over. Throws InputError if it is none of these.
-std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn);
+/// @param stop  ends what next() does when it becomes true
+std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn, const std::atomic<bool>& stop);
 
 }  // namespace facet

@@ -133,7 +133,8 @@ private:
     std::uint32_t crc_;
 };
 
-McapLog::McapLog(const std::string& path, McapFile::Warn warn) : warn_(std::move(warn)), file_(path, warn_) {
+McapLog::McapLog(const std::string& path, McapFile::Warn warn, const std::atomic<bool>* stop)
+    : warn_(std::move(warn)), file_(path, warn_, stop) {
     for (const McapAttachment& attachment : file_.attachments()) {
         if (is_inner_path(attachment.name)) {
             attachments_.try_emplace(attachment.name, &attachment);

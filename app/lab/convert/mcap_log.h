@@ -23,7 +23,8 @@ namespace facet {
 class McapLog {
 public:
     /// Throws InputError if it is no MCAP file. @param warn  called also later, while files are read
-    McapLog(const std::string& path, McapFile::Warn warn);
+    /// @param stop  see McapFile
+    McapLog(const std::string& path, McapFile::Warn warn, const std::atomic<bool>* stop = nullptr);
 
     /// Whether pack_log made it: it has at least one table.
     bool is_log() const { return !tables_.empty(); }

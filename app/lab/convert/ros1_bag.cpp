@@ -57,8 +57,8 @@ bool Ros1Bag::recognises(const std::string& path) {
     return file.read(begin, sizeof(begin)) && std::string_view(begin, sizeof(begin)) == kMagic;
 }
 
-Ros1Bag::Ros1Bag(const std::string& path, Warn warn)
-    : path_(path), warn_(std::move(warn)), file_(path, std::ios::binary), at_(kMagic.size()) {
+Ros1Bag::Ros1Bag(const std::string& path, Warn warn, const std::atomic<bool>& stop)
+    : path_(path), warn_(std::move(warn)), stop_(stop), file_(path, std::ios::binary), at_(kMagic.size()) {
     std::error_code error;
     size_ = std::filesystem::file_size(path, error);
     if (!recognises(path) || !file_ || error) {
@@ -122,6 +122,14 @@ bool Ros1Bag::open_chunk(const Record& record) {
     const auto size = number<std::uint32_t>(record.head, "size");
     const auto method = find_compression(field(record.head, "compression"));
     in_chunk_ = 0;
+    unpacked_ += size.value_or(0);
+    if (unpacked_ > most_unpacked(size_)) {
+        warn_(fmt::format("{}: unpacks to more than {} MB up to byte {}; left out from there on", path_,
+                          most_unpacked(size_) / 1'000'000, at_));
+        at_ = size_;
+        chunk_.clear();
+        return false;
+    }
     if (!size.has_value() || *size > kMostBytes || !method.has_value() ||
         !ok(decompress(*method, record.data, *size, chunk_))) {
         warn_(fmt::format("{}: the chunk before byte {} is damaged; left out", path_, at_));
@@ -155,7 +163,7 @@ bool Ros1Bag::next_in_chunk(BagMessage& message) {
 }
 
 bool Ros1Bag::next(BagMessage& message) {
-    for (;;) {
+    while (!stop_.load()) {
         if (next_in_chunk(message)) {
             return true;
         }
@@ -171,6 +179,7 @@ bool Ros1Bag::next(BagMessage& message) {
             return true;
         }
     }
+    return false;
 }
 
 }  // namespace facet

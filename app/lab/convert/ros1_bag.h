@@ -13,7 +13,8 @@
 namespace facet {
 
 /// Reads from the front to the end without the index, so that bags which were cut off are read as well (rosbag calls
-/// them active). Memory: one chunk of at most kMostBytes, packed and unpacked.
+/// them active). Memory: one chunk of at most kMostBytes, packed and unpacked. All chunks together unpack to no more than
+/// most_unpacked() allows: what is behind is left out.
 class Ros1Bag : public Bag {
 public:
     static constexpr std::size_t kMostBytes = std::size_t{96} << 20U;  ///< of a chunk, or of a message outside chunks
@@ -21,7 +22,7 @@ public:
     static bool recognises(const std::string& path);
 
     /// Throws InputError if it cannot be read or is no such bag.
-    Ros1Bag(const std::string& path, Warn warn);
+    Ros1Bag(const std::string& path, Warn warn, const std::atomic<bool>& stop);
 
     bool next(BagMessage& message) override;
     double share() const override;
@@ -37,6 +38,8 @@ private:
 
     std::string path_;
     Warn warn_;
+    const std::atomic<bool>& stop_;
+    std::uint64_t unpacked_ = 0;  ///< bytes of all chunks so far
     std::ifstream file_;
     std::uint64_t size_ = 0;
     std::uint64_t at_ = 0;  ///< of the next record

@@ -58,7 +58,8 @@ bool McapFile::recognises(const std::string& path) {
     return file.read(begin, sizeof(begin)) && std::string_view(begin, sizeof(begin)) == kMcapMagic;
 }
 
-McapFile::McapFile(const std::string& path, Warn warn) : path_(path), warn_(std::move(warn)) {
+McapFile::McapFile(const std::string& path, Warn warn, const std::atomic<bool>* stop)
+    : path_(path), warn_(std::move(warn)), stop_(stop) {
     const std::string refusal = refuse_file(path);
     descriptor_ = refusal.empty() ? ::open(path.c_str(), O_RDONLY | O_CLOEXEC) : -1;
     struct stat status {};
@@ -70,6 +71,7 @@ McapFile::McapFile(const std::string& path, Warn warn) : path_(path), warn_(std:
         throw InputError(path + ": " + why);
     }
     size_ = static_cast<std::uint64_t>(status.st_size);
+    most_unpacked_ = most_unpacked(size_);
     if (!is_followed_by_magic(0)) {
         ::close(descriptor_);
         throw InputError(path + ": does not begin as an MCAP file");
@@ -229,6 +231,12 @@ void McapFile::add_chunk(std::uint64_t at, std::uint64_t size) {
                           path_, at));
         return;
     }
+    if (block.unpacked > most_unpacked_) {
+        warn_(
+            fmt::format("{}: the chunk at byte {} unpacks to more than a file of this size may; left out", path_, at));
+        return;
+    }
+    most_unpacked_ -= block.unpacked;
     block.compression = *compression;
     blocks_.push_back(block);
 }
@@ -292,7 +300,7 @@ void McapFile::refuse(std::size_t block, const char* why) {
 
 /// The records of a block, valid until kBlocks others have been asked for. @return nullptr if it is damaged
 const std::vector<std::uint8_t>* McapFile::unpack(std::size_t number) {
-    if (blocks_[number].is_bad) {
+    if (blocks_[number].is_bad || (stop_ != nullptr && stop_->load())) {
         return nullptr;
     }
     auto* const known = std::ranges::find(unpacked_, number, &Unpacked::block);
@@ -319,8 +327,11 @@ const std::vector<std::uint8_t>* McapFile::unpack(std::size_t number) {
     return &slot->records;
 }
 
-bool McapFile::next(Cursor& cursor, McapMessage& message) {
-    for (; cursor.block < blocks_.size(); ++cursor.block, cursor.offset = 0) {
+bool McapFile::next(Cursor& cursor, McapMessage& message) { return next_before(blocks_.size(), cursor, message); }
+
+/// @param end  the block before which the message must lie
+bool McapFile::next_before(std::size_t end, Cursor& cursor, McapMessage& message) {
+    for (; cursor.block < end; ++cursor.block, cursor.offset = 0) {
         const std::vector<std::uint8_t>* const records = unpack(cursor.block);
         if (records == nullptr) {
             continue;
@@ -393,7 +404,7 @@ bool McapFile::index_of_block(std::size_t number, std::uint16_t channel, std::ve
 
 void McapFile::scan_block(std::size_t number, std::uint16_t channel, std::vector<McapPlace>& places) {
     Cursor cursor{number, 0};
-    for (McapMessage message; next(cursor, message) && cursor.block == number;) {
+    for (McapMessage message; next_before(number + 1, cursor, message);) {
         if (message.channel == channel) {
             const std::size_t size = kMcapRecordHead + kMcapMessageHead + message.data.size();
             places.push_back({message.time_ns, static_cast<std::uint32_t>(number),

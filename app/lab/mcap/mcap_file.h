@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -70,7 +71,8 @@ public:
     static bool recognises(const std::string& path);
 
     /// Throws InputError if it cannot be read or does not begin as an MCAP file.
-    McapFile(const std::string& path, Warn warn);
+    /// @param stop  once it is true nothing more is unpacked, as if the messages ended there; may be nullptr
+    McapFile(const std::string& path, Warn warn, const std::atomic<bool>* stop = nullptr);
     ~McapFile();
     McapFile(const McapFile&) = delete;
     McapFile& operator=(const McapFile&) = delete;
@@ -132,11 +134,14 @@ private:
     void learn_channels();
     const std::vector<std::uint8_t>* unpack(std::size_t block);
     bool index_of_block(std::size_t block, std::uint16_t channel, std::vector<McapPlace>& places) const;
+    bool next_before(std::size_t end, Cursor& cursor, McapMessage& message);
     void scan_block(std::size_t block, std::uint16_t channel, std::vector<McapPlace>& places);
     void refuse(std::size_t block, const char* why);
 
     std::string path_;
     Warn warn_;
+    const std::atomic<bool>* stop_;
+    std::uint64_t most_unpacked_ = 0;  ///< bytes that further chunks may unpack to
     int descriptor_ = -1;
     std::uint64_t size_ = 0;
     std::string profile_;

@@ -2,6 +2,9 @@
 // Bags made here, byte by byte; bag_peer_test.py has those of other programs.
 #include "app/lab/convert/bag.h"
 
+#include <bzlib.h>
+
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
 
@@ -58,11 +61,13 @@ struct Reading {
     std::vector<std::string> warnings;
 };
 
+const std::atomic<bool> kGoOn{false};
+
 Reading reading_of(const std::string& bytes) {
     const test::TempDir dir;
     Reading reading;
-    const auto bag =
-        open_bag(dir.write("test.bag", bytes), [&](const auto& line) { reading.warnings.push_back(line); });
+    const auto bag = open_bag(
+        dir.write("test.bag", bytes), [&](const auto& line) { reading.warnings.push_back(line); }, kGoOn);
     for (BagMessage found; bag->next(found);) {
         CHECK(found.topic->name == "/imu");
         CHECK(found.topic->type == "sensor_msgs/Imu");
@@ -83,6 +88,52 @@ TEST_CASE("messages are found inside chunks and outside") {
                                        message(3, "three") + message(4, ""));
     CHECK(reading.data == std::vector<std::string>{"one", "two", "three", ""});
     CHECK(reading.warnings.empty());
+}
+
+/// A chunk of 64 MiB of one byte in a few dozen bytes, as bzip2 packs it.
+std::string bomb_chunk(char filling = '\0') {
+    constexpr std::uint32_t kBytes = 64U << 20U;
+    std::string packed(100'000, '\0');
+    auto size = static_cast<unsigned>(packed.size());
+    std::string nothing(kBytes, filling);
+    REQUIRE(BZ2_bzBuffToBuffCompress(packed.data(), &size, nothing.data(), kBytes, 9, 0, 0) == BZ_OK);
+    packed.resize(size);
+    return record(field("op", "\x05") + field("compression", "bz2") + field("size", bytes_of_number(kBytes)), packed);
+}
+
+TEST_CASE("a bag that unpacks to far more than it has bytes is read up to a bound, and what is behind is left out") {
+    const std::string bomb = bomb_chunk();
+    std::string bytes = kBegin + connection() + message(1, "one");
+    for (int i = 0; i < 40; ++i) {  // 2.7 GB of some ten kilobytes
+        bytes += bomb;
+    }
+    const Reading reading = reading_of(bytes + message(2, "two"));
+    CHECK(reading.data == std::vector<std::string>{"one"});
+    REQUIRE_FALSE(reading.warnings.empty());
+    CHECK(reading.warnings.back().find("unpacks to more than 10") != std::string::npos);
+    CHECK(reading.warnings.size() <= 18);  // those before the bound hold no record
+}
+
+TEST_CASE("a bag of chunks without messages is left at once when it is to stop") {
+    const std::string bomb = bomb_chunk('\xff');  // no records either: each is warned of
+    std::string bytes = kBegin;
+    for (int i = 0; i < 12; ++i) {
+        bytes += bomb;
+    }
+    const test::TempDir dir;
+    std::atomic<bool> stop{false};
+    int warnings = 0;
+    const auto bag = open_bag(
+        dir.write("test.bag", bytes),
+        [&](const std::string&) {
+            ++warnings;
+            stop = true;
+        },
+        stop);
+    BagMessage message;
+    CHECK_FALSE(bag->next(message));
+    CHECK(warnings == 1);
+    CHECK(bag->share() < 0.2);
 }
 
 TEST_CASE("damage costs a chunk, a cut what is behind it") {
@@ -111,7 +162,10 @@ TEST_CASE("damage costs a chunk, a cut what is behind it") {
 TEST_CASE("what is no bag is refused in one line") {
     const test::TempDir dir;
     const auto open = [](const std::string& path) {
-        return test::input_error_text([&] { open_bag(path, [](const std::string&) {}); });
+        return test::input_error_text([&] {
+            open_bag(
+                path, [](const std::string&) {}, kGoOn);
+        });
     };
     CHECK(open(dir.write("old.bag", "#ROSBAG V1.2\n")).find("neither a ROS 1 bag") != std::string::npos);
     CHECK(open(dir.file("missing")).find("neither a ROS 1 bag") != std::string::npos);

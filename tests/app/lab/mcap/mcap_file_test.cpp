@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <random>
@@ -141,6 +142,50 @@ TEST_CASE("a damaged chunk costs itself alone") {
     McapFile file(dir.file("damaged.mcap"), [](const std::string&) {});
     McapMessage message;
     CHECK(file.read(file.index(1).front(), 1, message) == Status::kCorrupt);
+}
+
+TEST_CASE("a file that unpacks to far more than it has bytes is read up to a bound") {
+    const test::TempDir dir;
+    const std::string path = dir.file("bomb.mcap");
+    constexpr int kCount = 50;
+    constexpr std::size_t kSize = std::size_t{32} << 20U;
+    {
+        McapWriter writer(path, Compression::kZstd, "facet", "test");
+        const auto channel = writer.add_channel(0, "/nothing", "", {});
+        const std::string nothing(kSize, '\0');
+        for (int i = 0; i < kCount; ++i) {
+            writer.add_message(channel, static_cast<std::uint64_t>(i), nothing);
+        }
+        writer.close();
+    }
+    const std::uint64_t most = most_unpacked(std::filesystem::file_size(path));
+    REQUIRE(most < kCount * kSize);
+    std::vector<std::string> warnings;
+    McapFile file(path, [&](const std::string& line) { warnings.push_back(line); });
+    McapFile::Cursor cursor;
+    std::uint64_t bytes = 0;
+    for (McapMessage message; file.next(cursor, message);) {
+        bytes += message.data.size();
+    }
+    CHECK(bytes > most - 2 * kSize);
+    CHECK(bytes <= most);
+    REQUIRE_FALSE(warnings.empty());
+    CHECK(warnings[0].find("unpacks to more than a file of this size may; left out") != std::string::npos);
+}
+
+TEST_CASE("nothing more is unpacked once the reader is to stop") {
+    const test::TempDir dir;
+    std::atomic<bool> stop{false};
+    McapFile file(
+        write_example(dir, Compression::kZstd), [](const std::string& line) { FAIL(line); }, &stop);
+    McapFile::Cursor cursor;
+    McapMessage message;
+    REQUIRE(file.next(cursor, message));
+    stop = true;
+    CHECK_FALSE(file.next(cursor, message));
+    stop = false;
+    McapFile::Cursor again;
+    CHECK(file.next(again, message));
 }
 
 TEST_CASE("no damage makes the reader fail") {
