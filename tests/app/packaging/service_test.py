@@ -32,6 +32,7 @@ trigger_output: {pwm: {chip: /sys/class/pwm/pwmchip0, channel: 1}}
 imu: {spi: {chip: icm42688, device: /dev/spidev0.0}}
 sinks:
   mavlink: {udp_host: 10.41.1.1}
+  world: {path: /run/planner/world, group: planner}
   log: {folder: /data/flights}
 """
 
