@@ -14,6 +14,8 @@ inline constexpr const char* kStreamHelp =
     "drivers/world_stream";
 
 /// nullptr if the path is empty. Throws InputError if nothing can be served there.
-std::unique_ptr<WorldServer> open_stream(const std::string& path);
+/// @param name  of the option or field, for the error
+std::unique_ptr<WorldServer> open_stream(const std::string& path, const WorldAccess& access = {},
+                                         const char* name = "--stream");
 
 }  // namespace facet

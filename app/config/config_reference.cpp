@@ -34,6 +34,7 @@ sinks:
   T_body_imu: {}
   mavlink: {obstacles: {}}
   can: {interface: can0}
+  world: {path: /run/facet/world}
   log: {folder: log}
 realtime: {threads: {estimator: {}, cameras: {}, imu: {}, trigger: {}, output: {}}}
 )";

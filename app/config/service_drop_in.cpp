@@ -21,7 +21,7 @@ std::string escaped(const std::string& text) {
 
 /// Each once, in order.
 std::set<std::string> devices_of(const Vehicle& vehicle) {
-    std::set<std::string> devices{"char-video4linux"};
+    std::set<std::string> devices{"char-media", "char-video4linux"};
     const auto add_line = [&](const GpioLineName& line) {
         if (!line.chip.empty()) {
             devices.insert(line.chip);
@@ -82,6 +82,18 @@ std::string service_drop_in(const Vehicle& vehicle) {
     const std::string log = on_vehicle(vehicle.log.folder, vehicle.source);
     if (!log.empty() && !log.starts_with("/var/lib/facet/")) {
         text += fmt::format("ReadWritePaths=-{}\n", escaped(log));
+    }
+    if (vehicle.world) {
+        const std::string folder = std::filesystem::path(vehicle.world->path).parent_path().string();
+        if (!folder.empty() && folder != "/run/facet") {
+            text += fmt::format("ReadWritePaths=-{}\n", escaped(folder));
+        }
+        if (!vehicle.world->group.empty()) {
+            text += fmt::format(
+                "# To give the planners' socket to their group.\nSupplementaryGroups={}\n"
+                "SystemCallFilter=@chown\n",
+                escaped(vehicle.world->group));
+        }
     }
     if (vehicle.pulses && !vehicle.pulses->pwm_chip.empty()) {
         const std::string chip = escaped(vehicle.pulses->pwm_chip);

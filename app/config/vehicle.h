@@ -72,6 +72,13 @@ struct VehicleOdometry {
     Se3 T_body_imu{};          ///< from the IMU (as `axes` turns it) to the frame that is reported
 };
 
+/// A local socket that serves mesh, planes and grid to planners.
+struct VehicleWorld {
+    std::string path;
+    std::string group;     ///< that may connect, besides the program's user; empty: the program's own
+    unsigned mode = 0660;  ///< of the socket
+};
+
 struct VehicleLog {
     std::string folder;         ///< created if missing; empty: no files
     bool by_flight = false;     ///< each flight has a folder of its own in there
@@ -118,6 +125,7 @@ struct Vehicle {
     std::optional<MavlinkOptions> mavlink;
     std::optional<ObstacleOptions> obstacles;  ///< sent by mavlink
     std::optional<CanOutOptions> can_out;
+    std::optional<VehicleWorld> world;
     VehicleLog log;
     VehicleRealtime realtime;
 };

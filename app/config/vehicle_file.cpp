@@ -2,6 +2,7 @@
 #include "app/config/vehicle_file.h"
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <utility>
 
@@ -76,6 +77,21 @@ Se3 read_body(const YamlNode& node) {
     return T;
 }
 
+VehicleWorld read_world(const YamlNode& node) {
+    VehicleWorld world;
+    YamlSection section(node);
+    world.path = section.at("path").text();
+    section.read("group", world.group);
+    std::string mode = "0660";
+    section.read("mode", mode);
+    const auto [end, error] = std::from_chars(mode.data(), mode.data() + mode.size(), world.mode, 8);
+    if (error != std::errc{} || end != mode.data() + mode.size() || world.mode > 0777) {
+        node.fail("mode must be octal digits up to 0777, such as 0660");
+    }
+    section.finish();
+    return world;
+}
+
 void read_sinks(const YamlNode& node, Vehicle& vehicle) {
     YamlSection section(node);
     section.read("rate_hz", vehicle.odometry.rate_hz, 0.0, 8000.0);
@@ -89,6 +105,9 @@ void read_sinks(const YamlNode& node, Vehicle& vehicle) {
     if (const auto can = section.find("can")) {
         vehicle.can_out = read_can_out(*can);
         check_can_nodes(*can, vehicle);
+    }
+    if (const auto world = section.find("world")) {
+        vehicle.world = read_world(*world);
     }
     if (const auto log = section.find("log")) {
         YamlSection fields(*log);

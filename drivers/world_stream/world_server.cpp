@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/world_stream/world_server.h"
 
+#include <grp.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -37,7 +38,11 @@ bool is_left_over(const sockaddr_un& address) {
 
 }  // namespace
 
-Status WorldServer::open(const std::string& path) {
+Status WorldServer::open(const std::string& path, const WorldAccess& access) {
+    const ::group* const owner = access.group.empty() ? nullptr : ::getgrnam(access.group.c_str());
+    if (owner == nullptr && !access.group.empty()) {
+        return Status::kNotFound;
+    }
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     if (path.empty() || path.size() >= sizeof(address.sun_path)) {
@@ -47,6 +52,9 @@ Status WorldServer::open(const std::string& path) {
     const auto* const any_address = reinterpret_cast<const sockaddr*>(&address);
     listener_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     event_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (access.mode) {  // never wider than it is to be, not even for a moment
+        (void)::fchmod(listener_, *access.mode);
+    }
     int bound = ::bind(listener_, any_address, sizeof(address));
     if (bound != 0 && errno == EADDRINUSE) {
         if (!is_left_over(address)) {
@@ -55,6 +63,11 @@ Status WorldServer::open(const std::string& path) {
         }
         (void)::unlink(path.c_str());
         bound = ::bind(listener_, any_address, sizeof(address));
+    }
+    if (bound == 0 && ((owner != nullptr && ::chown(path.c_str(), static_cast<uid_t>(-1), owner->gr_gid) != 0) ||
+                       (access.mode && ::chmod(path.c_str(), *access.mode) != 0))) {
+        (void)::unlink(path.c_str());
+        bound = -1;
     }
     if (bound != 0 || event_ < 0 || ::listen(listener_, kMaxReaders) != 0) {
         close();

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -13,6 +14,12 @@
 #include "platform/base/status.h"
 
 namespace facet {
+
+/// Who may connect to the socket.
+struct WorldAccess {
+    std::string group;             ///< of the socket; empty: the program's
+    std::optional<unsigned> mode;  ///< such as 0660: those who may write may connect; none: as the umask has it
+};
 
 /// Serves up to kMaxReaders on a local stream socket. Each gets a snapshot when it connects, and then what changes. Who
 /// has not yet taken the last message when the next one is there misses that one, and gets a snapshot as soon as it has
@@ -30,8 +37,9 @@ public:
     WorldServer& operator=(const WorldServer&) = delete;
 
     /// Listens and starts the thread. A socket that is left there of a program that has ended is replaced.
-    /// @return kInvalidArgument if the path is too long; kFull if somebody listens there already; kIo
-    Status open(const std::string& path);
+    /// @return kInvalidArgument if the path is too long; kFull if somebody listens there already; kNotFound if there
+    ///         is no such group; kIo, also if the socket cannot be given to the group
+    Status open(const std::string& path, const WorldAccess& access = {});
     /// Sends the newest state to readers that take it within half a second, then ends. Removes the socket.
     void close();
 

@@ -35,6 +35,7 @@ TEST_CASE("the service may use the devices that the vehicle file names, and no o
           "DeviceAllow=/dev/gpiochip1 rw\n"
           "DeviceAllow=/dev/spidev1.0 rw\n"
           "DeviceAllow=/dev/ttyAMA1 rw\n"
+          "DeviceAllow=char-media rw\n"
           "DeviceAllow=char-video4linux rw\n");
     Vehicle vehicle = spi_vehicle();
     vehicle.imu_spi->chip = SpiChip::kBmi088;
@@ -66,6 +67,17 @@ TEST_CASE("a log folder elsewhere may be written, wherever the vehicle file is r
     vehicle.source = "vehicle.yaml";
     vehicle.log.folder = "log";
     CHECK(has(service_drop_in(vehicle), "ReadWritePaths=-/etc/facet/log"));
+}
+
+TEST_CASE("the planners' socket may be made where it is to be, and given to their group") {
+    Vehicle vehicle = spi_vehicle();
+    vehicle.world = VehicleWorld{"/run/facet/world", "", 0660};
+    CHECK(service_drop_in(vehicle) == service_drop_in(spi_vehicle()));
+    vehicle.world = VehicleWorld{"/run/planner/world", "planner", 0660};
+    const std::string text = service_drop_in(vehicle);
+    CHECK(has(text, "ReadWritePaths=-/run/planner"));
+    CHECK(has(text, "SupplementaryGroups=planner"));
+    CHECK(has(text, "SystemCallFilter=@chown"));
 }
 
 TEST_CASE("the files of a PWM channel go to the service's user before the start") {

@@ -193,6 +193,23 @@ TEST_CASE("exposure and gain may be left to the images, on the sensors' own node
           std::string::npos);
 }
 
+TEST_CASE("a socket for planners has a path, a group and a mode") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& world) {
+        return load_vehicle(dir.write("v.yaml", kHead + kCameras + kImu + "sinks: {world: " + world + "}\n"));
+    };
+    const Vehicle usual = load("{path: /run/facet/world}");
+    REQUIRE(usual.world);
+    CHECK(usual.world->path == "/run/facet/world");
+    CHECK(usual.world->group.empty());
+    CHECK(usual.world->mode == 0660);
+    const Vehicle other = load("{path: /run/p, group: planner, mode: 666}");
+    CHECK(other.world->group == "planner");
+    CHECK(other.world->mode == 0666);
+    CHECK(load("{path: /run/p, mode: 0600}").world->mode == 0600);
+}
+
 TEST_CASE("the reported body may be another frame than the IMU's") {
     const test::TempDir dir;
     write_calibration(dir);
@@ -322,6 +339,11 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
          "imu.yaml: must hold 64 hexadecimal digits"},
         {kHead + kCameras + kImu + "sinks: {mavlink: {signing: {key_file: no.key}}}\n", "no.key: cannot be read"},
         {kHead + kCameras + kImu + "sinks: {log: {}}\n", ":4: sinks.log.folder: missing"},
+        {kHead + kCameras + kImu + "sinks: {world: {}}\n", ":4: sinks.world.path: missing"},
+        {kHead + kCameras + kImu + "sinks: {world: {path: w, mode: 0888}}\n",
+         ":4: sinks.world: mode must be octal digits up to 0777, such as 0660"},
+        {kHead + kCameras + kImu + "sinks: {world: {path: w, mode: 1777}}\n",
+         ":4: sinks.world: mode must be octal digits up to 0777, such as 0660"},
         {kHead + kCameras + kImu + "realtime: {lock_memory: 3}\n", ":4: realtime.lock_memory: must be true or false"},
         {kHead + kCameras + kImu + "realtime: {threads: {imu: {priority: 100}}}\n",
          ":4: realtime.threads.imu.priority: must be within [0, 99], is 100"},

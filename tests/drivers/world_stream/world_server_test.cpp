@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/world_stream/world_server.h"
 
+#include <grp.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -151,6 +153,25 @@ TEST_CASE("a server that opens again sends nothing of what a slow reader had lef
     ::close(reader);
     CHECK(decoder.out_of_order() == 0);
     CHECK(decoder.state() == ChangingWorld().advance());
+}
+
+TEST_CASE("the socket has the group and the mode that it is to have, whatever the umask") {
+    const ::group* const own = ::getgrgid(::getgid());
+    REQUIRE(own != nullptr);
+    const std::string name = own->gr_name;
+    const mode_t before = ::umask(0077);
+    for (const unsigned mode : {0660U, 0600U, 0666U}) {
+        WorldServer server;
+        REQUIRE(ok(server.open(socket_path(), {name, mode})));
+        struct stat info {};
+        REQUIRE(::stat(socket_path().c_str(), &info) == 0);
+        CHECK((info.st_mode & 0777U) == mode);
+        CHECK(info.st_gid == ::getgid());
+    }
+    ::umask(before);
+    WorldServer server;
+    CHECK(server.open(socket_path(), {"no-such-group", 0660U}) == Status::kNotFound);
+    CHECK(connect_to(socket_path()) < 0);
 }
 
 TEST_CASE("a path is served once; what a dead program left is replaced, a file is not") {
