@@ -22,8 +22,9 @@ std::optional<Compression> find_compression(std::string_view name);
 /// std::runtime_error if the library fails, which lack of memory alone can cause.
 void compress(Compression method, std::string_view in, std::string& out);
 
-/// Most that the parts of a file of so many bytes may unpack to, all together: a gigabyte, and a thousand times the file.
-/// Recordings of darkness are the most compressible ones there are; what goes beyond was made to keep its reader busy.
+/// Most that the parts of a file of so many bytes may unpack to, all together: a gigabyte, and a thousand times the
+/// file. Recordings of darkness are the most compressible ones there are; what goes beyond was made to keep its reader
+/// busy.
 constexpr std::uint64_t most_unpacked(std::uint64_t file_bytes) {
     constexpr std::uint64_t kAlways = std::uint64_t{1} << 30U;
     constexpr std::uint64_t kRatio = 1000;

@@ -21,8 +21,8 @@ struct ImuAssemblerCounters {
 ///   a(t) = a0 + (t - t0) / (t1 - t0) * (a1 - a0),  t0 <= t <= t1 the stamps of the neighbouring forces.
 /// Rates keep their own stamps because attitude is more sensitive to time than velocity is. A rate waits until a force
 /// at or after it has come; it is dropped if the forces around it are further apart than max_gap. The stamps of rates,
-/// and so of samples, and those of forces strictly increase as IncreasingStamps has it, also across clear(). When full (kCapacity rates wait): the oldest is dropped and counted.
-/// Thread-bound. No heap.
+/// and so of samples, and those of forces strictly increase as IncreasingStamps has it, also across clear(). When full
+/// (kCapacity rates wait): the oldest is dropped and counted. Thread-bound. No heap.
 class ImuAssembler {
 public:
     /// Rates that may wait: the longest burst of rates between two forces.

@@ -9,9 +9,10 @@
 
 namespace facet {
 
-/// A sample may be delivered if its stamp is after that of the sample delivered last, however long ago that was: devices
-/// are reopened. The monotonic clock is never set back; any other may be, and then the order begins anew: at the
-/// kSetBack-th sample in a row that is refused although those refused increase among themselves. Thread-bound. No heap.
+/// A sample may be delivered if its stamp is after that of the sample delivered last, however long ago that was:
+/// devices are reopened. The monotonic clock is never set back; any other may be, and then the order begins anew: at
+/// the kSetBack-th sample in a row that is refused although those refused increase among themselves. Thread-bound. No
+/// heap.
 class IncreasingStamps {
 public:
     /// A clock that stands still, or samples that change places, never give so many.

@@ -91,7 +91,7 @@ void ImuSpi::take(const SpiMeasurement& measurement) {
 Status ImuSpi::read(const TriggerEdge& edge) {
     SpiMeasurements measurements;
     const Status status = chip_.read(edge, measurements);
-    if (status == Status::kIo) {
+    if (!ok(status) && status != Status::kNotReady && status != Status::kCorrupt) {
         return fail(chip_.problem());
     }
     for (const SpiMeasurement& measurement : measurements) {

@@ -8,6 +8,7 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -87,14 +88,38 @@ void MavlinkChannel::close() {
         (void)io_.close(fd_);
     }
     fd_ = -1;
+    rest_.clear();
+}
+
+/// @return bytes taken, 0 if the channel is full, or -errno
+std::int64_t MavlinkChannel::try_write(std::span<const std::uint8_t> bytes) {
+    const std::int64_t result = fd_ < 0 ? -EBADF : io_.write(fd_, bytes.data(), bytes.size());
+    return result == -EAGAIN || result == -ENOBUFS ? 0 : result;
+}
+
+Status MavlinkChannel::flush() {
+    if (rest_.empty()) {
+        return Status::kOk;
+    }
+    const std::int64_t taken = try_write({rest_.data(), rest_.size()});
+    if (taken < 0) {
+        return Status::kIo;
+    }
+    std::copy(rest_.begin() + taken, rest_.end(), rest_.begin());
+    rest_.resize(rest_.size() - static_cast<std::size_t>(taken));
+    return rest_.empty() ? Status::kOk : Status::kFull;
 }
 
 Status MavlinkChannel::write(std::span<const std::uint8_t> bytes) {
-    const std::int64_t result = fd_ < 0 ? -EBADF : io_.write(fd_, bytes.data(), bytes.size());
-    if (result == static_cast<std::int64_t>(bytes.size())) {
-        return Status::kOk;
+    FACET_TRY(flush());
+    const std::int64_t taken = try_write(bytes);
+    if (taken <= 0) {
+        return taken < 0 ? Status::kIo : Status::kFull;
     }
-    return result >= 0 || result == -EAGAIN || result == -ENOBUFS ? Status::kFull : Status::kIo;
+    for (const std::uint8_t byte : bytes.subspan(static_cast<std::size_t>(taken))) {
+        rest_.push_back(byte);
+    }
+    return Status::kOk;
 }
 
 Status MavlinkChannel::read(std::span<std::uint8_t> bytes, std::size_t& size) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/mavlink/mavlink_packet.h"
 #include "platform/base/status.h"
 #include "platform/port/kernel_io.h"
 
@@ -36,9 +37,11 @@ public:
     bool is_open() const { return fd_ >= 0; }
     bool is_serial() const { return !options_.serial.empty(); }
 
-    /// @return kFull if the channel does not take all of it now; a serial line may then have taken a part. kIo if it
-    ///         fails
+    /// Of a whole frame. A serial line that is nearly full may take a part of it: the rest is kept and goes before
+    /// anything else, so that no frame is cut. @return kFull if the channel takes nothing of it now; kIo if it fails
     Status write(std::span<const std::uint8_t> bytes);
+    /// Writes what is left of a frame. @return as write()
+    Status flush();
     /// What has arrived: over UDP, one datagram. @param size  bytes read
     /// @return kNotReady if nothing has, kIo if the channel fails
     Status read(std::span<std::uint8_t> bytes, std::size_t& size);
@@ -47,12 +50,14 @@ public:
     std::string name() const;
 
 private:
+    std::int64_t try_write(std::span<const std::uint8_t> bytes);
     Status open_udp(std::string& problem);
     Status open_serial(std::string& problem);
 
     KernelIo& io_;
     MavlinkChannelOptions options_;
     int fd_ = -1;
+    MavlinkFrame rest_;  ///< of a frame that a serial line has taken a part of
 };
 
 }  // namespace facet

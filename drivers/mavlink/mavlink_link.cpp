@@ -58,14 +58,20 @@ Status MavlinkLink::send_message(MavlinkId id) {
     pack_mavlink(id, {payload_.data(), payload_.size()}, options_.address, sequence_++, frame_);
     if (signer_) {
         signer_->sign(frame_, clock_.read_pair().realtime);
+        signing_time_.store(signer_->time(), std::memory_order_relaxed);
     }
     const Status status = channel_.write({frame_.data(), frame_.size()});
     ++(ok(status) ? counters_.sent : counters_.dropped);
+    judge_channel(status);
+    return status;
+}
+
+/// A serial line that fails is closed, to be opened again.
+void MavlinkLink::judge_channel(Status status) {
     if (status == Status::kIo && channel_.is_serial() && channel_.is_open()) {
         channel_.close();
         retry_.close(clock_.now());
     }
-    return status;
 }
 
 /// The time that the other side is told: the same in stamps and in answers to TIMESYNC, or it would correct twice.
@@ -112,7 +118,9 @@ void MavlinkLink::report(const StateChange& change) {
 
 void MavlinkLink::service() {
     reopen();
+    judge_channel(channel_.flush());
     receive();
+    hears_version_1_.store(parser_.counters().version_1 > 0, std::memory_order_relaxed);
     send_due();
 }
 
@@ -153,10 +161,7 @@ void MavlinkLink::receive() {
         }
         if (!ok(status)) {
             ++counters_.reads_failed;
-            if (channel_.is_serial()) {
-                channel_.close();
-                retry_.close(clock_.now());
-            }
+            judge_channel(status);
             return;
         }
         const Timestamp arrival = clock_.now();

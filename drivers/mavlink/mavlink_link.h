@@ -64,7 +64,7 @@ struct MavlinkCounters {
 
 /// What is sent, what is answered and when: drivers/mavlink/README.md. A channel that is full or gone is no obstacle:
 /// what it does not take is dropped and counted, and a serial line is reopened. Thread-bound, except sent_resets(),
-/// arming() and take_reset_request(). Heap only if open fails.
+/// signing_time(), hears_version_1(), arming() and take_reset_request(). Heap only if open fails.
 class MavlinkLink final : public OdometrySink {
 public:
     MavlinkLink(KernelIo& io, const Clock& clock, MavlinkOptions options);
@@ -76,6 +76,14 @@ public:
     void begin_resets_at(std::uint8_t first) {
         local_changes_ = first;
         sent_resets_.store(first, std::memory_order_relaxed);
+    }
+
+    /// Before anything is sent: what the time of signatures begins at if the wall clock is behind, as without a
+    /// real-time clock after a reboot: at or after everything that was signed before, which an autopilot has seen.
+    void begin_signing_at(std::uint64_t time) {
+        if (signer_) {
+            signer_->begin_at(time);
+        }
     }
 
     /// Status::kOk also if the pose is held back on purpose.
@@ -94,12 +102,17 @@ public:
     // On any thread:
     /// The reset counter of the newest pose.
     std::uint8_t sent_resets() const { return sent_resets_.load(std::memory_order_relaxed); }
+    /// Of signatures, what begin_signing_at() has to be given after this program; zero without a key.
+    std::uint64_t signing_time() const { return signing_time_.load(std::memory_order_relaxed); }
+    /// Whether the autopilot's frames are of version 1 of MAVLink, which is not spoken here.
+    bool hears_version_1() const { return hears_version_1_.load(std::memory_order_relaxed); }
     Arming arming() const { return arming_.load(std::memory_order_relaxed); }
     /// Whether the estimator was asked to begin anew since the last call.
     bool take_reset_request() { return reset_requested_.exchange(false, std::memory_order_relaxed); }
 
 private:
     Status send_message(MavlinkId id);
+    void judge_channel(Status status);
     void send_due();
     void receive();
     bool is_trusted(std::span<const std::uint8_t> raw);
@@ -138,6 +151,8 @@ private:
     std::atomic<Arming> arming_{Arming::kUnknown};
     std::atomic<bool> reset_requested_{false};
     std::atomic<std::uint8_t> sent_resets_{0};
+    std::atomic<std::uint64_t> signing_time_{0};
+    std::atomic<bool> hears_version_1_{false};
 };
 
 }  // namespace facet

@@ -36,6 +36,24 @@ std::size_t MavlinkParser::frame_size(std::span<const std::uint8_t> bytes) {
     return kMavlinkHeaderSize + bytes[1] + kMavlinkChecksumSize + signature;
 }
 
+/// Whether it is a heartbeat in a frame of version 1: magic 0xFE, length, sequence, system, component, message 0,
+/// payload, checksum.
+MavlinkParser::Verdict MavlinkParser::judge_version_1(std::span<const std::uint8_t> bytes) {
+    constexpr std::size_t kHeader = 6;
+    const MavlinkMessageInfo* const info = find_mavlink_message(static_cast<std::uint32_t>(MavlinkId::kHeartbeat));
+    const std::size_t checksum = kHeader + info->size;
+    const auto differs = [&](std::size_t i, std::uint8_t value) { return bytes.size() > i && bytes[i] != value; };
+    if (differs(0, kMagicOfVersion1) || differs(1, info->size) || differs(kHeader - 1, 0)) {
+        return Verdict::kNoFrame;
+    }
+    if (bytes.size() < checksum + kMavlinkChecksumSize) {
+        return Verdict::kIncomplete;
+    }
+    const std::uint16_t body = mavlink_crc(bytes.subspan(1, checksum - 1));
+    const std::uint16_t crc = mavlink_crc(std::span(&info->crc_extra, 1), body);
+    return crc == (bytes[checksum] | bytes[checksum + 1] << 8) ? Verdict::kFrame : Verdict::kNoFrame;
+}
+
 /// @param bytes  begin with the magic byte
 MavlinkParser::Verdict MavlinkParser::judge(std::span<const std::uint8_t> bytes) {
     if (bytes.size() < kMavlinkHeaderSize) {
@@ -78,6 +96,11 @@ Status MavlinkParser::next(MavlinkPacket& packet, std::span<const std::uint8_t>&
     while (begin_ < end_) {
         const std::span<const std::uint8_t> bytes = waiting();
         if (bytes[0] != kMavlinkMagic) {
+            const Verdict heartbeat = judge_version_1(bytes);
+            if (heartbeat == Verdict::kIncomplete) {
+                return Status::kNotReady;
+            }
+            counters_.version_1 += heartbeat == Verdict::kFrame ? 1 : 0;
             ++begin_;
             ++counters_.skipped;
             continue;

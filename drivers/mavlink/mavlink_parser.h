@@ -12,11 +12,12 @@
 namespace facet {
 
 struct MavlinkParserCounters {
-    std::uint64_t packets = 0;  ///< understood, checksum right
-    std::uint64_t unknown = 0;  ///< frames of other messages: skipped, their checksums cannot be verified
-    std::uint64_t lost = 0;     ///< frames that never arrived, by gaps of the senders' sequences
-    std::uint64_t corrupt = 0;  ///< places that look like a frame, but whose checksum is wrong
-    std::uint64_t skipped = 0;  ///< bytes that belong to no frame, frames of version 1 among them
+    std::uint64_t packets = 0;    ///< understood, checksum right
+    std::uint64_t unknown = 0;    ///< frames of other messages: skipped, their checksums cannot be verified
+    std::uint64_t lost = 0;       ///< frames that never arrived, by gaps of the senders' sequences
+    std::uint64_t corrupt = 0;    ///< places that look like a frame, but whose checksum is wrong
+    std::uint64_t skipped = 0;    ///< bytes that belong to no frame, frames of version 1 among them
+    std::uint64_t version_1 = 0;  ///< heartbeats in frames of version 1: the other side speaks no version 2
 };
 
 /// Usage: while bytes come { parser.feed(bytes); while (ok(parser.next(packet))) use(packet); }
@@ -51,6 +52,7 @@ private:
 
     std::span<const std::uint8_t> waiting() const { return {bytes_.data() + begin_, end_ - begin_}; }
     static std::size_t frame_size(std::span<const std::uint8_t> bytes);
+    static Verdict judge_version_1(std::span<const std::uint8_t> bytes);
     Verdict judge(std::span<const std::uint8_t> bytes);
     void follow_sequence(std::span<const std::uint8_t> frame);
 

@@ -29,8 +29,8 @@ struct SourceCounters {
 ///                 the future. After a clock other than the monotonic one was set back, they increase anew
 ///   kNotReady     none within the timeout, or not started. A zero timeout never waits
 ///   kCorrupt      one sample was bad and is dropped and counted; go on
-///   kIo           the device fails, or has given no good sample for too long; problem() says how. Go on calling: the source reopens it by itself, at most once
-///                 every retry period, and counts a recovery
+///   kIo           the device fails, or has given no good sample for too long; problem() says how. Go on calling: the
+///                 source reopens it by itself, at most once every retry period, and counts a recovery
 ///   kEndOfStream  no more will come; and so from then on
 /// On anything but kOk the sample is untouched. Thread-bound, but counters() may be read from any thread that may live
 /// with a torn set of them. Heap only in the constructor and in start().

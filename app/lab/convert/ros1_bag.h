@@ -13,8 +13,8 @@
 namespace facet {
 
 /// Reads from the front to the end without the index, so that bags which were cut off are read as well (rosbag calls
-/// them active). Memory: one chunk of at most kMostBytes, packed and unpacked. All chunks together unpack to no more than
-/// most_unpacked() allows: what is behind is left out.
+/// them active). Memory: one chunk of at most kMostBytes, packed and unpacked. All chunks together unpack to no more
+/// than most_unpacked() allows: what is behind is left out.
 class Ros1Bag : public Bag {
 public:
     static constexpr std::size_t kMostBytes = std::size_t{96} << 20U;  ///< of a chunk, or of a message outside chunks

@@ -18,6 +18,7 @@ namespace facet::test {
 class FakeSpiChip : public SpiDevice {
 public:
     bool present = true;
+    bool is_unbound = false;  ///< its driver has gone: ENODEV
     bool is_open = false;
     int frames = 0;
     SpiSettings settings;
@@ -31,6 +32,9 @@ public:
     Status transfer(std::span<const SpiSegment> segments) override {
         if (!present || !is_open) {
             return Status::kIo;
+        }
+        if (is_unbound) {
+            return Status::kNotFound;
         }
         for (std::size_t i = 0; i < segments.size();) {
             const std::size_t first = i;
@@ -55,7 +59,7 @@ public:
         }
         return Status::kOk;
     }
-    std::string_view problem() const override { return present ? "" : "spi0.0: transfer failed"; }
+    std::string_view problem() const override { return present && !is_unbound ? "" : "spi0.0: transfer failed"; }
 
 protected:
     virtual void frame(const std::vector<std::uint8_t>& out, std::vector<std::uint8_t>& in) = 0;

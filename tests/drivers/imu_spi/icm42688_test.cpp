@@ -127,6 +127,24 @@ TEST_CASE("the ICM-42688-P keeps the contract of its port", "[port_conformance]"
         [] { return std::make_unique<IcmHarness>(Icm42688Options{}, test::SpiHarness::kSilence); });
 }
 
+TEST_CASE("a device that has gone from its bus is a failure, not an empty FIFO") {
+    IcmHarness h;
+    REQUIRE(ok(h.imu->start()));
+    h.offer(5);
+    CHECK(test::drain(h).stamps.size() == 5);
+    h.device.is_unbound = true;
+    h.offer(1);
+    ImuSample sample;
+    CHECK(h.imu->next({}, sample) == Status::kIo);
+    CHECK(h.imu->counters().errors == 1);
+    h.device.is_unbound = false;
+    h.pass_time();
+    (void)test::drain(h);
+    h.offer(5);
+    CHECK(test::drain(h).stamps.size() == 5);
+    CHECK(h.imu->counters().recoveries == 1);
+}
+
 TEST_CASE("a high-resolution packet, bit by bit") {
     Result<IcmPacket> packet = parse_icm_packet(make_packet(0x12345, -0x12345, 0xABCD));
     REQUIRE(packet.ok());

@@ -31,6 +31,73 @@ MavCommand command_of(std::uint16_t number, float param1 = 0.0F) {
     return command;
 }
 
+/// A serial line that takes a few bytes at a time, and now and then none.
+class NarrowLine final : public test::FakeKernel {
+public:
+    int open(const char*, int) override { return 5; }
+    int close(int) override { return 0; }
+    int ioctl(int, unsigned long, void*) override { return 0; }
+    std::int64_t read(int, void*, std::size_t) override { return -EAGAIN; }
+    std::int64_t write(int, const void* buffer, std::size_t size) override {
+        const std::size_t taken = std::min(size, room);
+        if (taken == 0) {
+            return -EAGAIN;
+        }
+        room -= taken;
+        const auto* bytes = static_cast<const std::uint8_t*>(buffer);
+        sent.insert(sent.end(), bytes, bytes + taken);
+        return static_cast<std::int64_t>(taken);
+    }
+    std::size_t room = 0;
+    Bytes sent;
+};
+
+TEST_CASE("a serial line that is full cuts no frame: what it has begun it gets whole, before anything else") {
+    ManualClock clock{{100'000'000'000}};
+    NarrowLine kernel;
+    MavlinkOptions options;
+    options.channel.serial = "/dev/ttyS9";
+    MavlinkLink link(kernel, clock, options);
+    std::string problem;
+    REQUIRE(link.open(problem) == Status::kOk);
+    MavlinkParser parser;
+    MavlinkPacket packet;
+    std::span<const std::uint8_t> raw;
+    std::uint64_t parsed = 0;
+    Odometry pose = example();
+    for (int i = 0; i < 400; ++i) {
+        clock.advance(Duration::from_seconds(0.01));
+        pose.stamp = clock.now();
+        kernel.room = static_cast<std::size_t>(i * 37 % 150);  // less than a pose needs, on average
+        (void)link.send(pose);
+        link.service();
+        (void)parser.feed(kernel.sent);
+        kernel.sent.clear();
+        while (ok(parser.next(packet, raw))) {
+            ++parsed;
+        }
+    }
+    CHECK(link.counters().dropped > 50);
+    CHECK(parsed > 100);
+    CHECK(parser.counters().skipped == 0);
+    CHECK(parser.counters().corrupt == 0);
+    CHECK(parsed + 1 >= link.counters().sent);
+}
+
+TEST_CASE("an autopilot that speaks version 1 is noticed") {
+    Scene scene;
+    CHECK_FALSE(scene.link.hears_version_1());
+    Bytes frame{0xFE, 9, 0, 1, 1, 0, 0, 0, 0, 0, 2, 3, 0x81, 3, 3};
+    const std::uint8_t extra = find_mavlink_message(0)->crc_extra;
+    const std::uint16_t crc = mavlink_crc(std::span(&extra, 1), mavlink_crc(std::span(frame).subspan(1)));
+    frame.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
+    frame.push_back(static_cast<std::uint8_t>(crc >> 8));
+    scene.kernel.arriving.push_back(frame);
+    scene.link.service();
+    CHECK(scene.link.hears_version_1());
+    CHECK(scene.link.arming() == Arming::kUnknown);
+}
+
 TEST_CASE("odometry goes out with a heartbeat a second, sequence numbers and without heap") {
     MavlinkOptions options;
     options.time = MavlinkTime::kStamps;

@@ -47,6 +47,38 @@ std::vector<MavlinkPacket> parse(MavlinkParser& parser, const Bytes& stream, std
     return packets;
 }
 
+/// A heartbeat in a frame of version 1.
+Bytes old_heartbeat(std::uint8_t sequence) {
+    MavlinkPayload payload;
+    encode(MavHeartbeat{.type = 2, .autopilot = 3, .base_mode = 0x81}, payload);
+    Bytes frame{0xFE, static_cast<std::uint8_t>(payload.size()), sequence, 1, 1, 0};
+    frame.insert(frame.end(), payload.begin(), payload.end());
+    const std::uint8_t extra = find_mavlink_message(0)->crc_extra;
+    const std::uint16_t crc = mavlink_crc(std::span(&extra, 1), mavlink_crc(std::span(frame).subspan(1)));
+    frame.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
+    frame.push_back(static_cast<std::uint8_t>(crc >> 8));
+    return frame;
+}
+
+TEST_CASE("heartbeats of version 1 are noticed, in whatever pieces they come, and cost no frame of version 2") {
+    Bytes stream;
+    for (std::uint8_t i = 0; i < 20; ++i) {
+        append(stream, old_heartbeat(i));
+        append(stream, timesync(i, 1'000 + i));
+        stream.push_back(0xFE);  // the beginning of one, and no more
+        append(stream, timesync(static_cast<std::uint8_t>(100 + i), 2'000));
+    }
+    Bytes wrong = old_heartbeat(1);
+    wrong[8] ^= 1U;
+    append(stream, wrong);
+    append(stream, timesync(20, 3'000));
+    for (const std::size_t piece : {1U, 3U, 17U, 500U}) {
+        MavlinkParser parser;
+        CHECK(parse(parser, stream, piece).size() == 41);
+        CHECK(parser.counters().version_1 == 20);
+    }
+}
+
 TEST_CASE("frames come out whole however the bytes arrive; zeros that were cut off are back") {
     Bytes stream;
     for (std::uint8_t i = 0; i < 20; ++i) {
