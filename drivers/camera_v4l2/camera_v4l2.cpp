@@ -65,18 +65,34 @@ Status CameraV4l2::set_controls(std::string& problem) {
     if (automatic_ == nullptr) {
         return Status::kOk;
     }
-    exposures_.clear();
-    return set_exposure(automatic_->setting(), 0, problem);
+    return prepare_exposure(problem);
 }
 
-/// @param first_sequence  the first frame that is exposed so
-Status CameraV4l2::set_exposure(const ExposureSetting& setting, std::uint32_t first_sequence, std::string& problem) {
+/// Of the two controls everything is looked up here: while images come, a step is two system calls.
+Status CameraV4l2::prepare_exposure(std::string& problem) {
     const AutoExposureOptions& options = automatic_->options();
+    const ExposureSetting setting = automatic_->setting();
+    FACET_TRY(controls_.find(options.exposure_control, exposure_control_, problem));
+    FACET_TRY(controls_.find(options.gain_control, gain_control_, problem));
     FACET_TRY(controls_.set(options.exposure_control, setting.exposure, problem));
     FACET_TRY(controls_.set(options.gain_control, setting.gain, problem));
-    set_ = setting;
-    exposures_.add(first_sequence, Duration::from_seconds(setting.exposure * options.exposure_step_s));
+    exposures_.clear();
+    note_exposure(setting, 0);
     return Status::kOk;
+}
+
+/// @param first_sequence  the first frame that is exposed so. @return whether the camera took it. No heap
+bool CameraV4l2::set_exposure(const ExposureSetting& setting, std::uint32_t first_sequence) {
+    if (controls_.write(exposure_control_, setting.exposure) < 0 || controls_.write(gain_control_, setting.gain) < 0) {
+        return false;
+    }
+    note_exposure(setting, first_sequence);
+    return true;
+}
+
+void CameraV4l2::note_exposure(const ExposureSetting& setting, std::uint32_t first_sequence) {
+    set_ = setting;
+    exposures_.add(first_sequence, Duration::from_seconds(setting.exposure * automatic_->options().exposure_step_s));
 }
 
 /// Shows the image to the rig, and takes over what it has decided. A refused setting is tried again at the next image.
@@ -86,9 +102,8 @@ void CameraV4l2::follow_exposure(const V4l2Buffer& buffer, const ImageView& imag
     if (wanted == set_) {
         return;
     }
-    std::string words;
     const auto latency = static_cast<std::uint32_t>(automatic_->options().latency_frames);
-    const bool is_set = ok(set_exposure(wanted, buffer.sequence + latency, words));
+    const bool is_set = set_exposure(wanted, buffer.sequence + latency);
     ++(is_set ? camera_counters_.exposures_set : camera_counters_.exposures_refused);
 }
 

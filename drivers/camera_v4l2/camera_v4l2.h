@@ -95,7 +95,9 @@ private:
     void follow_sequence(std::uint32_t sequence);
     void judge_copy(Duration took, std::size_t bytes);
     Timestamp midpoint(const V4l2Buffer& buffer, Duration exposure) const;
-    Status set_exposure(const ExposureSetting& setting, std::uint32_t first_sequence, std::string& problem);
+    Status prepare_exposure(std::string& problem);
+    void note_exposure(const ExposureSetting& setting, std::uint32_t first_sequence);
+    bool set_exposure(const ExposureSetting& setting, std::uint32_t first_sequence);
     void follow_exposure(const V4l2Buffer& buffer, const ImageView& image);
     Status deliver(const V4l2Buffer& buffer, CameraFrame& frame);
 
@@ -103,6 +105,8 @@ private:
     const Clock& clock_;
     V4l2Capture capture_;
     V4l2Controls controls_;
+    V4l2Control exposure_control_;  ///< of automatic exposure
+    V4l2Control gain_control_;
     std::string warning_;
     std::size_t image_bytes_ = 0;
     std::unique_ptr<std::uint8_t[]> pixels_;  ///< kSlots images

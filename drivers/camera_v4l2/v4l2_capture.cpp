@@ -8,7 +8,23 @@
 #include <cerrno>
 #include <cstring>
 
+#include "drivers/camera_v4l2/media_graph.h"
+
 namespace facet {
+namespace {
+
+/// What lies before a node that does not set its sensor itself. @param can  its capabilities
+Status set_up_way(KernelIo& io, int fd, std::uint32_t can, const V4l2CaptureOptions& options, std::string& problem) {
+    if ((can & V4L2_CAP_IO_MC) == 0) {
+        return Status::kOk;
+    }
+    const auto width = static_cast<std::uint32_t>(options.width);
+    const auto height = static_cast<std::uint32_t>(options.height);
+    return MediaGraph(io).set_up(fd, {width, height, options.format}, problem);
+}
+
+}  // namespace
+
 std::uint32_t V4l2Capture::type() const {
     return multiplanar_ ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
 }
@@ -43,7 +59,13 @@ Status V4l2Capture::start(std::string& problem) {
     if (streaming_) {
         return Status::kOk;
     }
-    const Status status = fail("streaming does not start", result, problem);
+    // What the drivers of bridges answer when they have looked at the way from the sensor.
+    const bool is_way = result == -EPIPE || result == -ENOLINK;
+    const Status status =
+        fail(is_way ? "streaming does not start, because the formats or links between sensor and node do "
+                      "not fit (media-ctl --print-topology shows them)"
+                    : "streaming does not start",
+             result, problem);
     close();
     return status;
 }
@@ -61,6 +83,11 @@ Status V4l2Capture::negotiate(const V4l2CaptureOptions& options, std::string& pr
     if ((can & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) == 0 || (can & V4L2_CAP_STREAMING) == 0) {
         (void)fail("not a capture device with streaming I/O", 0, problem);
         return Status::kInvalidArgument;
+    }
+    std::string words;
+    if (const Status status = set_up_way(io_, fd_, can, options, words); !ok(status)) {
+        (void)fail(words, 0, problem);
+        return status;
     }
     v4l2_format format{};
     format.type = type();

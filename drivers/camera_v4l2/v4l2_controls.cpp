@@ -58,39 +58,52 @@ void V4l2Controls::close() {
     fd_ = -1;
 }
 
-Status V4l2Controls::set(std::string_view name, std::int64_t value, std::string& problem) {
+Status V4l2Controls::find(std::string_view name, V4l2Control& control, std::string& problem) {
     std::string there;
     v4l2_query_ext_ctrl query{};
     for (query.id = V4L2_CTRL_FLAG_NEXT_CTRL; io_.ioctl(fd_, VIDIOC_QUERY_EXT_CTRL, &query) >= 0;
          query.id |= V4L2_CTRL_FLAG_NEXT_CTRL) {
         const std::string found = control_name(query.name, sizeof query.name);
-        if (found != name) {
-            there += (there.empty() ? "" : ", ") + found;
-            continue;
+        if (found == name) {
+            control = {query.id, query.minimum, query.maximum, query.type == V4L2_CTRL_TYPE_INTEGER64};
+            return Status::kOk;
         }
-        if (value < query.minimum || value > query.maximum) {
-            (void)fail("control " + found + " must be " + std::to_string(query.minimum) + " to " +
-                           std::to_string(query.maximum) + ", not " + std::to_string(value),
-                       0, problem);
-            return Status::kInvalidArgument;
-        }
-        v4l2_ext_control control{};
-        control.id = query.id;
-        if (query.type == V4L2_CTRL_TYPE_INTEGER64) {
-            control.value64 = value;
-        } else {
-            control.value = static_cast<std::int32_t>(value);
-        }
-        v4l2_ext_controls controls{};
-        controls.which = V4L2_CTRL_WHICH_CUR_VAL;
-        controls.count = 1;
-        controls.controls = &control;
-        const int result = io_.ioctl(fd_, VIDIOC_S_EXT_CTRLS, &controls);
-        return result < 0 ? fail("control " + found + " refused", result, problem) : Status::kOk;
+        there += (there.empty() ? "" : ", ") + found;
     }
     (void)fail("has no control " + std::string(name) + "; there " + (there.empty() ? "are none" : "are: " + there), 0,
                problem);
     return Status::kNotFound;
+}
+
+int V4l2Controls::write(const V4l2Control& control, std::int64_t value) {
+    if (value < control.least || value > control.most) {
+        return -ERANGE;
+    }
+    v4l2_ext_control one{};
+    one.id = control.id;
+    if (control.is_wide) {
+        one.value64 = value;
+    } else {
+        one.value = static_cast<std::int32_t>(value);
+    }
+    v4l2_ext_controls all{};
+    all.which = V4L2_CTRL_WHICH_CUR_VAL;
+    all.count = 1;
+    all.controls = &one;
+    return io_.ioctl(fd_, VIDIOC_S_EXT_CTRLS, &all);
+}
+
+Status V4l2Controls::set(std::string_view name, std::int64_t value, std::string& problem) {
+    V4l2Control control;
+    FACET_TRY(find(name, control, problem));
+    if (value < control.least || value > control.most) {
+        (void)fail("control " + std::string(name) + " must be " + std::to_string(control.least) + " to " +
+                       std::to_string(control.most) + ", not " + std::to_string(value),
+                   0, problem);
+        return Status::kInvalidArgument;
+    }
+    const int result = write(control, value);
+    return result < 0 ? fail("control " + std::string(name) + " refused", result, problem) : Status::kOk;
 }
 
 }  // namespace facet

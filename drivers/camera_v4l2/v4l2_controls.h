@@ -11,6 +11,14 @@
 
 namespace facet {
 
+/// A control of a node.
+struct V4l2Control {
+    std::uint32_t id = 0;
+    std::int64_t least = 0;
+    std::int64_t most = -1;  ///< less than `least`: there is no such control
+    bool is_wide = false;    ///< of 64 bits
+};
+
 /// The controls of a node: a capture node, or the sensor's own below a media controller (/dev/v4l-subdevN), where
 /// exposure and gain are on Raspberry Pi and i.MX. Names are those of v4l2-ctl: lower case, blanks and dashes as
 /// underscores ("exposure", "analogue_gain"). Thread-bound. Heap for texts.
@@ -28,9 +36,13 @@ public:
     void borrow(int descriptor, const std::string& device);
     void close();
 
-    /// @return kNotFound if there is no such control (the words name those that there are), kInvalidArgument if the
-    ///         value is out of range (the words give the range), kIo if it is refused
+    /// Looks for one among all of them. @return kNotFound if there is none (the words name those that there are)
+    Status find(std::string_view name, V4l2Control& control, std::string& problem);
+    /// find() and write() by name. @return kNotFound if there is no such control, kInvalidArgument if the value is out
+    ///         of range (the words give the range), kIo if it is refused
     Status set(std::string_view name, std::int64_t value, std::string& problem);
+    /// One system call, no heap. @return 0 or -errno; -ERANGE if the value is out of range, also of one not found
+    int write(const V4l2Control& control, std::int64_t value);
 
 private:
     Status fail(const std::string& what, int result, std::string& problem) const;

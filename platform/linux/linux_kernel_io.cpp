@@ -6,6 +6,8 @@
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -47,6 +49,16 @@ std::int64_t LinuxKernelIo::read(int fd, void* buffer, std::size_t size) {
 
 std::int64_t LinuxKernelIo::write(int fd, const void* buffer, std::size_t size) {
     return checked([&]() -> std::int64_t { return ::write(fd, buffer, size); });
+}
+
+int LinuxKernelIo::device_number(int fd, unsigned& major, unsigned& minor) {
+    struct stat info {};
+    if (::fstat(fd, &info) != 0) {
+        return -errno;
+    }
+    major = gnu_dev_major(info.st_rdev);
+    minor = gnu_dev_minor(info.st_rdev);
+    return 0;
 }
 
 int LinuxKernelIo::wait_readable(int fd, Duration timeout) {

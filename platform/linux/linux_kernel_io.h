@@ -15,6 +15,7 @@ public:
     std::int64_t read(int fd, void* buffer, std::size_t size) override;
     std::int64_t write(int fd, const void* buffer, std::size_t size) override;
     int wait_readable(int fd, Duration timeout) override;
+    int device_number(int fd, unsigned& major, unsigned& minor) override;
     int map(int fd, std::size_t length, std::int64_t offset, void*& address) override;
     int unmap(void* address, std::size_t length) override;
     int socket(int domain, int type, int protocol) override;

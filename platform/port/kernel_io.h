@@ -27,6 +27,9 @@ public:
     /// @param timeout  zero: do not wait
     /// @return 1 if so, 0 after the timeout, -errno
     virtual int wait_readable(int fd, Duration timeout) = 0;
+    /// Numbers of the device that an open node is of, whatever the names that lead to it.
+    /// @return 0 with `major` and `minor` set, or -errno
+    virtual int device_number(int fd, unsigned& major, unsigned& minor) = 0;
 
     /// Maps length bytes shared, for reading and writing. @return 0 with `address` set, or -errno.
     virtual int map(int fd, std::size_t length, std::int64_t offset, void*& address) = 0;

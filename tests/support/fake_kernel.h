@@ -17,6 +17,7 @@ public:
     std::int64_t read(int, void*, std::size_t) override { return -ENOSYS; }
     std::int64_t write(int, const void*, std::size_t) override { return -ENOSYS; }
     int wait_readable(int, Duration) override { return -ENOSYS; }
+    int device_number(int, unsigned&, unsigned&) override { return -ENOSYS; }
     int map(int, std::size_t, std::int64_t, void*&) override { return -ENOSYS; }
     int unmap(void*, std::size_t) override { return -ENOSYS; }
     int socket(int, int, int) override { return -ENOSYS; }

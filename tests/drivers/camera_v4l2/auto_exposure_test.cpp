@@ -222,6 +222,8 @@ TEST_CASE("a camera sets what the rig decides, and stamps the middle of each fra
     // Too dark: twice as long is asked for at once, and is there two frames later.
     CHECK(kernel.exposure == 64);
     CHECK(camera.camera_counters().exposures_set == 1);
+    CHECK(kernel.set_while_streaming == 2);  // two system calls a step, and none to look the controls up
+    CHECK(kernel.asked_while_streaming == 0);
     CHECK(exposures == std::vector<Duration>{{3'200'000}, {3'200'000}, {6'400'000}, {6'400'000}});
 }
 

@@ -11,6 +11,7 @@
 
 #include <cstring>
 #include <deque>
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -31,7 +32,9 @@ public:
 
     bool multiplanar = false;
     bool present = true;
-    bool one_by_one = true;  ///< "none ready" after each frame taken
+    std::uint32_t more_capabilities = 0;
+    std::function<int()> on_stream = [] { return 0; };  ///< 0, or what STREAMON answers
+    bool one_by_one = true;                             ///< "none ready" after each frame taken
     std::uint32_t width = 8;
     std::uint32_t height = 4;
     std::uint32_t stride = 8;
@@ -42,6 +45,7 @@ public:
     std::int64_t exposure = 100;
     std::string controls_at = "/dev/video0";  ///< the node that has the controls
     int set_while_streaming = 0;              ///< controls
+    int asked_while_streaming = 0;            ///< for controls
     bool asked_for_cached = false;            ///< buffers
     bool takes_dmabuf = true;
     int heap_room = 8;      ///< allocations that the heap can give
@@ -141,9 +145,15 @@ public:
             case VIDIOC_QUERYBUF: return describe(*static_cast<v4l2_buffer*>(argument));
             case VIDIOC_QBUF: return enqueue(*static_cast<v4l2_buffer*>(argument));
             case VIDIOC_DQBUF: return dequeue(*static_cast<v4l2_buffer*>(argument));
-            case VIDIOC_STREAMON: streaming = true; return 0;
+            case VIDIOC_STREAMON: {
+                const int answer = on_stream();
+                streaming = answer == 0;
+                return answer;
+            }
             case VIDIOC_STREAMOFF: streaming = false; return 0;
-            case VIDIOC_QUERY_EXT_CTRL: return query_control(*static_cast<v4l2_query_ext_ctrl*>(argument));
+            case VIDIOC_QUERY_EXT_CTRL:
+                asked_while_streaming += streaming ? 1 : 0;
+                return query_control(*static_cast<v4l2_query_ext_ctrl*>(argument));
             case VIDIOC_S_EXT_CTRLS: return set_control(*static_cast<v4l2_ext_controls*>(argument));
             default: return -ENOTTY;
         }
@@ -160,8 +170,8 @@ private:
 
     int query(v4l2_capability& capability) const {
         capability.capabilities = V4L2_CAP_DEVICE_CAPS;
-        capability.device_caps =
-            V4L2_CAP_STREAMING | (multiplanar ? V4L2_CAP_VIDEO_CAPTURE_MPLANE : V4L2_CAP_VIDEO_CAPTURE);
+        capability.device_caps = V4L2_CAP_STREAMING | more_capabilities |
+                                 (multiplanar ? V4L2_CAP_VIDEO_CAPTURE_MPLANE : V4L2_CAP_VIDEO_CAPTURE);
         return 0;
     }
     int set_format(v4l2_format& wanted) const {

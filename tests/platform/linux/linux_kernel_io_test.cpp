@@ -33,6 +33,22 @@ TEST_CASE("failures come back as negative errno values") {
     CHECK(io.set_option(-1, SOL_SOCKET, SO_RCVBUF, buffer.data(), 4) == -EBADF);
 }
 
+TEST_CASE("a device has its numbers by whatever name it is opened") {
+    const test::TempDir dir;
+    LinuxKernelIo io;
+    const std::string alias = dir.file("alias");
+    REQUIRE(::symlink("/dev/null", alias.c_str()) == 0);
+    const int fd = io.open(alias.c_str(), O_RDONLY);
+    REQUIRE(fd >= 0);
+    unsigned major = 0;
+    unsigned minor = 0;
+    CHECK(io.device_number(fd, major, minor) == 0);
+    CHECK(major == 1);
+    CHECK(minor == 3);
+    CHECK(io.close(fd) == 0);
+    CHECK(io.device_number(-1, major, minor) == -EBADF);
+}
+
 TEST_CASE("a file is written, mapped and read through the interface") {
     const test::TempDir dir;
     LinuxKernelIo io;
