@@ -71,7 +71,6 @@ FoxgloveClient::FoxgloveClient(Stream stream, Request request, FoxgloveSource& s
 FoxgloveClient::~FoxgloveClient() { end(); }
 
 void FoxgloveClient::start() {
-    stream_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     stream_.set_option(
         websocket::stream_base::decorator([protocol = protocol_of(request_)](websocket::response_type& response) {
             response.set(http::field::sec_websocket_protocol, protocol);

@@ -58,6 +58,7 @@ public:
     /// Whether a page's origin is Foxglove's, in the web or on the desktop.
     static bool is_foxglove(boost::beast::string_view origin);
 
+    /// @param stream  with its timeouts set
     FoxgloveClient(Stream stream, Request request, FoxgloveSource& source);
     ~FoxgloveClient();
     FoxgloveClient(const FoxgloveClient&) = delete;

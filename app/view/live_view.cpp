@@ -24,6 +24,7 @@ namespace asio = boost::asio;
 using Tcp = asio::ip::tcp;
 
 constexpr std::chrono::milliseconds kTick{30};
+constexpr std::chrono::milliseconds kPause{100};  // after connections that could not be accepted
 constexpr const char* kNoPage =
     "<!DOCTYPE html><title>facet</title><p>No page was given: <code>scripts/report --live page.html</code> makes one, "
     "<code>--view-page page.html</code> shows it.";
@@ -44,9 +45,11 @@ std::string read_page(const std::string& path) {
 
 class LiveView::Server {
 public:
-    explicit Server(const ViewOptions& options) : acceptor_(io_), timer_(io_) {
+    explicit Server(const ViewOptions& options) : acceptor_(io_), timer_(io_), pause_(io_) {
         source_.page = read_page(options.page);
         source_.token = options.token;
+        source_.idle = options.idle;
+        source_.places = kMaxViewers;
         source_.hello = hello_message(options.rig);
         listen(options.place);
         for (ViewSnapshot* snapshot : {&inbox_, &taken_}) {
@@ -133,13 +136,41 @@ private:
     void accept() {
         acceptor_.async_accept([this](boost::system::error_code error, Tcp::socket socket) {
             std::erase_if(viewers_, [](const std::weak_ptr<Viewer>& viewer) { return viewer.expired(); });
-            if (!error && viewers_.size() + source_.foxglove.clients() < kMaxViewers) {
+            if (!error) {
                 const auto viewer = std::make_shared<Viewer>(std::move(socket), source_);
+                make_room_for(viewer->address());
                 viewers_.push_back(viewer);
                 viewer->start();
+                accept();
+            } else {
+                accept_later();
             }
-            accept();
         });
+    }
+
+    /// As when there are no more descriptors: whoever waits goes on waiting, and this thread does not spin.
+    void accept_later() {
+        pause_.expires_after(kPause);
+        pause_.async_wait([this](boost::system::error_code error) {
+            if (!error) {
+                accept();
+            }
+        });
+    }
+
+    void make_room_for(const asio::ip::address& address) {
+        std::vector<std::shared_ptr<Viewer>> strangers;  // the one that has waited longest first
+        for (const std::weak_ptr<Viewer>& known : viewers_) {
+            if (auto viewer = known.lock(); viewer && viewer->is_stranger()) {
+                strangers.push_back(std::move(viewer));
+            }
+        }
+        const auto is_neighbour = [&](const std::shared_ptr<Viewer>& viewer) { return viewer->address() == address; };
+        if (std::ranges::count_if(strangers, is_neighbour) >= static_cast<std::ptrdiff_t>(kMaxOfAddress)) {
+            (*std::ranges::find_if(strangers, is_neighbour))->turn_away();
+        } else if (strangers.size() >= kMaxStrangers) {
+            strangers.front()->turn_away();
+        }
     }
 
     /// Takes what was offered; the lock is held for an exchange of two buffers.
@@ -179,6 +210,7 @@ private:
     asio::io_context io_{1};
     Tcp::acceptor acceptor_;
     asio::steady_timer timer_;
+    asio::steady_timer pause_;
     std::vector<std::weak_ptr<Viewer>> viewers_;
     std::optional<Timestamp> begin_;         ///< of the thread that offers
     std::optional<Timestamp> last_picture_;  ///< the same

@@ -2,6 +2,7 @@
 // What the estimator sees, live in a browser on the same computer.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -19,6 +20,7 @@ struct ViewOptions {
     std::string token;  ///< without which nobody is shown anything; must be given if the place is not loopback
     std::string page;   ///< HTML file for "/"; empty: a sentence that says how to make one
     StereoRig rig;      ///< of which the left camera is shown
+    std::chrono::milliseconds idle = std::chrono::seconds(20);  ///< after which a client that answers no ping is gone
 };
 
 struct ViewAccount {
@@ -33,12 +35,16 @@ struct ViewAccount {
 /// it, and at any place the WebSocket protocol of Foxglove (foxglove_hub.h) for clients that ask for that. offer()
 /// copies into one buffer if that is free, and never waits: it locks nothing that the thread holds while it sends. A
 /// browser has at most one message under way and the newest of each kind waiting, a client of Foxglove's a few more;
-/// what is older is replaced. At most kMaxViewers of both at once. With a token, only who has it is shown the flight;
+/// what is older is replaced. At most kMaxViewers of both at once, who have been let in; of those who have not, the one
+/// that has waited longest makes room for the newest when there are kMaxStrangers, or kMaxOfAddress of its address, so
+/// that nobody is locked out by requests that are never finished. With a token, only who has it is shown the flight;
 /// without, only who reaches the server under a name of this computer (Host), and of pages its own and Foxglove's
 /// (Origin). Heap, but not in offer() as long as the fillers stay within the bounds below.
 class LiveView final : public FlightViewer {
 public:
     static constexpr std::size_t kMaxViewers = 8;
+    static constexpr std::size_t kMaxStrangers = 32;
+    static constexpr std::size_t kMaxOfAddress = 8;          ///< browsers open six at once
     static constexpr std::size_t kMaxStates = 32;            ///< of frames that wait for the thread
     static constexpr Duration kPicturePeriod{200'000'000};   ///< the least time between two
     static constexpr Duration kPointlessAfter{500'000'000};  ///< then one without points comes

@@ -34,9 +34,15 @@ bool asks_for_foxglove(const FoxgloveClient::Request& request) {
 }  // namespace
 
 Viewer::Viewer(asio::ip::tcp::socket socket, ViewSource& source)
-    : source_(source), stream_(std::move(socket)), sender_(stream_, [this] { end_live(); }) {}
+    : source_(source), stream_(std::move(socket)), sender_(stream_, [this] { end_live(); }) {
+    beast::error_code gone_already;
+    address_ = stream_.next_layer().socket().remote_endpoint(gone_already).address();
+}
 
-Viewer::~Viewer() { end_live(); }
+Viewer::~Viewer() {
+    end_live();
+    source_.taken -= has_place_ ? 1 : 0;
+}
 
 void Viewer::start() {
     parser_.emplace();
@@ -71,8 +77,11 @@ void Viewer::answer() {
         reply(http::status::forbidden, "text/plain",
               source_.token.empty() ? "only pages of this server on this computer, and Foxglove\n"
                                     : "only with ?token= and the token\n");
+    } else if (websocket::is_upgrade(request) && !source_.has_place()) {
+        reply(http::status::service_unavailable, "text/plain", "all places are taken\n");
     } else if (asks_for_foxglove(request)) {
         stream_.next_layer().expires_never();
+        stream_.set_option(websocket::stream_base::timeout{kRequestTime, source_.idle, true});
         source_.foxglove.adopt(std::move(stream_), parser_->release());
     } else if (path == "/live" && websocket::is_upgrade(request)) {
         begin_live();
@@ -97,8 +106,10 @@ void Viewer::reply(http::status status, const char* type, std::string body) {
 }
 
 void Viewer::begin_live() {
+    has_place_ = true;
+    ++source_.taken;
     stream_.next_layer().expires_never();
-    stream_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+    stream_.set_option(websocket::stream_base::timeout{kRequestTime, source_.idle, true});
     stream_.read_message_max(kMaxFromBrowser);
     stream_.async_accept(parser_->get(), [self = shared_from_this()](beast::error_code error) {
         if (error) {

@@ -2,6 +2,10 @@
 // The live view from a browser's side, and that no browser holds up whoever offers frames.
 #include "app/view/live_view.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
@@ -117,6 +121,102 @@ TEST_CASE("browsers that read nothing, or vanish, hold up nobody and lose old me
         newest = good.is_binary() ? newest : nlohmann::json::parse(message)["t"].get<double>();
     }
     CHECK(newest == Approx(5.0));
+}
+
+/// Connections that send half a request and no more.
+class HalfOpen {
+public:
+    HalfOpen(const LiveView& view, int count, const std::string& address = "127.0.0.1") {
+        for (int i = 0; i < count; ++i) {
+            sockets_.emplace_back(io_);
+            sockets_.back().open(test::asio::ip::tcp::v4());
+            sockets_.back().bind({test::asio::ip::make_address(address), 0});
+            sockets_.back().connect(test::place_of(view));
+            test::asio::write(sockets_.back(), test::asio::buffer(std::string("GET / HTTP/1.1\r\nHost: ")));
+        }
+    }
+
+private:
+    test::asio::io_context io_;
+    std::vector<test::asio::ip::tcp::socket> sockets_;
+};
+
+TEST_CASE("who has not shown the token locks nobody out, from one address or from many") {
+    const std::string token = "0123456789abcdef";
+    LiveView view(test::view_options("", token));
+    const HalfOpen from_one(view, 40, "127.0.0.1");
+    std::vector<std::unique_ptr<HalfOpen>> from_many;
+    for (int i = 2; i < 40; ++i) {
+        from_many.push_back(std::make_unique<HalfOpen>(view, 1, "127.0.0." + std::to_string(i)));
+    }
+    CHECK(test::get(view, "/", "localhost").result() == test::http::status::ok);
+    std::vector<std::unique_ptr<Client>> operators;
+    test::ViewClientOptions shown;
+    shown.target = "/live?token=" + token;
+    for (std::size_t i = 0; i < LiveView::kMaxViewers; ++i) {
+        operators.push_back(std::make_unique<Client>(view, shown));
+        CHECK(nlohmann::json::parse(operators.back()->read()).is_object());
+    }
+    // The places are for those who have been let in, and no more than there are.
+    CHECK_THROWS(Client(view, shown));
+    operators.pop_back();
+    CHECK(test::comes_true([&] {
+        try {
+            Client(view, shown).read();
+            return true;
+        } catch (const std::exception&) {
+            return false;
+        }
+    }));
+}
+
+double processor_time_s() {
+    rusage used{};
+    REQUIRE(::getrusage(RUSAGE_SELF, &used) == 0);
+    return static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+           1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+}
+
+TEST_CASE("without descriptors for more connections the view waits, and does not keep a core busy") {
+    LiveView view({});
+    test::asio::io_context io;
+    test::asio::ip::tcp::socket client(io);
+    client.open(test::asio::ip::tcp::v4());
+    const int next = ::dup(0);  // the lowest that is free
+    ::close(next);
+    rlimit before{};
+    REQUIRE(::getrlimit(RLIMIT_NOFILE, &before) == 0);
+    const rlimit none_left{static_cast<rlim_t>(next), before.rlim_max};
+    REQUIRE(::setrlimit(RLIMIT_NOFILE, &none_left) == 0);
+    client.connect(test::place_of(view));  // the kernel takes it, and the view cannot
+    const double begin_s = processor_time_s();
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    const double used_s = processor_time_s() - begin_s;
+    REQUIRE(::setrlimit(RLIMIT_NOFILE, &before) == 0);
+    CHECK(used_s < 0.2);
+    test::asio::write(client, test::asio::buffer(std::string("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")));
+    std::array<char, 12> answer{};
+    test::asio::read(client, test::asio::buffer(answer));
+    CHECK(std::string(answer.data(), answer.size()) == "HTTP/1.1 200");
+}
+
+TEST_CASE("a WebSocket whose other end answers no ping gives its place back") {
+    ViewOptions options = test::view_options("");
+    options.idle = std::chrono::milliseconds(300);
+    LiveView view(options);
+    std::vector<std::unique_ptr<Client>> silent;
+    for (std::size_t i = 0; i < LiveView::kMaxViewers; ++i) {
+        silent.push_back(std::make_unique<Client>(view));  // reads nothing, and so answers nothing
+    }
+    CHECK_THROWS(Client(view));
+    CHECK(test::comes_true([&] {
+        try {
+            Client(view).read();
+            return true;
+        } catch (const std::exception&) {
+            return false;
+        }
+    }));
 }
 
 TEST_CASE("a port in use and a page that is not there are refused") {
