@@ -22,6 +22,7 @@
 #include "app/run/live_run.h"
 #include "app/run/reset_count.h"
 #include "app/run/service_notifier.h"
+#include "app/run/signing_time.h"
 #include "app/run/state_keeper.h"
 #include "app/run/status_text.h"
 #include "app/support/console.h"
@@ -174,6 +175,20 @@ void keep_resets(Hardware& hardware, ResetCount& resets) {
     }
 }
 
+/// Keeps the time of signatures, and says once if the autopilot cannot understand what is sent.
+void look_after(MavlinkLink& link, SigningTime& signing, bool& is_said) {
+    if (const std::string problem = signing.keep(link.signing_time()); !problem.empty()) {
+        print_err("warning: signatures will be refused after a reboot without a clock: {}\n", problem);
+    }
+    if (link.hears_version_1() && !is_said) {
+        is_said = true;
+        print_err(
+            "warning: {}: the other side speaks MAVLink 1; set its port to version 2 (ArduPilot: "
+            "SERIALn_PROTOCOL 2, PX4: MAV_PROTO_VER 2)\n",
+            link.name());
+    }
+}
+
 /// Opens one, if it is there; its first pose has the counter that announces the jump.
 template <class Sink>
 void open_sink(Sink* sink, std::uint8_t first_reset, std::vector<OdometrySink*>& sinks) {
@@ -198,8 +213,18 @@ std::vector<OdometrySink*> open_sinks(Hardware& hardware, const ResetCount& rese
     return sinks;
 }
 
-/// Lets the run go on from what an earlier program has kept a moment ago.
+/// As the option says, else as the vehicle file does.
+std::unique_ptr<WorldServer> open_world(const std::string& path, const std::optional<VehicleWorld>& world) {
+    return !path.empty() || !world ? open_stream(path)
+                                   : open_stream(world->path, {world->group, world->mode}, "sinks.world.path");
+}
+
+/// Lets the run go on from what an earlier program has kept a moment ago, and keep what a later one needs.
 void resume(LiveRun& run, const StateKeeper& keeper, const Clock& clock) {
+    if (keeper.is_in_flight()) {
+        run.begin_in_flight();
+    }
+    run.keep_states();
     std::string refusal;
     const std::optional<StateKeeper::Found> found = keeper.load(clock.now(), refusal);
     if (!refusal.empty()) {
@@ -224,20 +249,50 @@ void keep_state(LiveRun& run, StateKeeper& keeper, const Clock& clock) {
 }
 
 /// A thread that hangs cannot be ended in order. Whoever supervises starts the program again.
-[[noreturn]] void end_stalled() {
-    print_error("the estimator's thread hangs; to be started again");
+[[noreturn]] void end_stalled(const char* thread) {
+    print_error(fmt::format("the thread facet-{} hangs; to be started again", thread).c_str());
     std::_Exit(kExitFailed);
 }
+
+/// Says once which thread is silent for more than a second, while the watchdog goes hungry.
+class SilenceTeller {
+public:
+    explicit SilenceTeller(const Clock& clock) : clock_(clock) {}
+
+    void tell(const char* thread) {
+        const std::string now = thread == nullptr ? "" : thread;
+        if (now != silent_) {
+            silent_ = now;
+            since_ = clock_.now();
+            is_told_ = now.empty();
+        } else if (!is_told_ && clock_.now() - since_ > kPatience) {
+            is_told_ = true;
+            print_err("warning: the thread facet-{} gives no sign of life; the watchdog is not fed\n", silent_);
+        }
+    }
+
+private:
+    static constexpr Duration kPatience = Duration::from_seconds(1.0);
+    const Clock& clock_;
+    std::string silent_;
+    Timestamp since_;
+    bool is_told_ = true;
+};
 
 int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, StateKeeper& keeper,
         const RunArguments& args, const std::atomic<bool>& stop) {
     MavlinkLink* const mavlink = hardware.mavlink();
     ResetCount resets(folder_or_log("STATE_DIRECTORY", vehicle));
+    SigningTime signing(folder_or_log("STATE_DIRECTORY", vehicle), clock);
+    if (mavlink != nullptr) {
+        mavlink->begin_signing_at(signing.first());
+    }
+    bool is_version_said = false;
     const std::vector<OdometrySink*> sinks = open_sinks(hardware, resets);
     const bool is_terminal = isatty(STDOUT_FILENO) != 0 && !args.quiet;
     ServiceNotifier notifier(io, clock, environment("NOTIFY_SOCKET"), environment("WATCHDOG_USEC"),
                              environment("WATCHDOG_PID"), getpid());
-    const std::unique_ptr<WorldServer> world = open_stream(args.stream);
+    const std::unique_ptr<WorldServer> world = open_world(args.stream, vehicle.world);
     const std::unique_ptr<LiveView> view = open_view(args.view, vehicle.calibration.rig);
     LiveRun run(clock, vehicle, hardware.sources(), sinks);
     run.stream_to(world.get());
@@ -249,20 +304,27 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
         run.set_quiet();
     }
     resume(run, keeper, clock);
-    run.keep_states();
     run.start();
     begin_pulses(hardware, vehicle, run.refusals());
     notifier.ready();
     StatusPrinter printer(clock, args.vehicle, is_terminal, args.quiet);
+    SilenceTeller silences(clock);
     wait_live(clock, stop, args.duration_s, [&] {
-        notifier.progress(run.frames());
+        const char* const silent = run.silent_thread();
+        if (silent == nullptr) {
+            notifier.feed();
+        }
+        silences.tell(silent);
         keep_resets(hardware, resets);
         keep_state(run, keeper, clock);
-        if (notifier.is_watched() && run.has_stalled()) {
-            end_stalled();
+        if (const char* const hangs = run.hanging_thread(); hangs != nullptr && notifier.is_watched()) {
+            end_stalled(hangs);
         }
-        if (mavlink != nullptr && mavlink->take_reset_request()) {
-            run.request_reset();
+        if (mavlink != nullptr) {
+            look_after(*mavlink, signing, is_version_said);
+            if (mavlink->take_reset_request()) {
+                run.request_reset();
+            }
         }
         printer.update(run, notifier);
         return !run.ended();
@@ -327,8 +389,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
     command->footer(
         "SIGTERM and SIGINT stop in order: what was estimated is sent, files are complete, summary.json is written.\n"
         "As a systemd service of Type=notify it reports READY, STATUS and STOPPING, and feeds the watchdog while "
-        "frames are "
-        "used.\n"
+        "inertial samples come and estimator and sinks are at work.\n"
         "Exit codes: 0 stopped in order; 1 no estimate, not finite, or a file could not be written; 2 bad usage, bad "
         "vehicle file, or hardware that is not there.");
     command->callback([args, &exit_code] { exit_code = run_guarded([&] { return run_vehicle(*args); }); });

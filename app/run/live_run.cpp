@@ -92,7 +92,7 @@ void LiveRun::start() {
     if (std::string refusal; vehicle_.realtime.lock_memory && !ok(lock_memory(refusal))) {
         starter_.add_refusal(refusal);
     }
-    sensors_.open(starter_);
+    sensors_.open(starter_, is_in_flight_);
     open_files();
     if (WarningLog* log = recorder_.warnings(); log != nullptr && is_quiet_) {
         log->set_quiet();

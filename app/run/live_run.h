@@ -64,12 +64,17 @@ public:
 
     /// To be called before start(): goes on from what an earlier run has kept. @return see Estimator::resume()
     Status resume(const KeptState& kept, double elapsed_s) { return pipeline_.resume(kept, elapsed_s); }
+    /// To be called before start(): the vehicle may be in the air, so that sensors which can be done without are waited
+    /// for, see SensorThreads::open().
+    void begin_in_flight() { is_in_flight_ = true; }
     /// To be called before start(): take_state() has a state to keep, once a second.
     void keep_states() { next_state_ = Timestamp{}; }
     /// @return whether there is a new one
     bool take_state(KeptState& state);
-    /// The estimator's thread hangs, and nothing that is to be used is sent any more: only a new program helps.
-    bool has_stalled() const { return output_->has_stalled(); }
+    /// Without it nothing that is to be used is sent: see OutputThreads.
+    const char* silent_thread() const { return output_->silent_thread(); }
+    /// Only a new program helps: see OutputThreads.
+    const char* hanging_thread() const { return output_->hanging_thread(); }
 
     /// To be called before start(): mesh, planes and grid go there. Borrowed.
     void stream_to(WorldServer* world) { pipeline_.stream_to(world); }
@@ -95,6 +100,7 @@ private:
     ThreadStarter starter_;
     std::string failure_;
     bool is_quiet_ = false;
+    bool is_in_flight_ = false;
     std::unique_ptr<RunQueues> queues_;
     FramePipeline pipeline_;
     FrameRecorder recorder_;

@@ -27,6 +27,7 @@ OutputThreads::OutputThreads(const Clock& clock, const ProgramConfig& config, co
       keep_latencies_(keep_latencies),
       watch_(clock),
       readings_(clock),
+      sending_(clock),
       lost_after_s_(config.health.lost_after_s),
       next_flush_(clock.now()) {
     events_.push_back(&reports_);
@@ -150,7 +151,7 @@ void OutputThreads::end_stall() {
     SinkNews::report(sinks_, outcome_.estimate.health.state, outcome_.estimate.health.reasons);
 }
 
-/// A thread that hangs cannot say so itself, nor be ended: see has_stalled(). Without readings no frame is ever
+/// A thread that hangs cannot say so itself, nor be ended: see hanging_thread(). Without readings no frame is ever
 /// complete, so that no estimate says so either.
 void OutputThreads::watch() {
     if (!watch_.is_awaited()) {
@@ -181,14 +182,31 @@ void OutputThreads::watch() {
     }
 }
 
+const char* OutputThreads::silent_thread() const {
+    return !readings_.is_awaited() || readings_.silence() ? "imu"
+           : watch_.silence()                             ? "estimator"
+           : sending_.silence()                           ? "sinks"
+                                                          : nullptr;
+}
+
+const char* OutputThreads::hanging_thread() const {
+    const auto hangs = [this](const StallWatch& watch) {
+        const std::optional<Duration> silence = watch.silence();
+        return silence && silence->seconds() > lost_after_s_;
+    };
+    return hangs(watch_) ? "estimator" : hangs(sending_) ? "sinks" : nullptr;
+}
+
 void OutputThreads::send_poses(const std::atomic<bool>& stopping) {
     for (;;) {
         const bool last = stopping.load(std::memory_order_acquire);
+        sending_.beat();
         watch();  // before the samples that have come are sent
         while (carry_on()) {
         }
         if (last) {
             news_.pass_on(sinks_);
+            sending_.end();
             return;
         }
         const Duration wait = news_.pass_on(sinks_);

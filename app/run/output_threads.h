@@ -75,11 +75,11 @@ public:
     // On any thread:
     FrameStatus status() const;
     const OutputCounters& counters() const { return counters_; }
-    /// The estimator's thread hangs, and nothing that is to be used is sent any more.
-    bool has_stalled() const {
-        const std::optional<Duration> silence = watch_.silence();
-        return silence && silence->seconds() > lost_after_s_;
-    }
+    /// A thread without which nothing that is to be used is sent, and that gives no sign of life: the inertial
+    /// sensor's, also before its first sample, the estimator's or the sinks'. nullptr if there is none.
+    const char* silent_thread() const;
+    /// The same of a thread that hangs: one that waits for no sensor, and has been silent for health.lost_after_s.
+    const char* hanging_thread() const;
     /// Frames that the estimator has accepted.
     std::uint64_t frames() const { return frames_.load(std::memory_order_relaxed); }
 
@@ -113,6 +113,7 @@ private:
     EventQueue stall_reports_;  ///< of the sending thread
     StallWatch watch_;          ///< the estimator
     StallWatch readings_;       ///< the inertial sensor
+    StallWatch sending_;        ///< the sinks
     double lost_after_s_;
     SpscQueue<ImuSample, 1024> samples_;
     SpscQueue<FrameOutcome, 32> outcomes_;

@@ -46,14 +46,30 @@ SensorThreads::SensorThreads(Clock& clock, const Vehicle& vehicle, const RunSour
     left_.name = vehicle.cameras.side_by_side ? "cameras" : "left";
 }
 
-void SensorThreads::open(ThreadStarter& starter) {
+void SensorThreads::open(ThreadStarter& starter, bool in_flight) {
+    int cameras = 0;
+    const auto open = [&](Source* source, const char* name, SourceThread& thread) {
+        if (source == nullptr) {
+            return false;
+        }
+        try {
+            open_source(*source, name, starter);
+            return true;
+        } catch (const InputError& e) {
+            if (!in_flight) {
+                throw;
+            }
+            thread.is_awaited = true;
+            (void)thread.events.push(RunEvent::make("source_failed", "{}; begun without it in flight", e.what()));
+            return false;
+        }
+    };
     open_source(*sources_.imu, "imu", starter);
-    if (sources_.trigger != nullptr) {
-        open_source(*sources_.trigger, "trigger", starter);
-    }
-    open_source(*sources_.left, vehicle_.cameras.side_by_side ? "cameras" : "left camera", starter);
-    if (sources_.right != nullptr) {
-        open_source(*sources_.right, "right camera", starter);
+    (void)open(sources_.trigger, "trigger", trigger_);
+    cameras += open(sources_.left, vehicle_.cameras.side_by_side ? "cameras" : "left camera", left_) ? 1 : 0;
+    cameras += open(sources_.right, "right camera", right_) ? 1 : 0;
+    if (cameras == 0) {
+        throw InputError(fmt::format("no camera can be started: {}", sources_.left->problem()));
     }
 }
 

@@ -56,11 +56,10 @@ void ServiceNotifier::send(const std::string& text) {
     }
 }
 
-void ServiceNotifier::progress(std::uint64_t frames) {
-    if (!watchdog_ || frames == frames_ || clock_.now() < next_feed_) {
+void ServiceNotifier::feed() {
+    if (!watchdog_ || clock_.now() < next_feed_) {
         return;
     }
-    frames_ = frames;
     next_feed_ = clock_.now() + Duration{watchdog_->ns / 4};
     send("WATCHDOG=1");
 }

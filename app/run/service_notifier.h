@@ -29,10 +29,8 @@ public:
     void ready() { send("READY=1"); }
     void stopping() { send("STOPPING=1"); }
     void status(const std::string& text) { send("STATUS=" + text); }
-    /// Feeds the watchdog if frames were used since the last time, at most four times in its period, so that a process
-    /// which runs but estimates nothing is restarted.
-    /// @param frames  used so far
-    void progress(std::uint64_t frames);
+    /// Feeds the watchdog, at most four times in its period. To be called while everything is at work.
+    void feed();
 
 private:
     void send(const std::string& text);
@@ -42,7 +40,6 @@ private:
     int fd_ = -1;
     std::optional<Duration> watchdog_;
     Timestamp next_feed_;
-    std::uint64_t frames_ = 0;
 };
 
 }  // namespace facet

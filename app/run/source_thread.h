@@ -58,21 +58,34 @@ struct SourceThread {
     SharedCounters counters;
     EventQueue events;
     std::atomic<bool> ended{false};  ///< no more samples will come
+    bool is_awaited = false;         ///< the source could not be started yet; of its thread once that runs
 };
 
 /// Longest wait in the driver: how long a stop may take.
 inline constexpr Duration kSourceWait = Duration::from_seconds(0.05);
 /// Pause after a source returned without a sample and without waiting, as closed and failing ones do.
 inline constexpr Duration kSourcePause = Duration::from_seconds(0.005);
+/// A source that could not be started is tried again after so many waits: half a second.
+inline constexpr int kSourceRetry = 10;
 
-/// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started. A sample that
-/// finds the queue full is dropped and counted.
+/// Tries to start a source that is awaited, until `stopping`.
+template <class Source>
+void await_source(Source& source, SourceThread& shared, Clock& clock, const std::atomic<bool>& stopping) {
+    for (int waits = 1; shared.is_awaited && !stopping.load(std::memory_order_relaxed); ++waits) {
+        clock.sleep(kSourceWait);
+        shared.is_awaited = waits % kSourceRetry != 0 || !ok(source.start());
+    }
+}
+
+/// Body of a sensor's thread: until `stopping` or the end of the stream. The source has been started, or is awaited. A
+/// sample that finds the queue full is dropped and counted.
 /// @param see  called with each sample before it is in the queue
 template <class Source, class Sample, std::size_t N, class See>
 void pump(Source& source, SourceThread& shared, Clock& clock, LinuxWakeup& wakeup, const std::atomic<bool>& stopping,
           SpscQueue<Sample, N>& queue, See see) {
     StampMapper mapper(clock, source.clock());
-    bool failing = false;
+    bool failing = shared.is_awaited;  // which has been reported
+    await_source(source, shared, clock, stopping);
     while (!stopping.load(std::memory_order_relaxed)) {
         Sample sample;
         const Timestamp begin = clock.now();

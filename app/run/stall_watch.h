@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Whether a thread is still at work: the estimator's, or the one that reads the inertial sensor.
+// Whether a thread is still at work: the estimator's, the sinks', or the one that reads the inertial sensor.
 #pragma once
 
 #include <atomic>
@@ -9,9 +9,9 @@
 
 namespace facet {
 
-/// A thread tells that it is alive, the estimator's whenever it has taken something or waited for something, the
-/// inertial sensor's at every sample; whoever asks learns of a silence that no frame explains. Thread-safe, one thread
-/// that beats. No heap, no lock.
+/// A thread tells that it is alive, the estimator's and the sinks' whenever they have taken something or waited for
+/// something, the inertial sensor's at every sample; whoever asks learns of a silence that no frame explains.
+/// Thread-safe, one thread that beats. No heap, no lock.
 class StallWatch {
 public:
     /// Three times what a keyframe takes on a slow computer; with the pause of whoever asks, 50 ms, a stall is known

@@ -36,38 +36,6 @@ public:
     bool increasing = true;
 };
 
-/// One view of the log's pairs as a camera of its own.
-template <std::size_t kSlots = 1>
-class ViewCamera final : public CameraSource {
-public:
-    ViewCamera(Clock& clock, bool is_left, const std::atomic<bool>& go,
-               const AslSourceOptions& options = flight().source())
-        : stereo_(clock, options), is_left_(is_left), go_(go) {
-        const CameraIntrinsics k = flight().vehicle("").calibration.rig.left.intrinsics();
-        both_ = std::make_unique<StereoAsCamera<kSlots>>(stereo_, k.width, k.height);
-    }
-    Status start() override { return both_->start(); }
-    void stop() override { both_->stop(); }
-    ClockDomain clock() const override { return ClockDomain::kMonotonic; }
-    SourceCounters counters() const override { return both_->counters(); }
-    std::string_view problem() const override { return both_->problem(); }
-    Status next(Duration timeout, CameraFrame& frame) override {
-        if (!go_) {
-            return Status::kNotReady;
-        }
-        FACET_TRY(both_->next(timeout, frame));
-        frame.image.width /= 2;
-        frame.image.data += is_left_ ? 0 : frame.image.width;
-        return Status::kOk;
-    }
-
-private:
-    AslStereoSource stereo_;
-    bool is_left_;
-    const std::atomic<bool>& go_;
-    std::unique_ptr<StereoAsCamera<kSlots>> both_;
-};
-
 /// The log's frame stamps as edges, the first `last` of them; then lets the cameras go.
 class LogTrigger final : public TriggerSource {
 public:

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A live run that ends without a word, and the next one, which goes on from what it has kept.
+// A live run that ends without a word, and the next one, which goes on from what it has kept, with the sensors that are
+// there.
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <sstream>
@@ -70,6 +72,72 @@ TEST_CASE("a run that ends without a word is gone on from in flight, with its pl
     CAPTURE(off_m);
     CHECK(off_m < 0.5);
     CHECK(std::sqrt(summary.last.covariance(3, 3)) > 0.5);
+}
+
+/// A source that is not there.
+template <class Base, class Sample>
+class Absent final : public Base {
+public:
+    Status start() override {
+        ++attempts;
+        return Status::kNotFound;
+    }
+    void stop() override {}
+    ClockDomain clock() const override { return ClockDomain::kMonotonic; }
+    SourceCounters counters() const override { return {}; }
+    std::string_view problem() const override { return "/dev/x: cannot be opened: No such file or directory"; }
+    Status next(Duration, Sample&) override { return Status::kNotReady; }
+    std::atomic<int> attempts{0};
+};
+
+TEST_CASE("a restart in the air goes on with the inertial sensor and either camera, and waits for the rest") {
+    const bool left_is_there = GENERATE(true, false);
+    CAPTURE(left_is_there);
+    const test::TempDir dir;
+    StillClock clock;
+    const std::atomic<bool> go{true};
+    ViewCamera<5> view(clock, left_is_there, go);
+    AslImuSource log_imu(clock, flight().source());
+    Pace pace(1, Duration::from_seconds(0.4));
+    PacedCamera camera(view, pace, 0);
+    PacedImu imu(log_imu, pace);
+    Absent<CameraSource, CameraFrame> absent;
+    Absent<TriggerSource, TriggerEdge> trigger;
+    Vehicle vehicle = flight().vehicle(dir.file("out"));
+    vehicle.cameras.side_by_side = false;
+    vehicle.trigger.emplace();
+    const RunSources sources =
+        left_is_there ? RunSources{&camera, &absent, &trigger, &imu} : RunSources{&absent, &camera, &trigger, &imu};
+    {
+        LiveRun on_the_ground(clock, vehicle, sources, {});
+        CHECK_THROWS_WITH(on_the_ground.start(), Catch::Contains("/dev/x: cannot be opened"));
+    }
+    LiveRun run(clock, vehicle, sources, {});
+    run.begin_in_flight();
+    run.start();
+    for (int i = 0; i < 2000 && (run.frames() < 20 || absent.attempts < 4); ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    const RunSummary summary = run.stop();
+    CHECK(run.failure().empty());
+    CHECK(summary.frames >= 20);
+    CHECK(summary.last.health.state != TrackingState::kLost);
+    CHECK(absent.attempts >= 4);
+    CHECK(trigger.attempts >= 4);
+    const std::string log = test::read_file(dir.file("out/warnings.txt"));
+    CHECK(log.find("camera: /dev/x: cannot be opened: No such file or directory; begun without it in flight") !=
+          std::string::npos);
+    CHECK(log.find("trigger: /dev/x") != std::string::npos);
+}
+
+TEST_CASE("without any camera there is nothing to begin with, in flight neither") {
+    Rig rig;
+    Absent<CameraSource, CameraFrame> left;
+    Absent<CameraSource, CameraFrame> right;
+    const Vehicle vehicle = flight().vehicle("");
+    LiveRun run(rig.clock, vehicle, {&left, &right, nullptr, &rig.imu}, {});
+    run.begin_in_flight();
+    CHECK_THROWS_WITH(run.start(), Catch::StartsWith("no camera can be started: /dev/x"));
 }
 
 }  // namespace
