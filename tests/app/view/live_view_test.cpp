@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
