@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kDevices = 16;                 // /dev/media0 and so on
 constexpr std::size_t kLongest = 16;         // way: a graph with a ring in it is damaged
-constexpr std::uint32_t kY16_1X16 = 0x202e;  // MEDIA_BUS_FMT_Y16_1X16, which older headers lack
+constexpr std::uint32_t kY16OnBus = 0x202e;  // MEDIA_BUS_FMT_Y16_1X16, which older headers lack
 
 /// Bus formats of which a bridge makes these pixels, the likeliest first.
 std::vector<std::uint32_t> bus_codes(PixelFormat format) {
@@ -26,7 +26,7 @@ std::vector<std::uint32_t> bus_codes(PixelFormat format) {
         case PixelFormat::kY10p: return {MEDIA_BUS_FMT_Y10_1X10};
         case PixelFormat::kY12:
         case PixelFormat::kY012: return {MEDIA_BUS_FMT_Y12_1X12};
-        case PixelFormat::kY16: return {kY16_1X16, MEDIA_BUS_FMT_Y12_1X12, MEDIA_BUS_FMT_Y10_1X10};
+        case PixelFormat::kY16: return {kY16OnBus, MEDIA_BUS_FMT_Y12_1X12, MEDIA_BUS_FMT_Y10_1X10};
         case PixelFormat::kYuyv: return {MEDIA_BUS_FMT_YUYV8_1X16, MEDIA_BUS_FMT_YUYV8_2X8};
     }
     return {};
