@@ -27,10 +27,9 @@ void read_image(const BagMessage& message) {
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const test::MemoryFile file({data, size});
-    const std::atomic<bool> go_on{false};
     try {
-        const auto bag = open_bag(
-            file.path(), [](const std::string& line) { test::require(line.find('\n') == std::string::npos); }, go_on);
+        const auto bag =
+            open_bag(file.path(), [](const std::string& line) { test::require(line.find('\n') == std::string::npos); });
         for (BagMessage message; bag->next(message);) {
             test::require(message.topic != nullptr);
             RosImu imu;

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 class McapBag : public Bag {
 public:
-    McapBag(const std::string& path, const Warn& warn, const std::atomic<bool>& stop) : file_(path, warn, &stop) {
+    McapBag(const std::string& path, const Warn& warn, const std::atomic<bool>* stop) : file_(path, warn, stop) {
         for (const auto& [id, channel] : file_.channels()) {
             if (channel.encoding == "cdr" || channel.encoding == "ros1") {
                 const WireFormat wire = channel.encoding == "cdr" ? WireFormat::kCdr : WireFormat::kRos1;
@@ -47,7 +47,7 @@ private:
 /// Several files, one behind the other. Only one is open at a time.
 class BagFolder : public Bag {
 public:
-    BagFolder(std::vector<std::string> files, Warn warn, const std::atomic<bool>& stop)
+    BagFolder(std::vector<std::string> files, Warn warn, const std::atomic<bool>* stop)
         : files_(std::move(files)), warn_(std::move(warn)), stop_(stop) {}
 
     bool next(BagMessage& message) override {
@@ -58,7 +58,7 @@ public:
             if (open_->next(message)) {
                 return true;
             }
-            if (stop_.load()) {
+            if (stop_ != nullptr && stop_->load()) {
                 return false;
             }
         }
@@ -72,7 +72,7 @@ public:
 private:
     std::vector<std::string> files_;
     Warn warn_;
-    const std::atomic<bool>& stop_;
+    const std::atomic<bool>* stop_;
     std::size_t number_ = 0;
     std::unique_ptr<Bag> open_;
 };
@@ -102,7 +102,7 @@ std::string short_type(std::string type) {
     return type;
 }
 
-std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn, const std::atomic<bool>& stop) {
+std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn, const std::atomic<bool>* stop) {
     std::error_code ignored;
     if (fs::is_directory(path, ignored)) {
         return std::make_unique<BagFolder>(files_of_folder(path), warn, stop);

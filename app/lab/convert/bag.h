@@ -49,7 +49,7 @@ public:
 
 /// Opens a ROS 1 bag (format 2.0), a ROS 2 bag in MCAP or sqlite3 form, or the folder of one with its metadata.yaml.
 /// Topics whose messages are in another form are passed over. Throws InputError if it is none of these.
-/// @param stop  ends what next() does when it becomes true
-std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn, const std::atomic<bool>& stop);
+/// @param stop  ends what next() does when it becomes true; may be nullptr
+std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace facet

@@ -43,7 +43,7 @@ const char* header_of(LogTable table) {
 using Topics = std::map<std::string, RosKind>;
 
 Topics find_topics(const ImportOptions& options, const std::atomic<bool>& stop) {
-    const std::unique_ptr<Bag> bag = open_bag(options.bag, options.warn, stop);
+    const std::unique_ptr<Bag> bag = open_bag(options.bag, options.warn, &stop);
     Topics topics;
     for (BagMessage message; !stop.load() && bag->next(message);) {
         if (const std::optional<RosKind> kind = kind_of(message.topic->type)) {
@@ -297,7 +297,7 @@ void Importer::add(const BagMessage& message, Table& table) {
 ImportAccount Importer::run(const std::atomic<bool>& stop) {
     // Warnings about the file itself have been given when the topics were looked for.
     const std::unique_ptr<Bag> bag = open_bag(
-        options_.bag, [](const std::string&) {}, stop);
+        options_.bag, [](const std::string&) {}, &stop);
     for (BagMessage message; !stop.load() && bag->next(message);) {
         for (const std::unique_ptr<Table>& table : tables_) {
             if (message.topic->name == account_.topics[static_cast<std::size_t>(table->kind)]) {

@@ -57,7 +57,7 @@ bool Ros1Bag::recognises(const std::string& path) {
     return file.read(begin, sizeof(begin)) && std::string_view(begin, sizeof(begin)) == kMagic;
 }
 
-Ros1Bag::Ros1Bag(const std::string& path, Warn warn, const std::atomic<bool>& stop)
+Ros1Bag::Ros1Bag(const std::string& path, Warn warn, const std::atomic<bool>* stop)
     : path_(path), warn_(std::move(warn)), stop_(stop), file_(path, std::ios::binary), at_(kMagic.size()) {
     std::error_code error;
     size_ = std::filesystem::file_size(path, error);
@@ -163,7 +163,7 @@ bool Ros1Bag::next_in_chunk(BagMessage& message) {
 }
 
 bool Ros1Bag::next(BagMessage& message) {
-    while (!stop_.load()) {
+    while (stop_ == nullptr || !stop_->load()) {
         if (next_in_chunk(message)) {
             return true;
         }

@@ -22,7 +22,7 @@ public:
     static bool recognises(const std::string& path);
 
     /// Throws InputError if it cannot be read or is no such bag.
-    Ros1Bag(const std::string& path, Warn warn, const std::atomic<bool>& stop);
+    Ros1Bag(const std::string& path, Warn warn, const std::atomic<bool>* stop);
 
     bool next(BagMessage& message) override;
     double share() const override;
@@ -38,7 +38,7 @@ private:
 
     std::string path_;
     Warn warn_;
-    const std::atomic<bool>& stop_;
+    const std::atomic<bool>* stop_;
     std::uint64_t unpacked_ = 0;  ///< bytes of all chunks so far
     std::ifstream file_;
     std::uint64_t size_ = 0;

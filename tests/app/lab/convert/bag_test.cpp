@@ -61,13 +61,11 @@ struct Reading {
     std::vector<std::string> warnings;
 };
 
-const std::atomic<bool> kGoOn{false};
-
 Reading reading_of(const std::string& bytes) {
     const test::TempDir dir;
     Reading reading;
-    const auto bag = open_bag(
-        dir.write("test.bag", bytes), [&](const auto& line) { reading.warnings.push_back(line); }, kGoOn);
+    const auto bag =
+        open_bag(dir.write("test.bag", bytes), [&](const auto& line) { reading.warnings.push_back(line); });
     for (BagMessage found; bag->next(found);) {
         CHECK(found.topic->name == "/imu");
         CHECK(found.topic->type == "sensor_msgs/Imu");
@@ -129,7 +127,7 @@ TEST_CASE("a bag of chunks without messages is left at once when it is to stop")
             ++warnings;
             stop = true;
         },
-        stop);
+        &stop);
     BagMessage message;
     CHECK_FALSE(bag->next(message));
     CHECK(warnings == 1);
@@ -162,10 +160,7 @@ TEST_CASE("damage costs a chunk, a cut what is behind it") {
 TEST_CASE("what is no bag is refused in one line") {
     const test::TempDir dir;
     const auto open = [](const std::string& path) {
-        return test::input_error_text([&] {
-            open_bag(
-                path, [](const std::string&) {}, kGoOn);
-        });
+        return test::input_error_text([&] { open_bag(path, [](const std::string&) {}); });
     };
     CHECK(open(dir.write("old.bag", "#ROSBAG V1.2\n")).find("neither a ROS 1 bag") != std::string::npos);
     CHECK(open(dir.file("missing")).find("neither a ROS 1 bag") != std::string::npos);
