@@ -184,12 +184,11 @@ private:
             const TopicSurvey& t = topic(name);
             (t.has_rates == t.has_forces ? whole : (t.has_rates ? rates : forces)).push_back(name);
         }
-        const bool is_split = whole.empty() && rates.size() == 1 && forces.size() == 1;
         if (imu.empty() && names.size() == 1) {
             imu = names.front();
         } else if (imu.empty() && whole.size() == 1) {
             imu = whole.front();
-        } else if (imu.empty() && is_split) {
+        } else if (imu.empty() && whole.empty() && rates.size() == 1 && forces.size() == 1) {
             imu = rates.front();
         } else if (imu.empty()) {
             fail(fmt::format("has {} topics of inertial samples; say --imu", names.size()));
