@@ -6,6 +6,7 @@
 
 #include "app/commands/build_version.h"
 #include "app/commands/calibrate_command.h"
+#include "app/commands/calibration_command.h"
 #include "app/commands/check_calibration_command.h"
 #include "app/commands/check_config_command.h"
 #include "app/commands/convert_command.h"
@@ -42,6 +43,7 @@ int run_program(int argc, char** argv) {
     facet::add_eval_command(app, exit_code);
     facet::add_report_command(app, exit_code);
     facet::add_check_calibration_command(app, exit_code);
+    facet::add_calibration_command(app, exit_code);
     facet::add_check_config_command(app, exit_code);
     facet::add_calibrate_command(app, exit_code);
     facet::add_convert_command(app, exit_code);

@@ -45,7 +45,7 @@ sysroot_of() { echo "${FACET_SYSROOT:-${XDG_CACHE_HOME:-$HOME/.cache}/facet/sysr
     LIBRARY_PACKAGES=(
         libeigen3-dev libboost-dev libopencv-core-dev libopencv-imgproc-dev libpng-dev
         libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libfmt-dev libgpiod-dev
-        libbz2-dev libjpeg-dev liblz4-dev libsqlite3-dev libzstd-dev zlib1g-dev
+        libbz2-dev libjpeg-dev liblz4-dev libsqlite3-dev libtiff-dev libzstd-dev zlib1g-dev
     )
     TEST_LIBRARY_PACKAGES=(catch2 libbenchmark-dev)
 }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Calibration of the stereo rig and the IMU, from EuRoC or Kalibr files.
+// Calibration of the stereo rig and the IMU, from the files that other programs write.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/calibration/imu_model.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/values/imu_noise.h"
 #include "platform/base/timestamp.h"
@@ -32,10 +33,12 @@ struct CalibrationFile {
 struct Calibration {
     StereoRig rig;
     ImuNoise noise;
+    ImuModel imu_model;
     Duration camera_time_shift;          ///< t_imu = t_cam + shift (Kalibr's timeshift_cam_imu of cam0)
     std::optional<StatedSigmas> sigmas;  ///< how well the cameras are known, if the files say so
     std::string source;                  ///< files it came from, for the summary
-    std::vector<CalibrationFile> files;  ///< none if they are of both kinds, EuRoC's and Kalibr's
+    std::vector<CalibrationFile> files;  ///< none if they are neither all EuRoC's nor all Kalibr's
+    std::vector<std::string> remarks;    ///< what the files hold and is not used, and what is assumed instead of them
 };
 
 /// From a EuRoC/ASL folder: cam0, cam1 and imu0/sensor.yaml. T_BS maps sensor to body; an IMU away from the body frame
@@ -45,26 +48,28 @@ struct Calibration {
 /// Throws InputError naming file, line and field if a field is missing or implausible.
 Calibration load_euroc_calibration(const std::string& root);
 
-/// From Kalibr's camchain.yaml and imu.yaml. T_cam_imu maps IMU to camera; cam1 may have T_cn_cnm1 (cam0 to cam1)
-/// instead. Throws as above.
+/// From Kalibr's camchain.yaml and imu.yaml. T_cam_imu maps IMU to camera; OpenVINS's T_imu_cam the other way; cam1 may
+/// have T_cn_cnm1 (cam0 to cam1) instead. Throws as above.
 Calibration load_kalibr_calibration(const std::string& camchain_path, const std::string& imu_path);
 
 /// The calibration of a log: its own sensor.yaml files (or Kalibr's camchain.yaml and imu.yaml in the log's root, if
-/// there is no cam0/sensor.yaml), unless others are named.
+/// there is no cam0/sensor.yaml), unless others are named. What neither says of the IMU's noise is assumed, with a
+/// remark.
 /// @param root     the log's folder that holds cam0
-/// @param cameras  Kalibr's camchain.yaml, or a folder in EuRoC/ASL layout, whose imu0/sensor.yaml counts too; empty:
-///                 the log's own
-/// @param imu      Kalibr's imu.yaml; empty: as above
+/// @param cameras  a file of any kind that read_cameras knows, or a folder with the files of EuRoC or Kimera, whose IMU
+///                 counts too; empty: the log's own
+/// @param imu      Kalibr's imu.yaml, or one of EuRoC, Kimera or OpenVINS; empty: as above
 /// Throws as above.
 Calibration load_calibration(const std::string& root, const std::string& cameras, const std::string& imu);
 
-/// Copies the files that a calibration was read from to a log's root, byte for byte, so that load_calibration(root, "",
-/// "") gives the same one. The folders of its sensors must be there. Throws InputError naming the file.
+/// Writes the files that a calibration was read from into a log's root, so that load_calibration(root, "", "") gives
+/// the same one: byte for byte if they were EuRoC's or Kalibr's, else as sensor.yaml. The folders of its sensors must
+/// be there. Throws InputError naming the file.
 void keep_calibration(const Calibration& calibration, const std::string& root);
 
 /// Only the cameras of a camchain.yaml; noise stays as it is in `calibration`.
 void load_kalibr_cameras(const std::string& camchain_path, Calibration& calibration);
-/// Only the noise of an imu.yaml.
+/// Only noise and model of an imu.yaml.
 void load_kalibr_imu(const std::string& imu_path, Calibration& calibration);
 
 }  // namespace facet

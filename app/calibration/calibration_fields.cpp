@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "platform/base/angle.h"
@@ -18,45 +17,117 @@ namespace {
 constexpr double kOrthonormalTolerance = 1e-3;
 constexpr double kMinBaselineM = 1e-3;
 constexpr double kMaxBaselineM = 10.0;
-constexpr std::size_t kCoefficients = 4;
+constexpr double kMaxTimeShiftS = 1.0;
 constexpr double kMaxSide_px = 16384.0;
 // Focal lengths in longer sides of the image: from wider than any fisheye to a telescope of 3 degrees.
 constexpr double kMinFocal = 0.1;
 constexpr double kMaxFocal = 20.0;
 
-Distortion read_distortion(const YamlNode& field) {
-    const std::string name = field.text();
-    if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob") {
-        return Distortion::kRadialTangential;
-    }
-    if (name == "equidistant") {
-        return Distortion::kEquidistant;
-    }
-    if (name == "none") {
-        return Distortion::kNone;
-    }
-    field.fail(fmt::format("unknown model '{}': radial-tangential (radtan), equidistant or none", name));
+bool is_one_of(const std::string& name, std::initializer_list<std::string_view> names) {
+    return std::ranges::find(names, name) != names.end();
 }
 
-/// A figure of the IMU, within the range of the parameter that it becomes.
-void read_noise(const YamlNode& node, double ImuNoise::*member, ImuNoise& noise) {
-    const auto* const field =
-        std::ranges::find(kImuNoiseFields, ParameterField<ImuNoise>::Member(member), &ParameterField<ImuNoise>::member);
-    noise.*member = node.number();
-    node.require_in_range(noise.*member, field->min, field->max, field->unit);
+/// OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6. A lens whose later coefficients are zero is the plain one.
+void set_radial_tangential(const LensFields& lens, CameraIntrinsics& k) {
+    const std::vector<double>& c = lens.coefficients;
+    const auto is_zero_from = [&](std::size_t first) {
+        return std::all_of(c.begin() + static_cast<std::ptrdiff_t>(std::min(first, c.size())), c.end(),
+                           [](double x) { return x == 0.0; });
+    };
+    if (c.size() != 4 && c.size() != 5 && c.size() != 8 && c.size() != 12 && c.size() != 14) {
+        lens.coefficients_node.fail("must be a list of 4, 5 or 8 numbers: k1 k2 p1 p2 (k3 (k4 k5 k6))");
+    }
+    if (!is_zero_from(8)) {
+        lens.coefficients_node.fail("a thin prism or a tilted sensor, coefficients 9 and on, is not modelled");
+    }
+    k.coeffs = {c[0], c[1], c[2], c[3]};
+    k.distortion = Distortion::kRadialTangential;
+    if (!is_zero_from(4)) {
+        k.distortion = Distortion::kRational;
+        std::copy(c.begin() + 4, c.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(c.size(), 8)),
+                  k.more.begin());
+    }
+}
+
+void set_coefficients(const LensFields& lens, std::size_t count, Distortion distortion, CameraIntrinsics& k) {
+    if (lens.coefficients.size() != count) {
+        lens.coefficients_node.fail(fmt::format("must be a list of {} numbers", count));
+    }
+    std::ranges::copy(lens.coefficients, k.coeffs.begin());
+    k.distortion = distortion;
+}
+
+/// Of a pinhole.
+void set_distortion(const LensFields& lens, CameraIntrinsics& k) {
+    const std::string& name = lens.distortion;
+    if (is_one_of(name, {"radial-tangential", "radtan", "radialtangential", "plumb_bob", "rational_polynomial",
+                         "rational", "radialtangential8", "pinhole-radtan8", "radtan8"})) {
+        set_radial_tangential(lens, k);
+    } else if (is_one_of(name, {"equidistant", "equi", "fisheye", "kannala_brandt", "kb4"})) {
+        set_coefficients(lens, 4, Distortion::kEquidistant, k);
+    } else if (is_one_of(name, {"fov", "atan"})) {
+        set_coefficients(lens, 1, Distortion::kFov, k);
+    } else if (!is_one_of(name, {"none", ""})) {
+        lens.distortion_node.fail(
+            fmt::format("unknown model '{}': radial-tangential (radtan, plumb_bob; 4, 5 or 8 coefficients), "
+                        "equidistant (fisheye), fov or none",
+                        name));
+    }
+}
+
+/// Of the models with parameters of their own before the focal lengths. @return how many, or none for a pinhole
+std::size_t set_projection(const LensFields& lens, CameraIntrinsics& k) {
+    const std::vector<double>& f = lens.intrinsics;
+    const auto need = [&](std::size_t own) {
+        if (f.size() != own + 4) {
+            lens.intrinsics_node.fail(fmt::format("must be a list of {} numbers", own + 4));
+        }
+        return own;
+    };
+    const auto refuse_distortion = [&] {
+        if (!is_one_of(lens.distortion, {"none", ""})) {
+            lens.distortion_node.fail(fmt::format("camera model {} has no distortion of its own", lens.model));
+        }
+    };
+    if (is_one_of(lens.model, {"pinhole"})) {
+        need(0);
+        set_distortion(lens, k);
+        return 0;
+    }
+    if (is_one_of(lens.model, {"omni", "mei", "MEI", "unified"})) {
+        need(1);
+        if (is_one_of(lens.distortion, {"none", ""})) {
+            k.coeffs = {};
+        } else if (is_one_of(lens.distortion, {"radtan", "radial-tangential", "plumb_bob"})) {
+            set_coefficients(lens, 4, Distortion::kUnified, k);
+        } else {
+            lens.distortion_node.fail(fmt::format("omni with '{}': only radtan or none", lens.distortion));
+        }
+        k.distortion = Distortion::kUnified;
+        k.more[0] = f[0];
+        return 1;
+    }
+    if (is_one_of(lens.model, {"ds", "double_sphere", "double-sphere", "eucm"})) {
+        need(2);
+        refuse_distortion();
+        k.distortion = lens.model == "eucm" ? Distortion::kEucm : Distortion::kDoubleSphere;
+        k.coeffs = {f[0], f[1], 0.0, 0.0};
+        return 2;
+    }
+    lens.model_node.fail(fmt::format("unknown model '{}': pinhole, omni, ds or eucm", lens.model));
 }
 
 /// Names the first field that makes CameraModel::validate refuse.
-[[noreturn]] void fail_camera(const YamlNode& camera, const CameraIntrinsics& k, const std::string& coefficients_key) {
+[[noreturn]] void fail_camera(const LensFields& lens, const CameraIntrinsics& k) {
     if (k.distortion != Distortion::kNone) {
         CameraIntrinsics undistorted = k;
         undistorted.distortion = Distortion::kNone;
         undistorted.coeffs = {};
-        if (ok(CameraModel::validate(undistorted))) {
-            camera.at(coefficients_key).fail("distortion is not increasing up to the image corner");
+        if (ok(CameraModel::validate(undistorted)) && !lens.coefficients.empty()) {
+            lens.coefficients_node.fail("distortion is not increasing up to the image corner");
         }
     }
-    camera.at("intrinsics").fail("not a usable pinhole camera for this resolution");
+    lens.intrinsics_node.fail(fmt::format("not a usable {} camera for this resolution", lens.model));
 }
 
 bool states_sigmas(const YamlNode& camera) {
@@ -70,7 +141,11 @@ Se3 read_transform(const YamlNode& field) {
     if (!t.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0), 1e-9)) {
         field.fail("last row must be 0 0 0 1");
     }
-    const Eigen::Matrix3d r = t.topLeftCorner<3, 3>();
+    return {Eigen::Quaterniond(nearest_rotation(t.topLeftCorner<3, 3>(), field)).normalized(),
+            t.topRightCorner<3, 1>()};
+}
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& r, const YamlNode& field) {
     const double error = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
     if (error > kOrthonormalTolerance) {
         field.fail(fmt::format("rotation is not orthonormal: off by {:.2g}, allowed {}", error, kOrthonormalTolerance));
@@ -80,60 +155,88 @@ Se3 read_transform(const YamlNode& field) {
     }
     // Nearest rotation in the Frobenius norm: U V^T of the singular value decomposition.
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
-    return {Eigen::Quaterniond(nearest).normalized(), t.topRightCorner<3, 1>()};
+    return svd.matrixU() * svd.matrixV().transpose();
 }
 
-CameraModel read_camera(const YamlNode& camera, const std::string& coefficients_key) {
-    const YamlNode model = camera.at("camera_model");
-    if (model.text() != "pinhole") {
-        model.fail(fmt::format("unknown model '{}': only pinhole is supported", model.text()));
+CameraModel make_camera(const LensFields& lens) {
+    const std::vector<double>& size = lens.resolution;
+    if (size.size() != 2 ||
+        std::ranges::any_of(size, [](double x) { return !(x >= 1.0 && x <= kMaxSide_px) || x != std::floor(x); })) {
+        lens.resolution_node.fail("must be two positive integers");
     }
     CameraIntrinsics k;
-    const YamlNode resolution = camera.at("resolution");
-    const std::vector<double> size = resolution.numbers(2);
-    if (std::ranges::any_of(size, [](double x) { return !(x >= 1.0 && x <= kMaxSide_px) || x != std::floor(x); })) {
-        resolution.fail("must be two positive integers");
-    }
     k.width = static_cast<int>(size[0]);
     k.height = static_cast<int>(size[1]);
-    const YamlNode intrinsics = camera.at("intrinsics");
-    const std::vector<double> f = intrinsics.numbers(4);
-    if (f[0] <= 0.0 || f[1] <= 0.0) {
+    const std::size_t first = set_projection(lens, k);
+    k.fx = lens.intrinsics[first];
+    k.fy = lens.intrinsics[first + 1];
+    k.cx = lens.intrinsics[first + 2];
+    k.cy = lens.intrinsics[first + 3];
+    const YamlNode& intrinsics = lens.intrinsics_node;
+    if (k.fx <= 0.0 || k.fy <= 0.0) {
         intrinsics.fail("focal lengths must be positive");
     }
     const double side = std::max(size[0], size[1]);
-    if (std::min(f[0], f[1]) < kMinFocal * side || std::max(f[0], f[1]) > kMaxFocal * side) {
+    if (std::min(k.fx, k.fy) < kMinFocal * side || std::max(k.fx, k.fy) > kMaxFocal * side) {
         intrinsics.fail(
             fmt::format("focal lengths of {:.4g} and {:.4g} px do not belong to {}x{} px: must be {:.4g} to {:.4g}",
-                        f[0], f[1], k.width, k.height, kMinFocal * side, kMaxFocal * side));
+                        k.fx, k.fy, k.width, k.height, kMinFocal * side, kMaxFocal * side));
     }
-    if (!in_range(f[2], -size[0], 2.0 * size[0]) || !in_range(f[3], -size[1], 2.0 * size[1])) {
+    if (!in_range(k.cx, -size[0], 2.0 * size[0]) || !in_range(k.cy, -size[1], 2.0 * size[1])) {
         intrinsics.fail("the principal point is more than an image away from the image");
     }
-    k.fx = f[0];
-    k.fy = f[1];
-    k.cx = f[2];
-    k.cy = f[3];
-    k.distortion = read_distortion(camera.at("distortion_model"));
-    if (k.distortion != Distortion::kNone) {
-        const std::vector<double> c = camera.at(coefficients_key).numbers(kCoefficients);
-        k.coeffs = {c[0], c[1], c[2], c[3]};
-    }
     if (!ok(CameraModel::validate(k))) {
-        fail_camera(camera, k, coefficients_key);
+        fail_camera(lens, k);
     }
     return CameraModel(k);
 }
 
-ImuNoise read_imu_noise(const YamlNode& imu, const std::string& rate_key) {
-    ImuNoise noise;
-    read_noise(imu.at("gyroscope_noise_density"), &ImuNoise::gyro_noise_rad_per_s_per_sqrt_hz, noise);
-    read_noise(imu.at("gyroscope_random_walk"), &ImuNoise::gyro_walk_rad_per_s2_per_sqrt_hz, noise);
-    read_noise(imu.at("accelerometer_noise_density"), &ImuNoise::accel_noise_m_per_s2_per_sqrt_hz, noise);
-    read_noise(imu.at("accelerometer_random_walk"), &ImuNoise::accel_walk_m_per_s3_per_sqrt_hz, noise);
-    read_noise(imu.at(rate_key), &ImuNoise::rate_hz, noise);
-    return noise;
+CameraModel read_camera(const YamlNode& camera, const std::string& coefficients_key) {
+    const YamlNode model = camera.at("camera_model");
+    const YamlNode resolution = camera.at("resolution");
+    const YamlNode intrinsics = camera.at("intrinsics");
+    const bool may_lack_distortion = model.text() != "pinhole";  // some models have none
+    const bool has_distortion = camera.has("distortion_model") || !may_lack_distortion;
+    const YamlNode distortion = has_distortion ? camera.at("distortion_model") : model;
+    const std::string name = has_distortion ? distortion.text() : "none";
+    const bool has_coefficients = name != "none" && !name.empty();
+    const YamlNode coefficients = has_coefficients ? camera.at(coefficients_key) : distortion;
+    return make_camera({.model = model.text(),
+                        .distortion = name,
+                        .intrinsics = intrinsics.numbers(),
+                        .coefficients = has_coefficients ? coefficients.numbers() : std::vector<double>{},
+                        .resolution = resolution.numbers(2),
+                        .model_node = model,
+                        .distortion_node = distortion,
+                        .intrinsics_node = intrinsics,
+                        .coefficients_node = coefficients,
+                        .resolution_node = resolution});
+}
+
+Duration read_time_shift(const YamlNode& node, const std::string& key, double unit_s) {
+    if (!node.has(key)) {
+        return {};
+    }
+    const YamlNode field = node.at(key);
+    const double shift_s = unit_s * field.number();
+    if (shift_s < -kMaxTimeShiftS || shift_s > kMaxTimeShiftS) {
+        field.fail("more than 1 s: cameras and IMU are not on one clock");
+    }
+    return Duration::from_seconds(shift_s);
+}
+
+void remark_unused(const YamlNode& node, std::initializer_list<std::string_view> used,
+                   std::vector<std::string>& remarks) {
+    if (!node.raw().IsMap()) {
+        return;
+    }
+    for (const auto& entry : node.raw()) {
+        const std::string& name = entry.first.Scalar();  // empty if the key is no text
+        if (!name.empty() && std::ranges::find(used, name) == used.end()) {
+            const YamlNode field = node.at(name);
+            remarks.push_back(fmt::format("{}:{}: {}: is not used", field.file(), field.line(), field.field()));
+        }
+    }
 }
 
 void check_baseline(const StereoRig& rig, const YamlNode& right_extrinsics) {
@@ -144,17 +247,18 @@ void check_baseline(const StereoRig& rig, const YamlNode& right_extrinsics) {
     }
 }
 
-std::optional<StatedSigmas> read_stated_sigmas(const YamlNode& left, const YamlNode& right) {
+std::optional<StatedSigmas> read_stated_sigmas(const YamlNode& left, const YamlNode& right, const StereoRig& rig) {
     if (!states_sigmas(left) || !states_sigmas(right)) {
         return std::nullopt;
     }
     StatedSigmas largest;
-    for (const YamlNode& camera : std::array{left, right}) {
-        const std::vector<double> f = camera.at("intrinsics").numbers(4);
+    for (const bool is_left : {true, false}) {
+        const YamlNode& camera = is_left ? left : right;
+        const CameraIntrinsics& k = (is_left ? rig.left : rig.right).intrinsics();
         const std::vector<double> lens = camera.at("intrinsics_sigma").numbers(4);
         const std::vector<double> distortion = camera.at("distortion_sigma").numbers(4);
         const std::vector<double> turn = camera.at("rotation_sigma_deg").numbers(3);
-        largest.focal = std::max({largest.focal, lens[0] / f[0], lens[1] / f[1]});
+        largest.focal = std::max({largest.focal, lens[0] / k.fx, lens[1] / k.fy});
         largest.principal_px = std::max({largest.principal_px, lens[2], lens[3]});
         largest.distortion = std::max({largest.distortion, distortion[0], distortion[1]});
         largest.late_distortion = std::max({largest.late_distortion, distortion[2], distortion[3]});

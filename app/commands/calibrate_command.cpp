@@ -45,6 +45,9 @@ Calibration given_calibration(const CalibrateArguments& args) {
         throw InputError(args.dataset + ": no such folder");
     }
     Calibration calibration = load_calibration(root, args.cameras, args.imu);
+    for (const std::string& remark : calibration.remarks) {
+        print_err("warning: {}\n", remark);
+    }
     if (!calibration.rig.has_right) {
         throw InputError(args.dataset + ": has one camera; two are calibrated together");
     }

@@ -10,7 +10,6 @@
 #include "app/lab/check/check_calibration.h"
 #include "app/lab/convert/opened_log.h"
 #include "app/support/console.h"
-#include "app/support/input_error.h"
 
 namespace facet {
 namespace {
@@ -29,8 +28,8 @@ int run_check(const CheckArguments& args) {
     options.dataset = args.dataset;
     options.files = log.files();
     options.calibration = load_calibration(log.root(), args.cameras, args.imu);
-    if (!options.calibration.rig.has_right) {
-        throw InputError(args.dataset + ": has one camera; the checks compare two");
+    for (const std::string& remark : options.calibration.remarks) {
+        print_err("warning: {}\n", remark);
     }
     const std::vector<CheckVerdict> verdicts = check_calibration(options);
     for (const CheckVerdict& verdict : verdicts) {
@@ -52,8 +51,7 @@ void add_check_calibration_command(CLI::App& app, int& exit_code) {
         ->add_option("DATASET", args->dataset,
                      "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0); or an MCAP file of one")
         ->required();
-    command->add_option("--calibration", args->cameras,
-                        "Kalibr's camchain.yaml, or a folder with sensor.yaml files, instead of the log's");
+    command->add_option("--calibration", args->cameras, "Instead of the log's: as facet replay has it");
     command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
     command->add_option("--json", args->json, "Also write the verdicts with their figures to this file");
     command->footer("Exit codes: 0 nothing is wrong; 1 something is; 2 bad usage or input.");

@@ -107,6 +107,9 @@ int check_vehicle_file(const VehicleArguments& args) {
     if (!errors.empty()) {
         return kExitBadInput;
     }
+    for (const std::string& remark : vehicle.calibration.remarks) {
+        print_err("warning: {}\n", remark);
+    }
     if (args.files) {
         for (const std::string& file : files_named_by(path)) {
             print_out("{}\n", file);

@@ -11,14 +11,15 @@
 
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
+#include "app/lab/convert/bag.h"
 #include "app/lab/convert/import_bag.h"
+#include "app/lab/convert/mcap_log.h"
 #include "app/lab/convert/pack_log.h"
-#include "app/lab/convert/ros1_bag.h"
-#include "app/lab/convert/sqlite_bag.h"
 #include "app/lab/convert/unpack_log.h"
 #include "app/support/console.h"
 #include "app/support/input_error.h"
 #include "app/support/progress.h"
+#include "drivers/replay_asl/asl_dataset.h"
 
 namespace facet {
 namespace {
@@ -31,6 +32,9 @@ struct ConvertArguments {
     std::array<std::string, 4> topics;  ///< by LogTable
     std::string cameras;
     std::string imu;
+    int bits = 0;
+    bool is_side_by_side = false;
+    bool align_clocks = false;
     bool quiet = false;
 };
 
@@ -109,14 +113,17 @@ int unpack(McapLog& log, const ConvertArguments& args, Narrator& narrator, const
 /// What the log lacks, and where it is to be had.
 void print_calibration(const ConvertArguments& args, const ImportAccount& account) {
     if (account.has_calibration) {
-        print_out("calibration  as given\n");
+        print_out("calibration  {}\n", account.is_own_calibration
+                                           ? "the bag's own: camera_info and /tf_static; the IMU's "
+                                             "noise is assumed"
+                                           : "as given");
         return;
     }
     print_out(
-        "calibration  none: a bag has no place for it. Convert with --calibration and --imu-calibration, or replay\n"
+        "calibration  none: {}. Convert with --calibration and --imu-calibration, or replay\n"
         "             with them, for example with Kalibr's files: facet replay {} --out result\n"
         "             --calibration camchain.yaml --imu-calibration imu.yaml\n",
-        args.output);
+        account.calibration_lack.empty() ? "the bag has none" : account.calibration_lack, args.output);
 }
 
 int import(const ConvertArguments& args, const std::atomic<bool>& stop) {
@@ -128,6 +135,9 @@ int import(const ConvertArguments& args, const std::atomic<bool>& stop) {
     options.topics = args.topics;
     options.cameras = args.cameras;
     options.imu = args.imu;
+    options.bits = args.bits;
+    options.is_side_by_side = args.is_side_by_side;
+    options.align_clocks = args.align_clocks;
     options.progress = [&](double share) { narrator.update(static_cast<std::size_t>(share * kPermille)); };
     options.warn = [&](const std::string& line) { narrator.warn(line); };
     const ImportAccount account = import_bag(options, stop);
@@ -135,14 +145,25 @@ int import(const ConvertArguments& args, const std::atomic<bool>& stop) {
     if (stop.load()) {
         return interrupted();
     }
+    for (const std::string& remark : account.remarks) {
+        print_err("warning: {}\n", remark);
+    }
     for (const LogTable table : kLogTables) {
         const auto i = static_cast<std::size_t>(table);
-        if (account.topics[i].empty()) {
+        if (table == LogTable::kRight && args.is_side_by_side) {
+            print_out("{:<12} the other half\n", kLabels[i]);
+        } else if (table == LogTable::kImu && !account.accelerometer.empty()) {
+            print_out("{:<12} {} with {} interpolated: {} rows, {} messages left out\n", kLabels[i], account.topics[i],
+                      account.accelerometer, account.rows[i], account.left_out[i]);
+        } else if (account.topics[i].empty()) {
             print_out("{:<12} none\n", kLabels[i]);
         } else {
             print_out("{:<12} {}: {} rows, {} messages left out\n", kLabels[i], account.topics[i], account.rows[i],
                       account.left_out[i]);
         }
+    }
+    if (account.bits != 16) {
+        print_out("bits         {} of 16\n", account.bits);
     }
     print_calibration(args, account);
     print_out("folder       {}\n", args.output);
@@ -184,8 +205,8 @@ int convert(const ConvertArguments& args) {
         return convert_mcap(args, stop);
     }
     const bool is_folder = std::filesystem::is_directory(args.input);
-    if (Ros1Bag::recognises(args.input) || SqliteBag::recognises(args.input) ||
-        (is_folder && std::filesystem::exists(args.input + "/metadata.yaml"))) {
+    const bool is_log = is_folder && std::filesystem::exists(AslDataset::find_root(args.input) + "/cam0");
+    if (!is_log && is_bag(args.input)) {
         return import(args, stop);
     }
     if (!is_folder) {
@@ -206,7 +227,8 @@ void add_convert_command(CLI::App& app, int& exit_code) {
     command
         ->add_option(
             "INPUT", args->input,
-            "Log folder (EuRoC/ASL), an MCAP file made of one, or a bag of ROS 1 (2.0) or ROS 2 (MCAP, sqlite3)")
+            "Log folder (EuRoC/ASL), an MCAP file made of one, or a bag of ROS 1 (2.0) or ROS 2 (MCAP, sqlite3; also "
+            "compressed): a file, or the folder with its metadata.yaml")
         ->required();
     command->add_option("OUTPUT", args->output, "FILE.mcap, or for a file a folder that is new or empty")->required();
     command->add_option("--compression", args->compression, "Of an MCAP file's chunks: none, lz4 or zstd")
@@ -217,11 +239,20 @@ void add_convert_command(CLI::App& app, int& exit_code) {
     };
     add_topic("--left", LogTable::kLeft, "images of the left camera");
     add_topic("--right", LogTable::kRight, "images of the right camera");
-    add_topic("--imu", LogTable::kImu, "inertial samples");
+    add_topic("--imu", LogTable::kImu, "inertial samples, or GYROSCOPE,ACCELEROMETER if they have a topic each");
     add_topic("--groundtruth", LogTable::kTruth, "true poses of the body");
     command->add_option("--calibration", args->cameras,
-                        "For the log of a bag: Kalibr's camchain.yaml, or a folder with sensor.yaml files");
+                        "For the log of a bag: a calibration of any kind that facet replay takes; without it that of "
+                        "the bag, if it has camera_info and /tf_static");
     command->add_option("--imu-calibration", args->imu, "Kalibr's imu.yaml beside it");
+    command->add_flag("--side-by-side", args->is_side_by_side, "Each image of --left holds the left and the right one");
+    command
+        ->add_option("--bits", args->bits,
+                     "How many bits of images with 16 are used; 0: as many as their brightest pixel needs")
+        ->check(CLI::IsMember({0, 8, 10, 12, 14, 16}))
+        ->capture_default_str();
+    command->add_flag("--align-clocks", args->align_clocks,
+                      "Shift inertial stamps to the images' clock if the two have no time in common");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(
         "Every file of a folder, calibration and ground truth among them, comes back byte for byte.\n"

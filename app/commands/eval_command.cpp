@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 
@@ -48,6 +49,22 @@ struct EvalArguments {
 };
 
 void print_warning(const AslWarning& warning) { print_err("warning: {}\n", warning.text()); }
+
+/// Whether a file of poses is TUM's: by its name, or by its first row, whose numbers no comma parts.
+bool is_tum_file(const std::string& path) {
+    std::error_code ignored;
+    if (path.ends_with(".tum") || !fs::is_regular_file(path, ignored)) {
+        return path.ends_with(".tum");
+    }
+    std::ifstream file(path);
+    for (std::string row; std::getline(file, row);) {
+        const std::size_t first = row.find_first_not_of(" \t\r");
+        if (first != std::string::npos && row[first] != '#') {
+            return row.find(',') == std::string::npos;
+        }
+    }
+    return false;
+}
 
 std::vector<GroundTruthState> load_true_states(const std::string& path) {
     const std::string table = find_ground_truth(path);
@@ -202,7 +219,7 @@ int evaluate_files(const EvalArguments& args) {
         tum += TextFile::kPartEnding;  // of a flight that was cut off
     }
     const Trajectory estimate = read_tum(tum);
-    const bool is_tum = args.groundtruth.ends_with(".tum");
+    const bool is_tum = is_tum_file(args.groundtruth);
     const std::vector<GroundTruthState> states =
         is_tum ? std::vector<GroundTruthState>() : load_true_states(args.groundtruth);
     const Trajectory truth = is_tum ? read_tum(args.groundtruth) : poses_of(states);
@@ -237,8 +254,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("eval", "Compare an estimated trajectory with the ground truth");
     auto args = std::make_shared<EvalArguments>();
     command
-        ->add_option("--groundtruth", args->groundtruth,
-                     "Dataset with state_groundtruth_estimate0/data.csv, or such a .csv, or a .tum file")
+        ->add_option(
+            "--groundtruth", args->groundtruth,
+            "Dataset with state_groundtruth_estimate0/data.csv, or such a .csv, or a file in TUM format (.tum, .txt)")
         ->required();
     command->add_option("--estimate", args->estimate, "Folder with trajectory.tum, or a file in TUM format")
         ->required();

@@ -137,7 +137,14 @@ ReplayOptions read_options(const ReplayArguments& args, const OpenedLog& log, bo
     options.files = log.files();
     options.truth_folder = log.folder();
     options.out = args.out;
+    if (args.out.empty()) {
+        throw InputError(
+            fmt::format("--out is missing, the folder for the results: facet replay {} --out result", args.dataset));
+    }
     options.calibration = load_calibration(log.root(), args.cameras, args.imu);
+    for (const std::string& remark : options.calibration.remarks) {
+        print_err("warning: {}\n", remark);
+    }
     take_calibration(options.calibration, options.config);
     if (!args.config.empty()) {
         load_config(path_in(log, args.dataset, args.config), options.config);
@@ -218,12 +225,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->add_option("DATASET", args->dataset,
                      "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0); or an MCAP file of one")
         ->required();
-    command
-        ->add_option("--out", args->out,
-                     "Folder for the results, created if missing: trajectory.tum, trajectory.csv, covariance.csv, "
-                     "timing.csv, health.csv, mesh.ply, mesh_live.ply, mesh.csv, planes.csv, planes.json, "
-                     "residuals.csv, summary.json, warnings.txt")
-        ->required();
+    command->add_option("--out", args->out,
+                        "Folder for the results, created if missing: trajectory.tum, trajectory.csv, covariance.csv, "
+                        "timing.csv, health.csv, mesh.ply, mesh_live.ply, mesh.csv, planes.csv, planes.json, "
+                        "residuals.csv, summary.json, warnings.txt");
     command
         ->add_option(
             "--mode", args->mode,
@@ -255,9 +260,11 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     command->add_option(
         "--calibration", args->cameras,
-        "Kalibr camchain.yaml (T_cam_imu: IMU to camera) instead of the log's cam0 and cam1/sensor.yaml; or a folder "
-        "with cam0, cam1 and imu0/sensor.yaml, such as facet calibrate leaves");
-    command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
+        "Instead of the log's: a file of Kalibr or OpenVINS (camera chain with T_cam_imu or T_imu_cam), Basalt, "
+        "ORB-SLAM3, OKVIS2 or VINS-Fusion; or a folder with cam0, cam1 and imu0/sensor.yaml, such as facet calibrate "
+        "leaves, or with Kimera's files");
+    command->add_option("--imu-calibration", args->imu,
+                        "Kalibr or OpenVINS imu.yaml instead of the log's imu0/sensor.yaml");
     command
         ->add_option("--inject", args->faults,
                      "NAME[=VALUE][@START[+LENGTH]]: a fault between log and estimator, see below; may be repeated")

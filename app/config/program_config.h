@@ -2,6 +2,7 @@
 // All parameters of the program: those of the estimator, the mesher, the grid and the plane finder.
 #pragma once
 
+#include "app/calibration/imu_model.h"
 #include "estimator/api/config.h"
 #include "mesh/depth/depth_config.h"
 #include "mesh/grid_config.h"
@@ -16,6 +17,7 @@ struct ProgramConfig : EstimatorConfig {
     PlaneConfig planes;
     GridConfig grid;
     DepthConfig depth;
+    ImuModel imu_model;  ///< the calibration's, no parameter of a file: what samples go through before all else
 };
 
 }  // namespace facet

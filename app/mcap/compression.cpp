@@ -6,6 +6,7 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <stdexcept>
 
@@ -22,7 +23,9 @@ void grow(std::vector<std::uint8_t>& out, std::size_t done, std::size_t size) {
     }
 }
 
-bool read_zstd(std::span<const std::uint8_t> in, std::size_t size, std::vector<std::uint8_t>& out) {
+/// Reads up to `size` bytes. @return how many there are; none if the frame is damaged, cut off or longer
+std::optional<std::size_t> read_zstd(std::span<const std::uint8_t> in, std::size_t size,
+                                     std::vector<std::uint8_t>& out) {
     const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), &ZSTD_freeDCtx);
     ZSTD_inBuffer source{in.data(), in.size(), 0};
     std::size_t done = 0;
@@ -34,16 +37,18 @@ bool read_zstd(std::span<const std::uint8_t> in, std::size_t size, std::vector<s
         hint = ZSTD_decompressStream(context.get(), &target, &source);
         done += target.pos;
         if (ZSTD_isError(hint) != 0 || (target.pos == 0 && source.pos == before)) {
-            return false;
+            return std::nullopt;
         }
     }
-    return done == size && out.size() == size;
+    return done;
 }
 
-bool read_lz4(std::span<const std::uint8_t> in, std::size_t size, std::vector<std::uint8_t>& out) {
+/// Likewise.
+std::optional<std::size_t> read_lz4(std::span<const std::uint8_t> in, std::size_t size,
+                                    std::vector<std::uint8_t>& out) {
     LZ4F_dctx* raw = nullptr;
     if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION)) != 0) {
-        return false;
+        return std::nullopt;
     }
     const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> context(raw,
                                                                                        &LZ4F_freeDecompressionContext);
@@ -55,12 +60,12 @@ bool read_lz4(std::span<const std::uint8_t> in, std::size_t size, std::vector<st
         std::size_t given = out.size() - done;
         hint = LZ4F_decompress(raw, out.data() + done, &given, in.data(), &taken, nullptr);
         if (LZ4F_isError(hint) != 0 || (taken == 0 && given == 0)) {
-            return false;
+            return std::nullopt;
         }
         in = in.subspan(taken);
         done += given;
     }
-    return done == size && out.size() == size;
+    return done;
 }
 
 bool read_bz2(std::span<const std::uint8_t> in, std::size_t size, std::vector<std::uint8_t>& out) {
@@ -147,11 +152,33 @@ Status decompress(Compression method, std::span<const std::uint8_t> in, std::siz
                 out.assign(in.begin(), in.end());
             }
             break;
-        case Compression::kLz4: whole = read_lz4(in, size, out); break;
-        case Compression::kZstd: whole = read_zstd(in, size, out); break;
+        case Compression::kLz4: whole = read_lz4(in, size, out) == size && out.size() == size; break;
+        case Compression::kZstd: whole = read_zstd(in, size, out) == size && out.size() == size; break;
         case Compression::kBz2: whole = read_bz2(in, size, out); break;
     }
     return whole ? Status::kOk : Status::kCorrupt;
+}
+
+Compression compression_of(std::span<const std::uint8_t> begin) {
+    constexpr std::array<std::uint8_t, 4> kZstdMagic{0x28, 0xB5, 0x2F, 0xFD};
+    constexpr std::array<std::uint8_t, 4> kLz4Magic{0x04, 0x22, 0x4D, 0x18};
+    const auto starts_with = [&](const std::array<std::uint8_t, 4>& magic) {
+        return begin.size() >= magic.size() && std::equal(magic.begin(), magic.end(), begin.begin());
+    };
+    return starts_with(kZstdMagic) ? Compression::kZstd
+                                   : (starts_with(kLz4Magic) ? Compression::kLz4 : Compression::kNone);
+}
+
+Status decompress_frame(std::span<const std::uint8_t> in, std::size_t most_bytes, std::vector<std::uint8_t>& out) {
+    out.clear();
+    std::optional<std::size_t> size;
+    switch (compression_of(in)) {
+        case Compression::kZstd: size = read_zstd(in, most_bytes, out); break;
+        case Compression::kLz4: size = read_lz4(in, most_bytes, out); break;
+        default: break;
+    }
+    out.resize(size.value_or(0));
+    return size.has_value() ? Status::kOk : Status::kCorrupt;
 }
 
 }  // namespace facet

@@ -36,4 +36,11 @@ constexpr std::uint64_t most_unpacked(std::uint64_t file_bytes) {
 Status decompress(Compression method, std::span<const std::uint8_t> in, std::size_t size,
                   std::vector<std::uint8_t>& out);
 
+/// By how a frame begins: kZstd, kLz4, or kNone if it is neither's.
+Compression compression_of(std::span<const std::uint8_t> begin);
+
+/// decompress() of zstd and lz4 without knowing the size.
+/// @return kCorrupt also if it is more than `most_bytes`
+Status decompress_frame(std::span<const std::uint8_t> in, std::size_t most_bytes, std::vector<std::uint8_t>& out);
+
 }  // namespace facet

@@ -18,9 +18,13 @@ struct LostFrames {
 std::string whereabouts(const RunSummary& s) {
     const std::size_t given = std::min(s.frames, s.frames_listed - std::min(s.frames_listed, s.rows_skipped));
     const std::size_t spent = s.estimates + s.frames_refused + s.frames_not_ready;
+    const auto uncovered_kind = s.warnings.find("uncovered_frame");
+    const std::size_t absent = s.frames_listed - s.rows_skipped - given;
+    const std::size_t uncovered = uncovered_kind == s.warnings.end() ? 0 : std::min(absent, uncovered_kind->second);
     std::vector<LostFrames> lost{
         {s.rows_skipped, "rows of cam0/data.csv skipped"},
-        {s.frames_listed - s.rows_skipped - given, "did not come (image missing or damaged, or a fault)"},
+        {uncovered, "outside the time of the inertial samples (are both on one clock?)"},
+        {absent - uncovered, "did not come (image missing, damaged, of another size, or a fault)"},
         {s.frames_refused, "refused by the estimator for their stamps or size"},
         {s.frames_not_ready, "without inertial samples up to their stamp"},
         {s.frames - std::min(s.frames, spent), "while the estimator was starting or lost"}};

@@ -14,12 +14,14 @@ namespace facet {
 class CarriedEstimate {
 public:
     /// @param smoothing_s  see StateCarrier; a reset is a step all the same
-    explicit CarriedEstimate(const ProgramConfig& config, double smoothing_s = 0.0) {
+    explicit CarriedEstimate(const ProgramConfig& config, double smoothing_s = 0.0) : imu_model_(config.imu_model) {
         carrier_.configure(config.imu_noise, config.imu_limits, config.gravity.norm_m_per_s2(), smoothing_s);
     }
 
     /// Takes a sample. @return false if there is no estimate at its stamp: it is refused, or there has been no start
-    bool add_imu(const ImuSample& sample) { return ok(carrier_.add_imu(sample)) && carrier_.has_state(); }
+    bool add_imu(const ImuSample& sample) {
+        return ok(carrier_.add_imu(imu_model_.corrected(sample))) && carrier_.has_state();
+    }
 
     /// Takes what the pipeline made of a frame, or what it says while none comes. Of a refused frame only the health
     /// counts; while LOST the last finite belief is carried on.
@@ -31,6 +33,7 @@ public:
     const Health& health() const { return newest_.health; }
 
 private:
+    ImuModel imu_model_;
     StateCarrier carrier_;
     Estimate newest_;  ///< of the newest frame
     /// What the reported covariance has beyond that of the belief: place and yaw when the window began.

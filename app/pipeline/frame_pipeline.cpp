@@ -56,6 +56,7 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
         FACET_ASSERT(ok(depth_->configure(config.depth, calibration.rig)));  // validated above
     }
     rig_ = calibration.rig;
+    imu_model_ = config.imu_model;
     waiting_.configure(rig_);
     waiting_has_view_ = false;
     last_health_ = {};
@@ -69,7 +70,7 @@ std::optional<KeptState> FramePipeline::keep() const {
 
 void FramePipeline::add_imu(const ImuSample& sample) {
     const StageTimer::Instant begin = StageTimer::now();
-    const Status status = estimator_.add_imu(sample);
+    const Status status = estimator_.add_imu(imu_model_.corrected(sample));
     timer_.add_total(begin);
     ++imu_samples_;
     imu_refused_ += ok(status) ? 0 : 1;

@@ -154,6 +154,7 @@ private:
     void update_grid(const KeyframeView& view, std::uint32_t reset_counter);
 
     StereoRig rig_;
+    ImuModel imu_model_;
     Estimator estimator_;
     std::unique_ptr<Mesher> mesher_;
     std::unique_ptr<PlaneFinder> planes_;

@@ -189,24 +189,46 @@ std::vector<double> YamlNode::numbers(std::size_t length) const {
     return values;
 }
 
-Eigen::Matrix4d YamlNode::matrix4() const {
-    using RowMajor4d = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+std::vector<double> YamlNode::numbers() const {
+    if (has("data")) {
+        return at("data").numbers();
+    }
+    if (!node_.IsSequence()) {
+        fail("must be a list of numbers");
+    }
+    return numbers(node_.size());
+}
+
+YamlNode YamlNode::item(std::size_t index) const {
+    if (!node_.IsSequence() || index >= node_.size()) {
+        fail(fmt::format("must be a list of at least {}", index + 1));
+    }
+    return child(node_[index], std::to_string(index));
+}
+
+Eigen::MatrixXd YamlNode::matrix(int side) const {
+    const auto count = static_cast<std::size_t>(side * side);
+    const std::string complaint = fmt::format("must be a {0}x{0} matrix", side);
+    const auto rows_of = [side](const std::vector<double>& values) -> Eigen::MatrixXd {
+        using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+        return Eigen::Map<const RowMajor>(values.data(), side, side);
+    };
     if (node_.IsMap()) {
-        if (at("rows").integer() != 4 || at("cols").integer() != 4) {
-            fail("must be a 4x4 matrix");
+        if (at("rows").integer() != side || at("cols").integer() != side) {
+            fail(complaint);
         }
-        return RowMajor4d(at("data").numbers(16).data());
+        return rows_of(at("data").numbers(count));
     }
-    if (node_.IsSequence() && node_.size() == 16) {
-        return RowMajor4d(numbers(16).data());
+    if (node_.IsSequence() && node_.size() == count) {
+        return rows_of(numbers(count));
     }
-    if (!node_.IsSequence() || node_.size() != 4) {
-        fail("must be a 4x4 matrix");
+    if (!node_.IsSequence() || node_.size() != static_cast<std::size_t>(side)) {
+        fail(complaint);
     }
-    Eigen::Matrix4d m;
-    for (int r = 0; r < 4; ++r) {
-        const YamlNode row = child(node_[r], std::to_string(r));
-        m.row(r) = Eigen::RowVector4d(row.numbers(4).data());
+    Eigen::MatrixXd m(side, side);
+    for (int r = 0; r < side; ++r) {
+        const std::vector<double> row = item(static_cast<std::size_t>(r)).numbers(static_cast<std::size_t>(side));
+        m.row(r) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), side);
     }
     return m;
 }

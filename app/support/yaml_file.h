@@ -36,8 +36,15 @@ public:
     std::size_t choice(std::span<const std::string_view> choices) const;
     /// List of finite numbers of exactly this length.
     std::vector<double> numbers(std::size_t length) const;
+    /// List of finite numbers of any length; also the data of a matrix as OpenCV writes it.
+    std::vector<double> numbers() const;
     /// 4x4 matrix: a list of 4 rows (Kalibr), a list of 16 numbers, or a map with rows, cols, data (EuRoC, OpenCV).
-    Eigen::Matrix4d matrix4() const;
+    Eigen::Matrix4d matrix4() const { return matrix(4); }
+    Eigen::Matrix3d matrix3() const { return matrix(3); }  ///< likewise
+
+    std::size_t size() const { return node_.IsSequence() ? node_.size() : 0; }  ///< of a list
+    /// Part of a list; throws if it is none, or shorter.
+    YamlNode item(std::size_t index) const;
 
     /// Throws with value, range and unit ("-": none) unless the node's value is within [min, max].
     void require_in_range(double value, double min, double max, std::string_view unit = "-") const;
@@ -52,6 +59,7 @@ public:
 
 private:
     YamlNode child(const YAML::Node& node, const std::string& name) const;
+    Eigen::MatrixXd matrix(int side) const;
 
     YAML::Node node_;
     std::string file_;

@@ -67,7 +67,7 @@ Status AslDataset::open(const std::string& path, const AslOptions& options, AslW
     std::vector<ImageRow> left;
     std::vector<ImageRow> right;
     FACET_TRY(load_images(camera_csv_[0], left, error));
-    has_right_ = has_folder((fs::path(root) / "cam1").string());
+    has_right_ = !options_.left_only && has_folder((fs::path(root) / "cam1").string());
     if (has_right_) {
         FACET_TRY(load_images(camera_csv_[1], right, error));
     }
@@ -210,8 +210,8 @@ Status AslDataset::decode(const std::string& path, const ImageSize& size, GreyIm
     if (options_.files == nullptr) {
         return decoder_.decode(path, size.width, size.height, image);
     }
-    unread_ = options_.files->read(path, PngDecoder::kMostBytes, png_);
-    return unread_.empty() ? decoder_.decode(png_, size.width, size.height, image) : Status::kNotFound;
+    unread_ = options_.files->read(path, ImageDecoder::kMostBytes, file_);
+    return unread_.empty() ? decoder_.decode(file_, size.width, size.height, image) : Status::kNotFound;
 }
 
 void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right) {
@@ -279,8 +279,7 @@ bool AslDataset::load_image(const std::optional<ImageRow>& row, int camera, Grey
             warn(AslWarningKind::kWrongSize, csv, row->line, path + ": " + decoder_.error() + consequence);
             return false;
         default:
-            warn(AslWarningKind::kCorruptImage, csv, row->line,
-                 path + ": damaged PNG: " + decoder_.error() + consequence);
+            warn(AslWarningKind::kCorruptImage, csv, row->line, path + ": " + decoder_.error() + consequence);
             return false;
     }
 }
@@ -324,10 +323,10 @@ bool AslDataset::give_imu(ImuSample& sample) {
             warn(AslWarningKind::kUncovered, camera_csv_[0], pair(next_pair_++).line(),
                  "frame is before the first inertial sample; frame skipped");
         }
-        if (next_pair_ >= frame_count()) {
+        if (is_out_of_frames() && (pairs_.empty() || row.stamp > pair_stamp(frame_count() - 1) + options_.imu_tail)) {
             return false;
         }
-        if (!imu_given_.has_value() && row.stamp < pair_stamp(next_pair_) - options_.imu_lead) {
+        if (!imu_given_.has_value() && !is_out_of_frames() && row.stamp < pair_stamp(next_pair_) - options_.imu_lead) {
             continue;
         }
         imu_given_ = row.stamp;
@@ -341,7 +340,7 @@ AslDataset::Event AslDataset::next(ImuSample& imu, StereoFrame& frame) {
     if (give_frame(options_.frame_delay, frame)) {
         return Event::kFrame;
     }
-    if (next_pair_ < frame_count() && give_imu(imu)) {
+    if ((!is_out_of_frames() || options_.imu_tail.ns > 0) && give_imu(imu)) {
         return Event::kImu;
     }
     if (give_frame({}, frame)) {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "drivers/replay_asl/csv_file.h"
+#include "drivers/replay_asl/image_decoder.h"
 #include "drivers/replay_asl/increasing_rows.h"
 #include "drivers/replay_asl/log_files.h"
-#include "drivers/replay_asl/png_decoder.h"
 #include "drivers/replay_asl/warning.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
@@ -29,6 +29,7 @@ struct AslOptions {
     Duration pair_tolerance = Duration::from_seconds(1e-3);  ///< largest difference of the stamps of one stereo pair
     Duration imu_gap = Duration::from_seconds(0.05);         ///< a longer step between inertial samples is a gap
     Duration imu_lead = Duration::from_seconds(2.0);         ///< inertial data delivered before the first frame
+    Duration imu_tail;               ///< of the inertial data after the last frame that are delivered, too
     Duration frame_delay;            ///< a frame comes when inertial data are this far past its stamp, or have ended
     Duration camera_time_shift;      ///< added to image stamps: t_imu = t_cam + shift
     Duration start;                  ///< skips frames up to this long after the first one
@@ -40,6 +41,7 @@ struct AslOptions {
     /// combined with start and length.
     int loops = 1;
     LogFiles* files = nullptr;  ///< where the files are, if not on the disc; borrowed
+    bool left_only = false;     ///< the log has one camera, whatever it has
     bool decode_images = true;  ///< else frames come with empty views, and no image file is opened
 };
 
@@ -62,12 +64,14 @@ public:
 
     /// Next sample in order of time. A frame comes right after the first inertial sample at or after its stamp plus
     /// frame_delay, which is when an estimator can use it, or at the end of the inertial data; frames after the last
-    /// inertial sample are skipped with a warning. A frame's views stay valid until the next call; one of
-    /// them is empty if its image is missing or bad.
+    /// inertial sample are skipped with a warning, and inertial ones up to imu_tail behind the last frame come as well.
+    /// A frame's views stay valid until the next call; one of them is empty if its image is missing or bad.
     Event next(ImuSample& imu, StereoFrame& frame);
 
     /// Number of frames that will be delivered if none is bad.
     std::size_t frame_count() const { return pairs_.size() * static_cast<std::size_t>(options_.loops); }
+    /// Whether the last frame has been delivered, or skipped.
+    bool is_out_of_frames() const { return next_pair_ >= frame_count(); }
     /// Frames among them without a left row: of the right camera's rows alone.
     std::size_t right_only_count() const { return right_only_ * static_cast<std::size_t>(options_.loops); }
     /// Stamp of the first frame of the log, including the camera shift, whatever part of the log the options select.
@@ -129,9 +133,9 @@ private:
     std::optional<Timestamp> imu_given_;   // stamp of the last sample delivered
 
     std::string image_path_;
-    PngDecoder decoder_;
-    std::vector<std::uint8_t> png_;  ///< of an image that is not on the disc
-    std::string unread_;             ///< why such an image could not be read
+    ImageDecoder decoder_;
+    std::vector<std::uint8_t> file_;  ///< of an image that is not on the disc
+    std::string unread_;              ///< why such an image could not be read
     std::array<GreyImage, 2> images_;
 };
 

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/replay_asl/png_decoder.h"
 
-#include <fcntl.h>
 #include <png.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <cerrno>
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+
+#include "drivers/replay_asl/whole_file.h"
 
 namespace facet {
 namespace {
@@ -83,69 +80,6 @@ void* allocate(png_structp png, png_alloc_size_t size) {
 
 void give_back(png_structp png, png_voidp piece) { static_cast<PngArena*>(png_get_mem_ptr(png))->free(piece); }
 
-/// An open file, closed when it goes.
-struct OpenFile {
-    // O_NONBLOCK: opening a pipe without a writer would wait for one.
-    explicit OpenFile(const char* path) : descriptor(::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
-    ~OpenFile() {
-        if (descriptor >= 0) {
-            ::close(descriptor);
-        }
-    }
-    OpenFile(const OpenFile&) = delete;
-    OpenFile& operator=(const OpenFile&) = delete;
-
-    int descriptor;
-};
-
-/// Why a file is not to be read: a pipe would wait, a device never end, and a file of gigabytes fill the memory.
-bool refuse(const struct stat& status, std::string& error) {
-    if (S_ISDIR(status.st_mode)) {
-        error = std::strerror(EISDIR);
-    } else if (!S_ISREG(status.st_mode)) {
-        error = "is not a regular file";
-    } else if (static_cast<std::uintmax_t>(status.st_size) > PngDecoder::kMostBytes) {
-        error = "has " + std::to_string(status.st_size >> 20U) + " MiB, more than the " +
-                std::to_string(PngDecoder::kMostBytes >> 20U) + " that are read";
-    } else {
-        return false;
-    }
-    return true;
-}
-
-/// Reads up to kMostBytes; `bytes` only grows, and its first `size` ones are the file's.
-bool read_whole_file(const std::string& path, std::vector<std::uint8_t>& bytes, std::size_t& size, std::string& error) {
-    const OpenFile file(path.c_str());
-    struct stat status {};
-    if (file.descriptor < 0 || ::fstat(file.descriptor, &status) != 0) {
-        error = std::strerror(errno);
-        return false;
-    }
-    if (refuse(status, error)) {
-        return false;
-    }
-    // A file that grows meanwhile is read as long as it was; one that shrinks ends too early, which libpng says.
-    const auto wanted = static_cast<std::size_t>(status.st_size);
-    if (bytes.size() < wanted) {
-        bytes.resize(wanted);
-    }
-    for (size = 0; size < wanted;) {
-        const ssize_t got = ::read(file.descriptor, bytes.data() + size, wanted - size);
-        if (got < 0 && errno == EINTR) {
-            continue;
-        }
-        if (got < 0) {
-            error = std::strerror(errno);
-            return false;
-        }
-        if (got == 0) {
-            break;
-        }
-        size += static_cast<std::size_t>(got);
-    }
-    return true;
-}
-
 /// Owns libpng's two structures.
 struct PngReader {
     PngReader(PngBytes& source, PngArena& arena)
@@ -168,7 +102,7 @@ struct PngReader {
 
 Status PngDecoder::decode(const std::string& path, int expected_width, int expected_height, GreyImage& image) {
     std::size_t size = 0;
-    if (!read_whole_file(path, file_, size, error_)) {
+    if (!read_whole_file(path, kMostBytes, file_, size, error_)) {
         return Status::kNotFound;
     }
     return decode(std::span(file_).first(size), expected_width, expected_height, image);

@@ -7,20 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "drivers/replay_asl/grey_image.h"
 #include "drivers/replay_asl/png_arena.h"
-#include "platform/base/image_view.h"
 #include "platform/base/status.h"
 
 namespace facet {
-
-/// An image that owns its pixels, rows without padding.
-struct GreyImage {
-    int width = 0;
-    int height = 0;
-    std::vector<std::uint8_t> pixels;
-
-    ImageView view() const { return {.data = pixels.data(), .width = width, .height = height, .stride = width}; }
-};
 
 /// PNG reader: 1 to 16 bits, grey, palette or colour, with or without alpha (dropped), interlaced or not, becomes 8-bit
 /// grey. 16 bits are rounded to 8; colour becomes luma 0.299 R + 0.587 G + 0.114 B of the stored values, without gamma.

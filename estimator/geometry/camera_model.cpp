@@ -5,6 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/geometry/lens/double_sphere.h"
+#include "estimator/geometry/lens/eucm.h"
+#include "estimator/geometry/lens/fov.h"
+#include "estimator/geometry/lens/radial_tangential.h"
+#include "estimator/geometry/lens/unified.h"
+
 namespace facet {
 namespace {
 
@@ -12,6 +18,36 @@ constexpr double kMinDepth = 1e-6;
 constexpr double kMaxRadius = 10.0;  // 84 degrees off axis
 constexpr int kMaxInversionSteps = 20;
 constexpr double kInversionTolerance = 1e-10;
+
+/// The factor of the models that have one.
+RadialScale scale_of(const CameraIntrinsics& k, double r2) {
+    switch (k.distortion) {
+        case Distortion::kRational: return RationalLens::scale_at(k.coeffs.data(), k.more.data(), r2);
+        case Distortion::kUnified: return UnifiedLens::scale_at(k.more.data(), r2);
+        case Distortion::kDoubleSphere: return DoubleSphereLens::scale_at(k.coeffs.data(), r2);
+        case Distortion::kEucm: return EucmLens::scale_at(k.coeffs.data(), r2);
+        case Distortion::kFov: return FovLens::scale_at(k.coeffs.data(), r2);
+        default: return {};
+    }
+}
+
+/// The point that a model without tangential part bends there; of kUnified as if there were no distortion behind it.
+/// Not finite if there is none.
+Eigen::Vector2d unbent(const CameraIntrinsics& k, const Eigen::Vector2d& target) {
+    const double m2 = target.squaredNorm();
+    switch (k.distortion) {
+        case Distortion::kUnified: return UnifiedLens::inverse_scale(k.more.data(), m2) * target;
+        case Distortion::kDoubleSphere: return DoubleSphereLens::inverse_scale(k.coeffs.data(), m2) * target;
+        case Distortion::kEucm: return EucmLens::inverse_scale(k.coeffs.data(), m2) * target;
+        case Distortion::kFov: return FovLens::inverse_scale(k.coeffs.data(), m2) * target;
+        default: return target;
+    }
+}
+
+/// Whether the model is one of a lens that may see half of all directions: its image may hold less than its corners.
+bool is_wide(Distortion distortion) {
+    return distortion != Distortion::kNone && distortion != Distortion::kRadialTangential;
+}
 
 /// Derivative of the distorted radius with respect to the undistorted one, tangential part left out.
 double radial_slope(const CameraIntrinsics& k, double r) {
@@ -26,8 +62,17 @@ double radial_slope(const CameraIntrinsics& k, double r) {
             const double t2 = std::atan(r) * std::atan(r);
             return 1.0 + t2 * (3.0 * c[0] + t2 * (5.0 * c[1] + t2 * (7.0 * c[2] + t2 * 9.0 * c[3])));
         }
+        default: break;
     }
-    return 1.0;
+    // Wide lenses: by the angle, in units of the slope on the axis.
+    const double r2 = r * r;
+    const RadialScale s = scale_of(k, r2);
+    double slope = s.value > 0.0 ? s.slope_by_angle(r2) / scale_of(k, 0.0).value : 0.0;
+    if (k.distortion == Distortion::kUnified) {
+        const double m2 = s.value * s.value * r2;
+        slope *= 1.0 + 3.0 * c[0] * m2 + 5.0 * c[1] * m2 * m2;
+    }
+    return slope;
 }
 
 /// Distorted radius, tangential part left out.
@@ -41,8 +86,10 @@ double radial_image(const CameraIntrinsics& k, double r) {
             const double t2 = theta * theta;
             return theta * (1.0 + t2 * (c[0] + t2 * (c[1] + t2 * (c[2] + t2 * c[3]))));
         }
+        default: break;
     }
-    return r;
+    const double m = r * scale_of(k, r * r).value;
+    return k.distortion == Distortion::kUnified ? m * (1.0 + m * m * (c[0] + c[1] * m * m)) : m;
 }
 
 double find_max_radius(const CameraIntrinsics& k) {
@@ -89,19 +136,33 @@ Eigen::Vector2d distort_equidistant(const std::array<double, 4>& c, const Eigen:
     return scale * xy;
 }
 
+Eigen::Vector2d distort_unified(const CameraIntrinsics& k, const Eigen::Vector2d& xy, Eigen::Matrix2d* d) {
+    Eigen::Matrix2d d_m_d_xy;
+    const Eigen::Vector2d m = scale_of(k, xy.squaredNorm()).bend(xy, d != nullptr ? &d_m_d_xy : nullptr);
+    const Eigen::Vector2d distorted = distort_radial_tangential(k.coeffs, m, d);
+    if (d != nullptr) {
+        *d *= d_m_d_xy;
+    }
+    return distorted;
+}
+
 }  // namespace
 
 CameraModel::CameraModel(const CameraIntrinsics& intrinsics)
-    : k_(intrinsics), max_radius_(find_max_radius(intrinsics)), lens_radius_(radial_image(intrinsics, max_radius_)) {}
+    : k_(intrinsics),
+      focal_px_(0.5 * (k_.fx + k_.fy) * scale_of(k_, 0.0).value),
+      max_radius_(find_max_radius(intrinsics)),
+      lens_radius_(radial_image(intrinsics, max_radius_)) {}
 
 Status CameraModel::validate(const CameraIntrinsics& k) {
     const bool numbers_ok = std::isfinite(k.fx) && std::isfinite(k.fy) && std::isfinite(k.cx) && std::isfinite(k.cy) &&
-                            std::all_of(k.coeffs.begin(), k.coeffs.end(), [](double c) { return std::isfinite(c); });
+                            std::all_of(k.coeffs.begin(), k.coeffs.end(), [](double c) { return std::isfinite(c); }) &&
+                            std::all_of(k.more.begin(), k.more.end(), [](double c) { return std::isfinite(c); });
     if (!numbers_ok || k.width <= 0 || k.height <= 0 || k.fx <= 0.0 || k.fy <= 0.0) {
         return Status::kInvalidArgument;
     }
     const CameraModel model(k);
-    if (k.distortion == Distortion::kEquidistant && model.max_radius() >= kMaxRadius) {
+    if (is_wide(k.distortion) && model.max_radius() >= kMaxRadius) {
         return Status::kOk;  // never folds; a fisheye's corners may lie beyond the angle of use
     }
     for (const double u : {0.0, k.width - 1.0}) {
@@ -119,6 +180,11 @@ Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& xy, Eigen::Matrix2d*
     switch (k_.distortion) {
         case Distortion::kRadialTangential: return distort_radial_tangential(k_.coeffs, xy, d_out_d_xy);
         case Distortion::kEquidistant: return distort_equidistant(k_.coeffs, xy, d_out_d_xy);
+        case Distortion::kRational: return RationalLens::distort(k_.coeffs.data(), k_.more.data(), xy, d_out_d_xy);
+        case Distortion::kUnified: return distort_unified(k_, xy, d_out_d_xy);
+        case Distortion::kDoubleSphere:
+        case Distortion::kEucm:
+        case Distortion::kFov: return scale_of(k_, xy.squaredNorm()).bend(xy, d_out_d_xy);
         case Distortion::kNone: break;
     }
     if (d_out_d_xy != nullptr) {
@@ -159,7 +225,10 @@ Status CameraModel::unproject(const Eigen::Vector2d& uv, Eigen::Vector2d& xy, Ei
     if (!target.allFinite()) {
         return Status::kDegenerate;
     }
-    Eigen::Vector2d guess = target;
+    Eigen::Vector2d guess = unbent(k_, target);
+    if (!guess.allFinite()) {
+        return Status::kDegenerate;
+    }
     Eigen::Matrix2d jacobian = Eigen::Matrix2d::Identity();
     for (int step = 0; step < kMaxInversionSteps; ++step) {
         const Eigen::Vector2d error = target - distort(guess, &jacobian);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Pinhole cameras with radial-tangential or equidistant distortion: project and unproject, with Jacobians.
+// Cameras of eight lens models: project and unproject, with Jacobians.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,23 @@ enum class Distortion : std::uint8_t {
     kRadialTangential,
     /// coeffs k1 k2 k3 k4: theta = atan(r), theta' = theta (1 + k1 theta^2 + ... + k4 theta^8). [Kannala06]
     kEquidistant,
+    kRational,      ///< coeffs k1 k2 p1 p2, more k3 k4 k5 k6: lens/radial_tangential.h
+    kUnified,       ///< coeffs k1 k2 p1 p2, more xi: lens/unified.h
+    kDoubleSphere,  ///< coeffs xi alpha: lens/double_sphere.h
+    kEucm,          ///< coeffs alpha beta: lens/eucm.h
+    kFov,           ///< coeffs w: lens/fov.h
 };
+
+/// How many of CameraIntrinsics::coeffs a model has.
+constexpr int coefficient_count(Distortion distortion) {
+    switch (distortion) {
+        case Distortion::kNone: return 0;
+        case Distortion::kFov: return 1;
+        case Distortion::kDoubleSphere:
+        case Distortion::kEucm: return 2;
+        default: return 4;
+    }
+}
 
 /// Intrinsic parameters of one camera (px).
 struct CameraIntrinsics {
@@ -28,11 +44,12 @@ struct CameraIntrinsics {
     double cx = 0.0;
     double cy = 0.0;
     Distortion distortion = Distortion::kNone;
-    std::array<double, 4> coeffs{};
+    std::array<double, 4> coeffs{};  ///< those that are refined in flight
+    std::array<double, 4> more{};    ///< those of kRational and kUnified that are not
 };
 
-/// A pinhole camera with distortion. Camera frame C: z forward, x right, y down. Pixel (0, 0) is the centre of the top
-/// left pixel. Immutable after construction; reentrant. No heap, no exceptions.
+/// A camera and its lens, for what lies before it. Camera frame C: z forward, x right, y down. Pixel (0, 0) is the
+/// centre of the top left pixel. Immutable after construction; reentrant. No heap, no exceptions.
 class CameraModel {
 public:
     CameraModel() = default;
@@ -43,8 +60,8 @@ public:
     static Status validate(const CameraIntrinsics& intrinsics);
 
     const CameraIntrinsics& intrinsics() const { return k_; }
-    /// Mean focal length (px): turns normalised residuals into pixels.
-    double focal_px() const { return 0.5 * (k_.fx + k_.fy); }
+    /// Pixels per unit of a normalised point on the axis: turns normalised residuals into pixels.
+    double focal_px() const { return focal_px_; }
 
     /// Pixel of a point in front of the camera.
     ///   u = fx x' + cx, v = fy y' + cy with (x', y') = distort(X/Z, Y/Z)
@@ -73,7 +90,7 @@ public:
     /// image and hides the corners; that of other lenses contains the image.
     bool in_lens(const Eigen::Vector2d& uv, double border_px) const {
         const Eigen::Vector2d distorted((uv.x() - k_.cx) / k_.fx, (uv.y() - k_.cy) / k_.fy);
-        const double radius = lens_radius_ - border_px / focal_px();
+        const double radius = lens_radius_ - border_px / (0.5 * (k_.fx + k_.fy));
         return radius > 0.0 && distorted.squaredNorm() < radius * radius;
     }
 
@@ -87,6 +104,7 @@ public:
 
 private:
     CameraIntrinsics k_;
+    double focal_px_ = 0.0;
     double max_radius_ = 10.0;
     double lens_radius_ = 10.0;  ///< distorted, of the points at max_radius_; tangential distortion left out
 };

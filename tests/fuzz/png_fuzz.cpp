@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Images, as they are and with the chunks' checksums set right: libpng turns away whatever was changed, otherwise.
+// Images of every format, as they are and, if they are PNG, with the chunks' checksums set right: libpng turns away
+// whatever was changed, otherwise.
 #include <zlib.h>
 
 #include <vector>
 
-#include "drivers/replay_asl/png_decoder.h"
+#include "drivers/replay_asl/image_decoder.h"
 #include "tests/fuzz/fuzz_input.h"
 
 using namespace facet;
@@ -33,9 +34,9 @@ void set_checksums_right(std::vector<std::uint8_t>& png) {
 }
 
 void decode(std::span<const std::uint8_t> png) {
-    static PngDecoder decoder;
+    static ImageDecoder decoder;
     static GreyImage image;
-    // A size is always known when a log is replayed: nothing larger is ever decoded.
+    // A size is always known when a log is replayed: no larger PNG is ever decoded.
     if (ok(decoder.decode(png, 16, 8, image))) {
         test::require(image.width == 16 && image.height == 8 && image.pixels.size() == 16U * 8U);
     } else {

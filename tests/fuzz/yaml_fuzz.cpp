@@ -13,7 +13,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const auto reader = input.take<std::uint8_t>();
     const test::MemoryFile file(input.take_rest());
     try {
-        switch (reader % 4) {
+        switch (reader % 5) {
             case 0: {
                 ProgramConfig config;
                 load_config(file.path(), config);
@@ -27,6 +27,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
             case 2: {
                 Calibration calibration;
                 load_kalibr_cameras(file.path(), calibration);
+                break;
+            }
+            case 3: {
+                static_cast<void>(load_calibration(file.path(), file.path(), ""));
                 break;
             }
             default: {

@@ -73,7 +73,7 @@ CalibrateReport calibrate(const CalibrateOptions& options, const std::atomic<boo
     report.parameters = describe_parameters(batch.given, result.correction, result.sigma, batch.prior_sigma);
     report.refusal = unseen_complaint(report.parameters);
     if (report.refusal.empty()) {
-        write_calibration({refined, given.noise, result.sigma}, options.out);
+        write_calibration({refined, given.noise, given.imu_model, result.sigma}, options.out);
         write_calibration_json({options.recording.dataset, given.source, report.motion.duration_s, report.parameters},
                                result, options.out);
         write_pictures(result, given.rig, options.out);

@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
+#include "app/calibration/calibration_writer.h"
 #include "app/support/text_file.h"
 #include "platform/base/angle.h"
 
@@ -52,25 +54,17 @@ struct LensStyle {
 constexpr LensStyle kEuroc{"", "distortion_coefficients", "radial-tangential"};
 constexpr LensStyle kKalibr{"  ", "distortion_coeffs", "radtan"};
 
-const char* model_name(Distortion distortion, const LensStyle& style) {
-    switch (distortion) {
-        case Distortion::kNone: return "none";
-        case Distortion::kEquidistant: return "equidistant";
-        case Distortion::kRadialTangential: break;
-    }
-    return style.radial_tangential;
-}
-
 void write_lens(TextFile& file, const RefinedCamera& c, const LensStyle& style) {
     const CameraIntrinsics& k = c.k;
     const char* indent = style.indent;
-    file.print("{}camera_model: pinhole\n", indent);
+    const LensText lens = describe_lens(k);
+    const bool is_radtan = std::string_view(lens.distortion) == "radtan";
+    file.print("{}camera_model: {}\n", indent, lens.model);
     file.print("{}resolution: [{}, {}]\n", indent, k.width, k.height);
-    file.print("{}intrinsics: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\n", indent, k.fx, k.fy, k.cx, k.cy);
+    file.print("{}intrinsics: {}\n", indent, list_text(lens.intrinsics));
     file.print("{}intrinsics_sigma: {}  # px\n", indent, list_of(c.lens_sigma.head<4>()));
-    file.print("{}distortion_model: {}\n", indent, model_name(k.distortion, style));
-    file.print("{}{}: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\n", indent, style.coefficients, k.coeffs[0], k.coeffs[1],
-               k.coeffs[2], k.coeffs[3]);
+    file.print("{}distortion_model: {}\n", indent, is_radtan ? style.radial_tangential : lens.distortion);
+    file.print("{}{}: {}\n", indent, style.coefficients, list_text(lens.coefficients));
     file.print("{}distortion_sigma: {}\n", indent, list_of(c.lens_sigma.tail<4>()));
     file.print("{}rotation_sigma_deg: {}  # about the camera's axes\n", indent,
                list_of(c.mount_sigma.head<3>() / kRadPerDeg));
@@ -109,10 +103,12 @@ void write_imu(const RefinedCalibration& c, const std::string& folder) {
     euroc.print("%YAML:1.0\n# As given.\nsensor_type: imu\n");
     write_body_pose(euroc, Eigen::Matrix4d::Identity());
     write_noise(euroc, c.noise, "rate_hz");
+    write_imu_model(euroc, c.imu_model, "");
     euroc.close();
     TextFile kalibr(folder + "/imu.yaml");
     kalibr.print("# As given.\n");
     write_noise(kalibr, c.noise, "update_rate");
+    write_imu_model(kalibr, c.imu_model, "");
     kalibr.close();
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/calibration/imu_model.h"
 #include "app/lab/calibrate/batch.h"
 #include "app/lab/calibrate/rig_parameters.h"
 
@@ -13,7 +14,8 @@ namespace facet {
 /// A calibration to be written, with the standard deviations of its parameters.
 struct RefinedCalibration {
     RigAndTime refined;
-    ImuNoise noise;  ///< as given
+    ImuNoise noise;      ///< as given
+    ImuModel imu_model;  ///< as given
     RigVector sigma = RigVector::Zero();
 };
 

@@ -45,7 +45,7 @@ AslOptions log_options(const RecordingOptions& options) {
 /// Takes the log to the estimator and keeps its keyframes, a stretch at a time.
 class Recording {
 public:
-    explicit Recording(const RecordingOptions& options) {
+    explicit Recording(const RecordingOptions& options) : imu_model_(options.calibration.imu_model) {
         if (!ok(estimator_.configure(options.config, options.calibration.rig))) {
             throw InputError(fmt::format("calibration ({}): the estimator refuses these cameras or the parameters",
                                          options.calibration.source));
@@ -53,7 +53,8 @@ public:
         estimator_.set_observation_hook(&recorder_);
     }
 
-    void add(const ImuSample& sample) {
+    void add(const ImuSample& measured) {
+        const ImuSample sample = imu_model_.corrected(measured);
         if (ok(estimator_.add_imu(sample))) {
             flight_.imu.push_back(sample);
         }
@@ -88,6 +89,7 @@ private:
         stretch_.clear();
     }
 
+    ImuModel imu_model_;
     Estimator estimator_;
     SightingRecorder recorder_;
     RecordedFlight flight_;

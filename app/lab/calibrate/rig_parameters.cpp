@@ -17,16 +17,19 @@ constexpr double kMillimetres = 1e3;
 constexpr double kMilliseconds = 1e3;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-bool has_coefficient(Distortion distortion, int index) { return distortion != Distortion::kNone && index < 4; }
-
 CameraIntrinsics corrected_lens(const CameraIntrinsics& k, const RigVector& correction, int camera) {
     return corrected(k, correction.segment<kBatchLensDim>(kBatchLens[static_cast<std::size_t>(camera)]));
 }
 
 /// The coefficients' names, by model.
 std::array<const char*, 4> coefficient_names(Distortion distortion) {
-    return distortion == Distortion::kEquidistant ? std::array{"k1", "k2", "k3", "k4"}
-                                                  : std::array{"k1", "k2", "p1", "p2"};
+    switch (distortion) {
+        case Distortion::kEquidistant: return {"k1", "k2", "k3", "k4"};
+        case Distortion::kDoubleSphere: return {"xi", "alpha", "-", "-"};
+        case Distortion::kEucm: return {"alpha", "beta", "-", "-"};
+        case Distortion::kFov: return {"w", "-", "-", "-"};
+        default: return {"k1", "k2", "p1", "p2"};
+    }
 }
 
 /// Fills name, unit and advice of one entry of a lens, and its values.
@@ -113,7 +116,7 @@ RigVector good_sigmas(const StereoRig& rig) {
         const bool is_radial = distortion == Distortion::kEquidistant;
         lens.tail<2>().setConstant(is_radial ? good.radial : good.tangential);
         for (int i = 0; i < 4; ++i) {
-            lens(4 + i) *= has_coefficient(distortion, i) ? 1.0 : 0.0;
+            lens(4 + i) *= i < coefficient_count(distortion) ? 1.0 : 0.0;
         }
         sigma.segment<3>(kBatchMount[camera]).setConstant(good.rotation_rad);
         sigma.segment<3>(kBatchMount[camera] + 3).setConstant(good.place_m);

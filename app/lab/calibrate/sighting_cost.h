@@ -4,10 +4,16 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 
 #include "app/lab/calibrate/rig_parameters.h"
 #include "estimator/geometry/camera_model.h"
+#include "estimator/geometry/lens/double_sphere.h"
+#include "estimator/geometry/lens/eucm.h"
+#include "estimator/geometry/lens/fov.h"
+#include "estimator/geometry/lens/radial_tangential.h"
+#include "estimator/geometry/lens/unified.h"
 #include "estimator/geometry/se3.h"
 
 namespace facet {
@@ -27,19 +33,27 @@ Eigen::Quaternion<T> exp_of(const Eigen::Matrix<T, 3, 1>& theta) {
     return Eigen::Quaternion<T>(cos(T(0.5) * angle), s * theta.x(), s * theta.y(), s * theta.z());
 }
 
-/// CameraModel::distort with coefficients of any scalar.
+/// CameraModel::distort with coefficients of any scalar; those that are not refined are the lens's.
 template <class T>
-Eigen::Matrix<T, 2, 1> distort_with(Distortion distortion, const T* k, const Eigen::Matrix<T, 2, 1>& xy) {
+Eigen::Matrix<T, 2, 1> distort_with(const CameraIntrinsics& lens, const T* k, const Eigen::Matrix<T, 2, 1>& xy) {
     using std::atan;
     using std::sqrt;
+    constexpr std::array<double, 4> kPlain{};
     const T r2 = xy.squaredNorm();
-    if (distortion == Distortion::kRadialTangential) {
-        const T radial = T(1.0) + r2 * (k[0] + r2 * k[1]);
-        const T product = T(2.0) * xy.x() * xy.y();
-        return {xy.x() * radial + k[2] * product + k[3] * (r2 + T(2.0) * xy.x() * xy.x()),
-                xy.y() * radial + k[3] * product + k[2] * (r2 + T(2.0) * xy.y() * xy.y())};
+    switch (lens.distortion) {
+        case Distortion::kRadialTangential: return RationalLens::distort<T>(k, kPlain.data(), xy);
+        case Distortion::kRational: return RationalLens::distort<T>(k, lens.more.data(), xy);
+        case Distortion::kUnified: {
+            const T xi(lens.more[0]);
+            return RationalLens::distort<T>(k, kPlain.data(), xy * UnifiedLens::scale<T>(&xi, r2));
+        }
+        case Distortion::kDoubleSphere: return xy * DoubleSphereLens::scale<T>(k, r2);
+        case Distortion::kEucm: return xy * EucmLens::scale<T>(k, r2);
+        case Distortion::kFov: return xy * FovLens::scale<T>(k, r2);
+        case Distortion::kEquidistant:
+        case Distortion::kNone: break;
     }
-    if (distortion == Distortion::kEquidistant && r2 > T(1e-12)) {
+    if (lens.distortion == Distortion::kEquidistant && r2 > T(1e-12)) {
         const T r = sqrt(r2);
         const T theta = atan(r);
         const T t2 = theta * theta;
@@ -84,7 +98,7 @@ struct SightingCost {
             coefficients[i] = T(lens.coeffs[static_cast<std::size_t>(i)]) + lens_correction[4 + i];
         }
         const Eigen::Matrix<T, 2, 1> xy(p_C.x() / p_C.z(), p_C.y() / p_C.z());
-        const Eigen::Matrix<T, 2, 1> bent = distort_with<T>(lens.distortion, coefficients, xy);
+        const Eigen::Matrix<T, 2, 1> bent = distort_with<T>(lens, coefficients, xy);
         const T u = T(lens.fx) * (T(1.0) + lens_correction[0]) * bent.x() + T(lens.cx) + lens_correction[2];
         const T v = T(lens.fy) * (T(1.0) + lens_correction[1]) * bent.y() + T(lens.cy) + lens_correction[3];
         residual[0] = T(inverse_sigma) * (u - T(px.x()));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/lab/check/check_calibration.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -25,11 +27,11 @@ struct LogOutline {
     std::vector<Timestamp> frames;
 };
 
-AslDataset open_log(const CheckOptions& options, AslOptions log_options) {
+AslDataset open_log(const CheckOptions& options, AslOptions log_options, const AslWarningSink& sink) {
     log_options.files = options.files;
     AslDataset log;
     std::string error;
-    if (!ok(log.open(options.dataset, log_options, nullptr, error))) {
+    if (!ok(log.open(options.dataset, log_options, sink, error))) {
         throw InputError(error);
     }
     return log;
@@ -38,13 +40,13 @@ AslDataset open_log(const CheckOptions& options, AslOptions log_options) {
 LogOutline read_outline(const CheckOptions& options) {
     AslOptions log_options = log_options_of(options.calibration);
     log_options.decode_images = false;
-    AslDataset log = open_log(options, log_options);
+    AslDataset log = open_log(options, log_options, nullptr);
     LogOutline outline;
     ImuSample sample;
     StereoFrame frame;
     for (;;) {
         switch (log.next(sample, frame)) {
-            case AslDataset::Event::kImu: outline.imu.push_back(sample); break;
+            case AslDataset::Event::kImu: outline.imu.push_back(options.calibration.imu_model.corrected(sample)); break;
             case AslDataset::Event::kFrame: outline.frames.push_back(frame.stamp); break;
             case AslDataset::Event::kEnd: return outline;
         }
@@ -85,25 +87,35 @@ struct ImageEvidence {
     std::vector<PointPair> stereo;
     std::vector<double> differences;
     std::vector<CameraTurn> turns;
+    std::size_t unread = 0;       ///< images
+    std::string why_wrong_size;   ///< of the first of another size than the calibration's
+    double brightest_mean = 0.0;  ///< grey, of pairs
 };
 
 ImageEvidence read_images(const CheckOptions& options, Duration start) {
     AslOptions log_options = log_options_of(options.calibration);
     log_options.start = start;
     log_options.length = Duration::from_seconds(options.images_s);
-    AslDataset log = open_log(options, log_options);
+    ImageEvidence evidence;
+    AslDataset log = open_log(options, log_options, [&](const AslWarning& warning) {
+        evidence.unread +=
+            warning.kind == AslWarningKind::kCorruptImage || warning.kind == AslWarningKind::kMissingFile ? 1 : 0;
+        if (warning.kind == AslWarningKind::kWrongSize && evidence.why_wrong_size.empty()) {
+            evidence.why_wrong_size = warning.message.substr(0, warning.message.find(';'));
+        }
+    });
     const CameraModel& left = options.calibration.rig.left;
     const CameraModel& right = options.calibration.rig.right;
     FreeMatcher follower;
     FreeMatcher matcher;
     const int width = left.intrinsics().width;
     const int height = left.intrinsics().height;
-    const bool is_one_size = right.intrinsics().width == width && right.intrinsics().height == height;
+    const bool is_one_size =
+        options.calibration.rig.has_right && right.intrinsics().width == width && right.intrinsics().height == height;
     if (!ok(follower.configure(width, height)) || !ok(matcher.configure(width, height))) {
         throw InputError("the images are too small to be checked");
     }
     const int every = std::max(1, static_cast<int>(log.frame_count()) / kStereoPairs);
-    ImageEvidence evidence;
     ImuSample sample;
     StereoFrame frame;
     Timestamp anchor;
@@ -126,6 +138,7 @@ ImageEvidence read_images(const CheckOptions& options, Duration start) {
         }
         if (frames++ % every == 0 && is_one_size && !frame.right.empty()) {
             evidence.differences.push_back(mean_difference(frame.left, frame.right));
+            evidence.brightest_mean = std::max(evidence.brightest_mean, mean_grey(frame.left));
             const std::vector<PointPair> pairs = matcher.match_stereo(frame.left, frame.right);
             evidence.stereo.insert(evidence.stereo.end(), pairs.begin(), pairs.end());
         }
@@ -145,9 +158,24 @@ std::vector<CheckVerdict> check_calibration(const CheckOptions& options) {
                                        check_gravity(outline.imu, rests),
                                        check_imu_noise(outline.imu, rests, calibration.noise)};
     const ImageEvidence evidence = read_images(options, liveliest(outline, options.images_s));
-    verdicts.push_back(check_same_image(evidence.differences));
-    for (CheckVerdict& verdict : check_stereo(calibration.rig, evidence.stereo)) {
-        verdicts.push_back(std::move(verdict));
+    if (!evidence.why_wrong_size.empty()) {
+        verdicts.push_back(
+            {.name = "image size",
+             .level = CheckLevel::kWrong,
+             .sentence = fmt::format("the calibration is that of other images: {}.", evidence.why_wrong_size),
+             .figures = {}});
+    }
+    if (evidence.unread > 0) {
+        verdicts.push_back({.name = "image files",
+                            .level = CheckLevel::kSuspicious,
+                            .sentence = fmt::format("{} images of the stretch cannot be read.", evidence.unread),
+                            .figures = {{"unread", static_cast<double>(evidence.unread)}}});
+    }
+    if (calibration.rig.has_right) {
+        verdicts.push_back(check_same_image(evidence.differences, evidence.brightest_mean));
+        for (CheckVerdict& verdict : check_stereo(calibration.rig, evidence.stereo)) {
+            verdicts.push_back(std::move(verdict));
+        }
     }
     for (CheckVerdict& verdict : check_turns(evidence.turns, outline.imu, calibration.rig.T_B_C0.R())) {
         verdicts.push_back(std::move(verdict));

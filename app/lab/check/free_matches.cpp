@@ -227,4 +227,14 @@ double mean_difference(const ImageView& a, const ImageView& b) {
     return sum / (static_cast<double>(a.width) * a.height);
 }
 
+double mean_grey(const ImageView& image) {
+    double sum = 0.0;
+    for (int v = 0; v < image.height; ++v) {
+        for (int u = 0; u < image.width; ++u) {
+            sum += image.at(u, v);
+        }
+    }
+    return sum / (static_cast<double>(image.width) * image.height);
+}
+
 }  // namespace facet

@@ -64,4 +64,7 @@ private:
 /// Mean absolute difference of two images of one size (grey levels).
 double mean_difference(const ImageView& a, const ImageView& b);
 
+/// Mean of an image (grey levels).
+double mean_grey(const ImageView& image);
+
 }  // namespace facet

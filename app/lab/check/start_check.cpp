@@ -15,7 +15,7 @@ constexpr std::size_t kEnoughPairs = 60;
 StartCheck::StartCheck(const StereoRig& rig) : rig_(rig) {
     const CameraIntrinsics& left = rig.left.intrinsics();
     const CameraIntrinsics& right = rig.right.intrinsics();
-    const bool is_one_size = left.width == right.width && left.height == right.height;
+    const bool is_one_size = rig.has_right && left.width == right.width && left.height == right.height;
     if (!is_one_size || !ok(matcher_.configure(left.width, left.height))) {
         looks_ = kLooks;
     }
@@ -27,6 +27,7 @@ std::vector<CheckVerdict> StartCheck::add(const StereoFrame& frame) {
     }
     ++looks_;
     differences_.push_back(mean_difference(frame.left, frame.right));
+    brightest_mean_ = std::max(brightest_mean_, mean_grey(frame.left));
     const std::vector<PointPair> pairs = matcher_.match_stereo(frame.left, frame.right);
     pairs_.insert(pairs_.end(), pairs.begin(), pairs.end());
     if (looks_ < kLooks && pairs_.size() < kEnoughPairs) {
@@ -34,7 +35,7 @@ std::vector<CheckVerdict> StartCheck::add(const StereoFrame& frame) {
     }
     looks_ = kLooks;
     std::vector<CheckVerdict> verdicts = check_stereo(rig_, pairs_);
-    verdicts.insert(verdicts.begin(), check_same_image(differences_));
+    verdicts.insert(verdicts.begin(), check_same_image(differences_, brightest_mean_));
     std::erase_if(verdicts, [](const CheckVerdict& v) { return v.level != CheckLevel::kWrong; });
     return verdicts;
 }

@@ -30,6 +30,7 @@ private:
     int frames_ = 0;
     int looks_ = 0;  ///< kLooks: it has been told, or cannot be
     std::vector<double> differences_;
+    double brightest_mean_ = 0.0;
     std::vector<PointPair> pairs_;
 };
 

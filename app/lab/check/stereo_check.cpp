@@ -21,6 +21,7 @@ constexpr int kDraws = 16;
 constexpr std::size_t kMinPairs = 40;
 constexpr double kMostlyInFront = 0.8;
 constexpr double kMuchBetter = 1.0 / 3.0;
+constexpr double kDarkGrey = 8.0;  // grey levels: nothing can be seen
 constexpr double kSameGrey = 0.5;  // grey levels: less than the noise of any camera
 
 /// A pair as bearings, with their derivatives by the pixels.
@@ -180,7 +181,7 @@ std::vector<CheckVerdict> check_stereo(const StereoRig& rig, std::span<const Poi
     return {error, judge_order(rig, pairs, fit, expected_px)};
 }
 
-CheckVerdict check_same_image(std::span<const double> differences) {
+CheckVerdict check_same_image(std::span<const double> differences, double brightest_mean) {
     CheckVerdict verdict{.name = "two images", .sentence = "there is no stereo pair.", .figures = {}};
     if (differences.empty()) {
         return verdict;
@@ -190,6 +191,13 @@ CheckVerdict check_same_image(std::span<const double> differences) {
     verdict.level = median < kSameGrey ? CheckLevel::kWrong : CheckLevel::kOk;
     verdict.sentence = median < kSameGrey ? "both cameras show the same image: one camera was recorded twice."
                                           : "the cameras show different images.";
+    if (median < kSameGrey && brightest_mean < kDarkGrey) {
+        verdict.figures.emplace_back("brightest_mean_grey", brightest_mean);
+        verdict.sentence = fmt::format(
+            "the images are too dark to be compared: their mean is {:.1f} of 255 (facet convert --bits if they were 10 "
+            "or 12 bits in 16).",
+            brightest_mean);
+    }
     return verdict;
 }
 

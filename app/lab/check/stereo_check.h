@@ -37,7 +37,8 @@ double expected_epipolar_px(const StereoRig& rig, std::span<const PointPair> pai
 std::vector<CheckVerdict> check_stereo(const StereoRig& rig, std::span<const PointPair> pairs);
 
 /// Whether both cameras show one and the same image.
-/// @param differences  mean_difference() of some stereo pairs
-CheckVerdict check_same_image(std::span<const double> differences);
+/// @param differences    mean_difference() of some stereo pairs
+/// @param brightest_mean mean_grey() of the brightest of them: black images are alike whoever took them
+CheckVerdict check_same_image(std::span<const double> differences, double brightest_mean);
 
 }  // namespace facet

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/lab/convert/bag.h"
 
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <utility>
@@ -8,6 +12,8 @@
 #include "app/lab/convert/ros1_bag.h"
 #include "app/lab/convert/sqlite_bag.h"
 #include "app/lab/mcap/mcap_file.h"
+#include "app/mcap/compressed_file.h"
+#include "app/mcap/compression.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_file.h"
 
@@ -44,6 +50,77 @@ private:
     std::map<std::uint16_t, BagTopic> topics_;
 };
 
+/// A bag whose messages may be compressed, each of its own.
+class PlainBag : public Bag {
+public:
+    PlainBag(std::unique_ptr<Bag> bag, Warn warn) : bag_(std::move(bag)), warn_(std::move(warn)) {}
+
+    bool next(BagMessage& message) override {
+        constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+        if (!bag_->next(message)) {
+            return false;
+        }
+        // CDR begins with a zero, so that neither magic can be a message's own.
+        if (message.topic->wire == WireFormat::kCdr && compression_of(message.data) != Compression::kNone) {
+            if (!ok(decompress_frame(message.data, kMostBytes, bytes_)) && !is_warned_) {
+                is_warned_ = true;
+                warn_("a message of " + message.topic->name + " is compressed and damaged");
+            }
+            message.data = bytes_;
+        }
+        return true;
+    }
+    double share() const override { return bag_->share(); }
+
+private:
+    std::unique_ptr<Bag> bag_;
+    Warn warn_;
+    std::vector<std::uint8_t> bytes_;
+    bool is_warned_ = false;
+};
+
+/// A bag in a file that is compressed as a whole: read from a copy, which goes with the object.
+class DecompressedBag : public Bag {
+public:
+    DecompressedBag(const std::string& path, const Warn& warn, const std::atomic<bool>* stop) {
+        std::string folder = (fs::temp_directory_path() / "facet_bag_XXXXXX").string();
+        if (mkdtemp(folder.data()) == nullptr) {
+            throw InputError(folder + ": cannot be made: " + std::strerror(errno));
+        }
+        folder_ = folder;
+        try {
+            const std::string copy = folder + "/" + fs::path(path).stem().string();
+            if (const std::string problem = decompress_file(path, copy, stop); !problem.empty()) {
+                throw InputError(problem);
+            }
+            if (stop != nullptr && stop->load()) {
+                return;  // nothing is read
+            }
+            if (is_zstd_file(copy)) {
+                throw InputError(path + ": is compressed twice");
+            }
+            bag_ = open_bag(copy, warn, stop);
+        } catch (...) {
+            remove();
+            throw;
+        }
+    }
+    ~DecompressedBag() override { remove(); }
+
+    bool next(BagMessage& message) override { return bag_ != nullptr && bag_->next(message); }
+    double share() const override { return bag_ != nullptr ? bag_->share() : 0.0; }
+
+private:
+    void remove() {
+        std::error_code ignored;
+        bag_.reset();
+        fs::remove_all(folder_, ignored);
+    }
+
+    std::string folder_;
+    std::unique_ptr<Bag> bag_;
+};
+
 /// Several files, one behind the other. Only one is open at a time.
 class BagFolder : public Bag {
 public:
@@ -77,7 +154,32 @@ private:
     std::unique_ptr<Bag> open_;
 };
 
+/// Whether a single file is a bag; compressed ones are told by their names as well.
+bool is_bag_file(const std::string& path) {
+    return McapFile::recognises(path) || Ros1Bag::recognises(path) || SqliteBag::recognises(path) || is_zstd_file(path);
+}
+
+/// Of a folder whose recorder has left no metadata.yaml: its bags by name.
+std::vector<std::string> bags_in(const std::string& folder) {
+    std::vector<std::string> files;
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+        if (entry.is_regular_file(error) && is_bag_file(entry.path().string())) {
+            files.push_back(entry.path().string());
+        }
+    }
+    std::ranges::sort(files);
+    return files;
+}
+
 std::vector<std::string> files_of_folder(const std::string& folder) {
+    if (!fs::exists(folder + "/metadata.yaml")) {
+        std::vector<std::string> files = bags_in(folder);
+        if (files.empty()) {
+            throw InputError(folder + ": has neither metadata.yaml nor a bag in it");
+        }
+        return files;
+    }
     const YamlNode names =
         load_yaml(folder + "/metadata.yaml").at("rosbag2_bagfile_information").at("relative_file_paths");
     std::vector<std::string> files;
@@ -93,20 +195,7 @@ std::vector<std::string> files_of_folder(const std::string& folder) {
     return files;
 }
 
-}  // namespace
-
-std::string short_type(std::string type) {
-    if (const std::size_t at = type.find("/msg/"); at != std::string::npos) {
-        type.erase(at, 4);
-    }
-    return type;
-}
-
-std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn, const std::atomic<bool>* stop) {
-    std::error_code ignored;
-    if (fs::is_directory(path, ignored)) {
-        return std::make_unique<BagFolder>(files_of_folder(path), warn, stop);
-    }
+std::unique_ptr<Bag> open_bag_file(const std::string& path, const Bag::Warn& warn, const std::atomic<bool>* stop) {
     if (McapFile::recognises(path)) {
         return std::make_unique<McapBag>(path, warn, stop);
     }
@@ -117,6 +206,34 @@ std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn, co
         return std::make_unique<SqliteBag>(path, warn);
     }
     throw InputError(path + ": is neither a ROS 1 bag of format 2.0 nor an MCAP file nor a bag of ROS 2 in sqlite3");
+}
+
+}  // namespace
+
+std::string short_type(std::string type) {
+    if (const std::size_t at = type.find("/msg/"); at != std::string::npos) {
+        type.erase(at, 4);
+    }
+    return type;
+}
+
+bool is_bag(const std::string& path) {
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored)) {
+        return fs::exists(path + "/metadata.yaml", ignored) || !bags_in(path).empty();
+    }
+    return is_bag_file(path);
+}
+
+std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn, const std::atomic<bool>* stop) {
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored)) {
+        return std::make_unique<BagFolder>(files_of_folder(path), warn, stop);
+    }
+    if (is_zstd_file(path)) {
+        return std::make_unique<DecompressedBag>(path, warn, stop);
+    }
+    return std::make_unique<PlainBag>(open_bag_file(path, warn, stop), warn);
 }
 
 }  // namespace facet

@@ -47,8 +47,13 @@ public:
     virtual double share() const = 0;
 };
 
-/// Opens a ROS 1 bag (format 2.0), a ROS 2 bag in MCAP or sqlite3 form, or the folder of one with its metadata.yaml.
-/// Topics whose messages are in another form are passed over. Throws InputError if it is none of these.
+/// Whether open_bag() would take it, by how it begins.
+bool is_bag(const std::string& path);
+
+/// Opens a ROS 1 bag (format 2.0), a ROS 2 bag in MCAP or sqlite3 form, or the folder of one, in the order of its
+/// metadata.yaml or without it in that of the names. Messages that are compressed one by one come decompressed; a file
+/// that is compressed as a whole (zstd) is decompressed into a temporary one. Topics whose messages are in another form
+/// are passed over. Throws InputError if it is none of these.
 /// @param stop  ends what next() does when it becomes true; may be nullptr
 std::unique_ptr<Bag> open_bag(const std::string& path, const Bag::Warn& warn, const std::atomic<bool>* stop = nullptr);
 

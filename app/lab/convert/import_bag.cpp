@@ -7,21 +7,26 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "app/calibration/calibration.h"
 #include "app/lab/convert/bag.h"
+#include "app/lab/convert/bag_calibration.h"
+#include "app/lab/convert/bag_survey.h"
 #include "app/lab/convert/grey_image.h"
 #include "app/lab/convert/ros_messages.h"
 #include "app/lab/convert/sorted_rows.h"
+#include "app/lab/convert/split_imu.h"
+#include "app/lab/convert/topic_choice.h"
 #include "app/lab/convert/unpack_log.h"
 #include "app/mcap/bytes.h"
 #include "app/support/input_error.h"
 #include "app/support/png_writer.h"
 #include "app/support/text_file.h"
+#include "drivers/replay_asl/jpeg_decoder.h"
+#include "drivers/replay_asl/png_decoder.h"
 
 namespace facet {
 namespace {
@@ -38,111 +43,6 @@ const char* header_of(LogTable table) {
         default: return "#timestamp [ns],filename\n";
     }
 }
-
-/// Topics of a bag that a log can use, by name.
-using Topics = std::map<std::string, RosKind>;
-
-Topics find_topics(const ImportOptions& options, const std::atomic<bool>& stop) {
-    const std::unique_ptr<Bag> bag = open_bag(options.bag, options.warn, &stop);
-    Topics topics;
-    for (BagMessage message; !stop.load() && bag->next(message);) {
-        if (const std::optional<RosKind> kind = kind_of(message.topic->type)) {
-            topics.try_emplace(message.topic->name, *kind);
-        }
-        options.progress(0.5 * bag->share());
-    }
-    return topics;
-}
-
-bool fits(LogTable table, RosKind kind) {
-    return is_camera(table)          ? kind == RosKind::kImage || kind == RosKind::kCompressedImage
-           : table == LogTable::kImu ? kind == RosKind::kImu
-                                     : kind == RosKind::kPose;
-}
-
-/// Topics that a table can be made of. Of images that are recorded in both forms, only the uncompressed ones.
-std::vector<std::string> candidates(const Topics& topics, LogTable table) {
-    std::vector<std::string> names;
-    for (const auto& [name, kind] : topics) {
-        const std::string raw = name.substr(0, name.rfind('/'));
-        const bool is_copy = kind == RosKind::kCompressedImage && topics.contains(raw);
-        if (fits(table, kind) && !is_copy) {
-            names.push_back(name);
-        }
-    }
-    return names;
-}
-
-/// Which topic becomes which table.
-class TopicChoice {
-public:
-    TopicChoice(const ImportOptions& options, const Topics& topics) : options_(options), topics_(topics) {}
-
-    std::array<std::string, 4> choose() {
-        chosen_ = options_.topics;
-        for (const LogTable table : kLogTables) {
-            check_named(table);
-        }
-        choose_cameras();
-        choose_one(LogTable::kImu, "--imu");
-        choose_truth();
-        return chosen_;
-    }
-
-private:
-    std::string& of(LogTable table) { return chosen_[static_cast<std::size_t>(table)]; }
-
-    [[noreturn]] void fail(const std::string& what) const {
-        std::vector<std::string> names;
-        for (const auto& [name, kind] : topics_) {
-            names.push_back(name);
-        }
-        throw InputError(fmt::format("{}: {}; of the types that a log can use it has: {}", options_.bag, what,
-                                     names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
-    }
-    void check_named(LogTable table) {
-        const std::string& name = of(table);
-        const auto topic = topics_.find(name);
-        if (!name.empty() && (topic == topics_.end() || !fits(table, topic->second))) {
-            fail(fmt::format("there is no topic {} for {}", name, names_of(table).folder));
-        }
-    }
-    void choose_cameras() {
-        const std::vector<std::string> names = candidates(topics_, LogTable::kLeft);
-        std::string& left = of(LogTable::kLeft);
-        std::string& right = of(LogTable::kRight);
-        if (left.empty() && !right.empty()) {
-            fail("--right needs --left");
-        }
-        if (!left.empty()) {
-            return;
-        }
-        if (names.empty() || names.size() > 2) {
-            fail(fmt::format("has {} topics of images; say --left and --right", names.size()));
-        }
-        left = names.front();
-        right = names.size() == 2 ? names.back() : "";
-    }
-    void choose_one(LogTable table, const char* option) {
-        const std::vector<std::string> names = candidates(topics_, table);
-        if (of(table).empty() && names.size() != 1) {
-            fail(fmt::format("has {} topics of inertial samples; say {}", names.size(), option));
-        }
-        of(table) = of(table).empty() ? names.front() : of(table);
-    }
-    void choose_truth() {
-        const std::vector<std::string> names = candidates(topics_, LogTable::kTruth);
-        if (of(LogTable::kTruth).empty() && names.size() == 1) {
-            of(LogTable::kTruth) = names.front();
-        } else if (of(LogTable::kTruth).empty() && names.size() > 1) {
-            options_.warn(fmt::format("no ground truth: --groundtruth must say which of {}", fmt::join(names, ", ")));
-        }
-    }
-
-    const ImportOptions& options_;
-    const Topics& topics_;
-    std::array<std::string, 4> chosen_;
-};
 
 /// A table that is being written.
 struct Table {
@@ -161,58 +61,87 @@ struct Table {
     bool is_warned = false;
 };
 
+/// What the survey has decided.
+struct ImportPlan {
+    ChosenTopics topics;
+    unsigned bits = 16;
+    std::int64_t inertial_shift_ns = 0;
+};
+
 class Importer {
 public:
-    Importer(const ImportOptions& options, const std::array<std::string, 4>& topics) : options_(options) {
-        account_.topics = topics;
-        const std::string root = options.folder + "/mav0";
+    Importer(const ImportOptions& options, const ImportPlan& plan) : options_(options), plan_(plan) {
+        account_.topics = plan.topics.tables;
+        account_.accelerometer = plan.topics.accelerometer;
+        account_.bits = static_cast<int>(plan.bits);
+        account_.inertial_shift_ns = plan.inertial_shift_ns;
         for (const LogTable kind : kLogTables) {
-            const std::string& topic = topics[static_cast<std::size_t>(kind)];
-            if (topic.empty()) {
+            const bool is_other_half = kind == LogTable::kRight && options.is_side_by_side;
+            if (account_.topics[static_cast<std::size_t>(kind)].empty() && !is_other_half) {
                 continue;
             }
-            const std::string folder = root + "/" + names_of(kind).folder;
+            const std::string folder = root() + "/" + names_of(kind).folder;
             make_folder(is_camera(kind) ? folder + "/data" : folder);
             tables_.push_back(std::make_unique<Table>(folder, kind));
         }
-        keep_calibration_in(root);
     }
 
+    void keep_calibration_of(const BagSurvey& survey);
     ImportAccount run(const std::atomic<bool>& stop);
 
 private:
-    void keep_calibration_in(const std::string& root);
+    std::string root() const { return options_.folder + "/mav0"; }
+    bool has_right() const {
+        return options_.is_side_by_side || !account_.topics[static_cast<std::size_t>(LogTable::kRight)].empty();
+    }
     void add(const BagMessage& message, Table& table);
+    void note(const BagMessage& message, const std::string& problem, Table& table);
     std::string add_image(const BagMessage& message, Table& table);
+    std::string add_halves(const BagMessage& message, Table& left, Table& right);
+    std::string read_grey(const RosImage& image, bool is_compressed);
     std::string write_image_file(const RosImage& image, bool is_compressed, const std::string& path);
     std::string add_imu(const BagMessage& message, Table& table);
+    std::string add_half_imu(const BagMessage& message, bool is_gyroscope);
     std::string add_pose(const BagMessage& message, Table& table);
     static std::string add_row(Table& table, std::int64_t stamp_ns, const std::string& row);
 
     const ImportOptions& options_;
+    const ImportPlan& plan_;
     std::vector<std::unique_ptr<Table>> tables_;
+    PngDecoder png_;
     GreyImage grey_;
+    GreyImage half_;
+    SplitImu split_imu_;
     ImportAccount account_;
 };
 
-void Importer::keep_calibration_in(const std::string& root) {
-    if (options_.cameras.empty() && options_.imu.empty()) {
-        return;
+void Importer::keep_calibration_of(const BagSurvey& survey) {
+    if (options_.cameras.empty() && !options_.imu.empty()) {
+        throw InputError("--imu-calibration: needs --calibration with the cameras' file");
     }
-    if (options_.cameras.empty() || (std::filesystem::is_regular_file(options_.cameras) && options_.imu.empty())) {
-        throw InputError("Kalibr's calibration is two files: --calibration camchain.yaml --imu-calibration imu.yaml");
+    Calibration calibration;
+    if (options_.cameras.empty()) {
+        try {
+            const std::optional<Calibration> own = calibration_of_bag(survey, plan_.topics, account_.calibration_lack);
+            if (!own.has_value() || options_.is_side_by_side) {
+                return;
+            }
+            calibration = *own;
+            account_.is_own_calibration = true;
+        } catch (const InputError& e) {  // it is there and of no use, which does not make the log so
+            account_.calibration_lack = e.what();
+            return;
+        }
+    } else {
+        calibration = load_calibration(options_.cameras, options_.cameras, options_.imu);
     }
-    const Calibration calibration = load_calibration(options_.cameras, options_.cameras, options_.imu);
-    if (calibration.files.empty()) {
-        throw InputError("--calibration and --imu-calibration must both be of EuRoC's kind or both of Kalibr's");
-    }
-    const bool has_right = !account_.topics[static_cast<std::size_t>(LogTable::kRight)].empty();
-    if (calibration.rig.has_right != has_right) {
+    if (calibration.rig.has_right != has_right()) {
         throw InputError(fmt::format("{}: is a calibration of {}, but the log gets {}", options_.cameras,
                                      calibration.rig.has_right ? "two cameras" : "one camera",
-                                     has_right ? "two" : "one"));
+                                     has_right() ? "two" : "one"));
     }
-    keep_calibration(calibration, root);
+    keep_calibration(calibration, root());
+    account_.remarks = calibration.remarks;
     account_.has_calibration = true;
 }
 
@@ -224,19 +153,22 @@ std::string Importer::add_row(Table& table, std::int64_t stamp_ns, const std::st
     return table.rows.add(stamp_ns, row) ? "" : "has a stamp that was there before, or is far out of order";
 }
 
+std::string Importer::read_grey(const RosImage& image, bool is_compressed) {
+    if (!is_compressed) {
+        return to_grey(image, plan_.bits, grey_);
+    }
+    if (text_of(image.data).starts_with(kPngBegin)) {
+        return ok(png_.decode(image.data, 0, 0, grey_)) ? "" : "damaged PNG: " + png_.error();
+    }
+    return text_of(image.data).starts_with(kJpegBegin) ? read_jpeg(image.data, grey_) : "is neither PNG nor JPEG";
+}
+
 std::string Importer::write_image_file(const RosImage& image, bool is_compressed, const std::string& path) {
     if (is_compressed && text_of(image.data).starts_with(kPngBegin)) {
         write_whole_file(path, image.data);
         return "";
     }
-    std::string problem;
-    if (!is_compressed) {
-        problem = to_grey(image, grey_);
-    } else if (text_of(image.data).starts_with(kJpegBegin)) {
-        problem = read_jpeg(image.data, grey_);
-    } else {
-        problem = "is neither PNG nor JPEG";
-    }
+    std::string problem = read_grey(image, is_compressed);
     if (problem.empty() && !ok(write_png(path, grey_.view()))) {
         throw InputError(path + ": cannot be written");
     }
@@ -256,15 +188,71 @@ std::string Importer::add_image(const BagMessage& message, Table& table) {
     return write_image_file(image, kind_of(message.topic->type) == RosKind::kCompressedImage, table.images + name);
 }
 
-std::string Importer::add_imu(const BagMessage& message, Table& table) {
-    RosImu imu;
+/// Both images of one message.
+std::string Importer::add_halves(const BagMessage& message, Table& left, Table& right) {
+    RosImage image;
+    if (!read_message(message, image)) {
+        return "is cut off";
+    }
+    const std::string name = fmt::format("{}.png", image.stamp_ns);
+    if (std::string problem = add_row(left, image.stamp_ns, name); !problem.empty()) {
+        return problem;
+    }
+    static_cast<void>(add_row(right, image.stamp_ns, name));
+    if (std::string problem = read_grey(image, kind_of(message.topic->type) == RosKind::kCompressedImage);
+        !problem.empty()) {
+        return problem;
+    }
+    if (grey_.width % 2 != 0) {
+        return "has an odd width: it does not hold two images";
+    }
+    const int width = grey_.width / 2;
+    for (const bool is_left : {true, false}) {
+        half_.resize(width, grey_.height);
+        for (int v = 0; v < grey_.height; ++v) {
+            const auto row = grey_.pixels.begin() + std::ptrdiff_t{v} * grey_.width + (is_left ? 0 : width);
+            std::copy(row, row + width, half_.pixels.begin() + std::ptrdiff_t{v} * width);
+        }
+        const std::string path = (is_left ? left : right).images + name;
+        if (!ok(write_png(path, half_.view()))) {
+            throw InputError(path + ": cannot be written");
+        }
+    }
+    return "";
+}
+
+/// @return why an inertial message cannot be used; empty if it can
+std::string read_imu(const BagMessage& message, RosImu& imu) {
     if (!read_message(message, imu)) {
         return "is cut off";
     }
     if (!std::ranges::all_of(imu.values, [](double x) { return std::isfinite(x); })) {
         return "is not finite";
     }
-    return add_row(table, imu.stamp_ns, fmt::format("{}", fmt::join(imu.values, ",")));
+    return imu.stamp_ns > 0 ? "" : "has no stamp";
+}
+
+std::string Importer::add_imu(const BagMessage& message, Table& table) {
+    RosImu imu;
+    if (std::string problem = read_imu(message, imu); !problem.empty()) {
+        return problem;
+    }
+    return add_row(table, imu.stamp_ns + plan_.inertial_shift_ns, fmt::format("{}", fmt::join(imu.values, ",")));
+}
+
+std::string Importer::add_half_imu(const BagMessage& message, bool is_gyroscope) {
+    RosImu imu;
+    if (std::string problem = read_imu(message, imu); !problem.empty()) {
+        return problem;
+    }
+    const auto& v = imu.values;
+    const std::int64_t stamp_ns = imu.stamp_ns + plan_.inertial_shift_ns;
+    if (is_gyroscope) {
+        split_imu_.add_rates({stamp_ns, {v[0], v[1], v[2]}});
+    } else {
+        split_imu_.add_forces({stamp_ns, {v[3], v[4], v[5]}});
+    }
+    return "";
 }
 
 std::string Importer::add_pose(const BagMessage& message, Table& table) {
@@ -279,12 +267,20 @@ std::string Importer::add_pose(const BagMessage& message, Table& table) {
 }
 
 void Importer::add(const BagMessage& message, Table& table) {
-    std::string problem;
+    const bool is_split = !account_.accelerometer.empty();
     switch (table.kind) {
-        case LogTable::kImu: problem = add_imu(message, table); break;
-        case LogTable::kTruth: problem = add_pose(message, table); break;
-        default: problem = add_image(message, table); break;
+        case LogTable::kImu:
+            note(message,
+                 is_split ? add_half_imu(message, message.topic->name != account_.accelerometer)
+                          : add_imu(message, table),
+                 table);
+            break;
+        case LogTable::kTruth: note(message, add_pose(message, table), table); break;
+        default: note(message, add_image(message, table), table); break;
     }
+}
+
+void Importer::note(const BagMessage& message, const std::string& problem, Table& table) {
     const auto number = static_cast<std::size_t>(table.kind);
     ++(problem.empty() ? account_.rows : account_.left_out)[number];
     if (!problem.empty() && !table.is_warned) {
@@ -298,13 +294,30 @@ ImportAccount Importer::run(const std::atomic<bool>& stop) {
     // Warnings about the file itself have been given when the topics were looked for.
     const std::unique_ptr<Bag> bag = open_bag(
         options_.bag, [](const std::string&) {}, &stop);
+    constexpr auto kImu = static_cast<std::size_t>(LogTable::kImu);
+    constexpr auto kRight = static_cast<std::size_t>(LogTable::kRight);
     for (BagMessage message; !stop.load() && bag->next(message);) {
         for (const std::unique_ptr<Table>& table : tables_) {
-            if (message.topic->name == account_.topics[static_cast<std::size_t>(table->kind)]) {
+            const std::string& name = message.topic->name;
+            const bool is_its = name == account_.topics[static_cast<std::size_t>(table->kind)];
+            if (is_its && options_.is_side_by_side && table->kind == LogTable::kLeft) {
+                note(message, add_halves(message, *table, *tables_[kRight]), *table);
+            } else if (is_its || (table->kind == LogTable::kImu && name == account_.accelerometer && !name.empty())) {
                 add(message, *table);
             }
         }
         options_.progress(0.5 + 0.5 * bag->share());
+    }
+    if (!account_.accelerometer.empty()) {
+        const auto table = std::ranges::find(tables_, LogTable::kImu, [](const auto& t) { return t->kind; });
+        account_.rows[kImu] = 0;
+        account_.left_out[kImu] += split_imu_.finish([&](std::int64_t stamp_ns, const std::array<double, 6>& values) {
+            (*table)->file.print("{},{}\n", stamp_ns, fmt::join(values, ","));
+            ++account_.rows[kImu];
+        });
+    }
+    if (options_.is_side_by_side) {
+        account_.rows[kRight] = account_.rows[static_cast<std::size_t>(LogTable::kLeft)];
     }
     for (const std::unique_ptr<Table>& table : tables_) {
         table->rows.finish();
@@ -313,16 +326,63 @@ ImportAccount Importer::run(const std::atomic<bool>& stop) {
     return account_;
 }
 
+/// As many as the greatest sample of both cameras needs, of those that cameras have.
+unsigned used_bits(const BagSurvey& survey, const ChosenTopics& topics) {
+    unsigned greatest = 0;
+    for (const LogTable table : {LogTable::kLeft, LogTable::kRight}) {
+        const auto topic = survey.topics.find(topics.tables[static_cast<std::size_t>(table)]);
+        greatest = topic == survey.topics.end() ? greatest : std::max(greatest, topic->second.greatest_sample);
+    }
+    for (const unsigned bits : {10U, 12U, 14U}) {
+        if (greatest > 0 && greatest < (1U << bits)) {
+            return bits;
+        }
+    }
+    return 16;
+}
+
+/// What brings inertial stamps to the images' clock; none if they have time in common.
+std::int64_t inertial_shift_ns(const ImportOptions& options, const BagSurvey& survey, const ChosenTopics& topics) {
+    const TopicSurvey& images = survey.topics.at(topics.tables[static_cast<std::size_t>(LogTable::kLeft)]);
+    const TopicSurvey& imu = survey.topics.at(topics.tables[static_cast<std::size_t>(LogTable::kImu)]);
+    const bool has_stamps = images.first_ns > 0 && imu.first_ns > 0;
+    if (!has_stamps || (images.first_ns <= imu.last_ns && imu.first_ns <= images.last_ns)) {
+        return 0;
+    }
+    if (!options.align_clocks) {
+        const auto s = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
+        throw InputError(fmt::format(
+            "{}: images run from {:.3f} to {:.3f} s and inertial samples from {:.3f} to {:.3f} s: their clocks differ, "
+            "or they were not recorded together; --align-clocks shifts the inertial samples to the images",
+            options.bag, s(images.first_ns), s(images.last_ns), s(imu.first_ns), s(imu.last_ns)));
+    }
+    // Both were recorded by one clock, if by that they overlap; the quickest message has the least of its delay.
+    const std::int64_t by_recorder = imu.least_delay_ns - images.least_delay_ns;
+    const bool overlaps = images.first_ns <= imu.last_ns + by_recorder && imu.first_ns + by_recorder <= images.last_ns;
+    const std::int64_t shift_ns = overlaps ? by_recorder : images.first_ns - imu.first_ns;
+    options.warn(fmt::format("inertial stamps are shifted by {:.3f} s {}: facet check-calibration says what is left",
+                             static_cast<double>(shift_ns) * 1e-9,
+                             overlaps ? "as the recorder's clock has it, to within the delays of the messages"
+                                      : "so that both begin together, which is a guess"));
+    return shift_ns;
+}
+
 }  // namespace
 
 ImportAccount import_bag(const ImportOptions& options, const std::atomic<bool>& stop) {
-    const Topics topics = find_topics(options, stop);
+    const BagSurvey survey = survey_bag(
+        options.bag, options.warn, [&](double share) { options.progress(0.5 * share); }, stop);
     if (stop.load()) {
         return {};
     }
-    const std::array<std::string, 4> chosen = TopicChoice(options, topics).choose();
+    ImportPlan plan;
+    plan.topics = choose_topics(survey, {options.bag, options.topics, options.is_side_by_side, options.warn});
+    plan.bits = options.bits > 0 ? static_cast<unsigned>(options.bits) : used_bits(survey, plan.topics);
+    plan.inertial_shift_ns = inertial_shift_ns(options, survey, plan.topics);
     make_empty_folder(options.folder);
-    return Importer(options, chosen).run(stop);
+    Importer importer(options, plan);
+    importer.keep_calibration_of(survey);
+    return importer.run(stop);
 }
 
 }  // namespace facet

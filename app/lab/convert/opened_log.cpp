@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/lab/convert/bag.h"
 #include "app/lab/convert/mcap_log.h"
 #include "app/lab/convert/unpack_log.h"
 #include "app/support/input_error.h"
@@ -57,6 +58,38 @@ private:
     std::string begin_;
 };
 
+/// The logs below a folder of several, such as EuRoC's.
+std::string first_log_below(const std::string& path) {
+    std::error_code ignored;
+    std::string first;
+    for (const fs::directory_entry& entry : fs::directory_iterator(path, ignored)) {
+        const std::string root = AslDataset::find_root(entry.path().string());
+        if (!root.empty() && fs::exists(root + "/cam0", ignored) && (first.empty() || entry.path().string() < first)) {
+            first = entry.path().string();
+        }
+    }
+    return first;
+}
+
+/// What is no log says what it is instead, and what to type.
+[[noreturn]] void refuse(const std::string& path) {
+    if (is_bag(path)) {
+        const fs::path whole = fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path();
+        const std::string log = whole.stem().string() + "_log";
+        throw InputError(path + ": is a bag, of which facet convert makes a log: facet convert " + path + " " + log +
+                         " && facet replay " + log + " --out result");
+    }
+    std::error_code ignored;
+    if (!fs::is_directory(path, ignored)) {
+        throw InputError(path + ": is no log: neither a folder, nor an MCAP file of one, nor a bag of ROS");
+    }
+    if (const std::string below = first_log_below(path); !below.empty()) {
+        throw InputError(path + ": is no log but holds some: " + below + " is one");
+    }
+    throw InputError(path +
+                     ": is no log: it has neither cam0/data.csv nor mav0/cam0/data.csv (docs/use.md, Your own data)");
+}
+
 }  // namespace
 
 OpenedLog::OpenedLog(const std::string& path, const McapFile::Warn& warn) : folder_(path) {
@@ -66,7 +99,13 @@ OpenedLog::OpenedLog(const std::string& path, const McapFile::Warn& warn) : fold
         if (root_.empty()) {
             throw InputError(path + ": no such folder");
         }
+        if (!fs::exists(root_ + "/cam0", ignored)) {
+            refuse(path);
+        }
         return;
+    }
+    if (!McapFile::recognises(path)) {
+        refuse(path);
     }
     try {
         extract(path, warn);
@@ -88,7 +127,7 @@ void OpenedLog::extract(const std::string& path, const McapFile::Warn& warn) {
     auto files = std::make_unique<McapLogFiles>(path, warn);
     McapLog& log = files->log();
     if (!log.is_log()) {
-        throw InputError(path + ": is no log: facet convert makes one of other programs' files");
+        refuse(path);
     }
     std::string folder = (fs::temp_directory_path() / "facet_log_XXXXXX").string();
     if (mkdtemp(folder.data()) == nullptr) {

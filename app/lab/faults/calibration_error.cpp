@@ -23,11 +23,9 @@ bool disturb(const CalibrationSigmas& sigmas, double factor, RandomStream& rando
     const double k2 = error(sigmas.radial);
     const double p1 = error(sigmas.tangential);
     const double p2 = error(sigmas.tangential);
-    if (k.distortion != Distortion::kNone) {
-        k.coeffs[0] += k1;
-        k.coeffs[1] += k2;
-    }
-    if (k.distortion == Distortion::kRadialTangential) {
+    k.coeffs[0] += coefficient_count(k.distortion) > 0 ? k1 : 0.0;
+    k.coeffs[1] += coefficient_count(k.distortion) > 1 ? k2 : 0.0;
+    if (coefficient_count(k.distortion) > 2 && k.distortion != Distortion::kEquidistant) {
         k.coeffs[2] += p1;
         k.coeffs[3] += p2;
     }

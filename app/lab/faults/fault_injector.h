@@ -42,6 +42,9 @@ public:
     /// The log is over: what still waits comes out.
     void finish();
 
+    /// Whether a frame waits for inertial samples, or for the next frame.
+    bool holds_frames() const { return !waiting_.empty() || late_frame_.has_value(); }
+
     /// What comes out next, nullptr if nothing does yet. Valid until pop().
     const Delivery* front() const { return out_.empty() ? nullptr : &out_.front(); }
     void pop() { out_.pop_front(); }

@@ -26,6 +26,7 @@ void FaultedLog::open() {
     AslOptions log_options = log_options_of(options_.calibration);
     log_options.files = options_.files;
     log_options.loops = options_.loops;
+    log_options.imu_tail = kRetry;
     log_options.start = Duration::from_seconds(options_.start_s);
     if (options_.duration_s.has_value()) {
         log_options.length = Duration::from_seconds(*options_.duration_s);

@@ -25,7 +25,8 @@ protected:
 
 /// Reads a log once or several times, one pass after the other: the stamps go on, kSeam apart. Warnings go to the
 /// recorder, frames and rows to its summary. Usage: open(); while (read()) deliver(to); deliver(to) once more, as
-/// faults may hold samples back. Borrows everything. Thread-bound. Heap.
+/// faults may hold samples back. Behind the last frame there are inertial samples for a frame that waits for them; who
+/// needs none calls end(to) instead of read(). Borrows everything. Thread-bound. Heap.
 class FaultedLog {
 public:
     FaultedLog(const ReplayOptions& options, FrameRecorder& recorder) : options_(options), recorder_(recorder) {}
@@ -41,6 +42,13 @@ public:
     bool read();
     /// Of the sample read, if it is an inertial one: when it was measured.
     std::optional<Timestamp> inertial_stamp() const;
+    /// Whether the last frame of the pass has been given.
+    bool is_out_of_frames() const { return log_->is_out_of_frames() && !(injector_ && injector_->holds_frames()); }
+    /// Ends the pass here.
+    void end(SampleReceiver& to) {
+        event_ = AslDataset::Event::kEnd;
+        deliver(to);
+    }
     /// Gives what was read, or what the faults make of it.
     void deliver(SampleReceiver& to);
 

@@ -7,7 +7,7 @@
 
 namespace facet {
 
-/// Options with the cameras' image sizes and the shift of their clock; the rest as by default. Reentrant.
+/// Options with the cameras' number and image sizes and the shift of their clock; the rest as by default. Reentrant.
 inline AslOptions log_options_of(const Calibration& calibration) {
     const auto size_of = [](const CameraModel& camera) -> ImageSize {
         return {camera.intrinsics().width, camera.intrinsics().height};
@@ -16,6 +16,7 @@ inline AslOptions log_options_of(const Calibration& calibration) {
     options.camera_time_shift = calibration.camera_time_shift;
     options.left_size = size_of(calibration.rig.left);
     options.right_size = size_of(calibration.rig.right);
+    options.left_only = !calibration.rig.has_right;
     return options;
 }
 

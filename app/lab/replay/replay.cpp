@@ -135,13 +135,13 @@ void Replay::take(const StereoFrame& frame, Timestamp output_stamp) {
 void Replay::take(const ImuSample& sample) {
     pipeline_.add_imu(sample);
     newest_fed_ = sample.stamp;
-    newest_w_B_ = sample.w_B;
+    newest_w_B_ = options_.config.imu_model.corrected(sample).w_B;
     if (carried_ && carried_->add_imu(sample)) {
         const Estimate estimate = carried_->estimate();
         if (is_usable(estimate.health.state)) {
             recorder_.write_carried(estimate);
         }
-        output_.give(estimate, sample.w_B, options_.calibration.noise);
+        output_.give(estimate, newest_w_B_, options_.calibration.noise);
     }
     if (pipeline_.take_carried(result_)) {
         if (carried_) {
@@ -216,13 +216,18 @@ void Replay::replace_by_truth() {
 /// All passes, or up to the frame at which it is told to stop.
 void Replay::play(const std::atomic<bool>& stop) {
     for (int pass = 1;; ++pass) {
-        while (!(summary_.interrupted = stop.load()) && pull(stop)) {
+        bool is_more = true;
+        while (!(summary_.interrupted = stop.load()) && is_more && !(log_.is_out_of_frames() && waiting_.empty())) {
+            is_more = pull(stop);
             if (progress_) {
                 progress_->update(summary_.frames);
             }
         }
         if (summary_.interrupted) {
             return;
+        }
+        if (is_more) {
+            log_.end(*this);
         }
         give_up_waiting();
         log_.tell_idle_faults();

@@ -97,7 +97,8 @@ const BadField kBadFields[] = {
     {"cam1", "resolution: [160, 120]", "resolution: [160, -120]", ":11: resolution: must be two positive integers"},
     {"cam1", "resolution: [160, 120]", "resolution: [160.5, 120]", ":11: resolution: must be two positive integers"},
     {"cam1", "resolution: [160, 120]", "resolution: 160x120", ":11: resolution: must be a list of 2 numbers"},
-    {"cam1", "pinhole", "omni", ":12: camera_model: unknown model 'omni': only pinhole is supported"},
+    {"cam1", "pinhole", "spline", ":12: camera_model: unknown model 'spline': pinhole, omni, ds or eucm"},
+    {"cam1", "pinhole", "omni", ":13: intrinsics: must be a list of 5 numbers"},
     {"cam1", "intrinsics: [150.0", "intrinsics: [-150.0", ":13: intrinsics: focal lengths must be positive"},
     {"cam1", "resolution: [160, 120]", "resolution: [1e300, 120]", ":11: resolution: must be two positive integers"},
     {"cam1", "intrinsics: [150.0", "intrinsics: [1.0",
@@ -105,9 +106,12 @@ const BadField kBadFields[] = {
     {"cam1", "intrinsics: [150.0", "intrinsics: [1e300",
      ":13: intrinsics: focal lengths of 1e+300 and 150 px do not belong to 160x120 px: must be 16 to 3200"},
     {"cam1", "intrinsics: [150.0, ", "intrinsics: [", ":13: intrinsics: must be a list of 4 numbers"},
-    {"cam1", "radial-tangential", "fov",
-     ":14: distortion_model: unknown model 'fov': radial-tangential (radtan), equidistant or none"},
-    {"cam1", "[-0.1, 0.01, 0.0, 0.0]", "[-0.1, 0.01]", ":15: distortion_coefficients: must be a list of 4 numbers"},
+    {"cam1", "radial-tangential", "spline",
+     ":14: distortion_model: unknown model 'spline': radial-tangential (radtan, plumb_bob; 4, 5 or 8 coefficients), "
+     "equidistant (fisheye), fov or none"},
+    {"cam1", "radial-tangential", "fov", ":15: distortion_coefficients: must be a list of 1 numbers"},
+    {"cam1", "[-0.1, 0.01, 0.0, 0.0]", "[-0.1, 0.01]",
+     ":15: distortion_coefficients: must be a list of 4, 5 or 8 numbers: k1 k2 p1 p2 (k3 (k4 k5 k6))"},
     {"cam1", "[-0.1, 0.01, 0.0, 0.0]", "[-5.0, 0.01, 0.0, 0.0]",
      ":15: distortion_coefficients: distortion is not increasing up to the image corner"},
     {"cam1", "intrinsics:", "camera_model: pinhole\nintrinsics:", ":13: camera_model: given twice"},
@@ -216,7 +220,7 @@ TEST_CASE("Kalibr files name what is missing") {
     CHECK_FALSE(load_kalibr_calibration(alone, imu).rig.has_right);  // a vehicle with one camera
     const std::string odd = dir.write("odd.yaml", replaced(kCamchain, "cam1:", "[cam1]:"));
     CHECK_FALSE(load_kalibr_calibration(odd, imu).rig.has_right);  // a key that is no text is none of ours
-    CHECK(complaint("cam0:\n  T_cam_imu", "cam0:\n  T_imu_cam") == path + ":1: cam0.T_cam_imu: missing");
+    CHECK(complaint("cam0:\n  T_cam_imu", "cam0:\n  T_imu").find(path + ":1: cam0: T_cam_imu: missing") == 0);
     CHECK(complaint("timeshift_cam_imu: -0.0075", "timeshift_cam_imu: 12") ==
           path + ":13: cam0.timeshift_cam_imu: more than 1 s: cameras and IMU are not on one clock");
     CHECK(complaint("resolution: [640, 480]\n  timeshift", "timeshift") == path + ":1: cam0.resolution: missing");
@@ -280,7 +284,7 @@ TEST_CASE("standard deviations are read if both cameras state them") {
     CHECK(c.sigmas->distortion == 2e-4);
     CHECK(c.sigmas->late_distortion == 1e-2);
     CHECK(c.sigmas->rotation_rad == Approx(3.4907e-4).epsilon(1e-3));
-    EstimatorConfig config;
+    ProgramConfig config;
     take_calibration(c, config);
     CHECK(config.calibration.principal_sigma_px == 0.09);
     CHECK(config.calibration.late_distortion_sigma == 1e-2);

@@ -136,12 +136,16 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {"run --config " + vehicle + " --duration -1", "--duration must not be negative"},
         {"run --config " + vehicle, "imu: can_of_nobody: "},
         {"replay", "DATASET"},
-        {"replay " + dir.path(), "--out"},
+        {"replay " + dir.path(),
+         "--out is missing, the folder for the results: facet replay " + dir.path() + " --out result"},
+        {"replay " + dir.write("flight.bag", "#ROSBAG V2.0\n") + " --out x",
+         "facet convert " + dir.file("flight.bag") + " flight_log"},
         {replay + " --mode x", "--mode x: unknown"},
         {replay + " --start abc", "--start"},
         {replay + " --start nan", "--start must not be negative"},
         {replay + " --start inf", "--start must not be negative"},
-        {replay + " --calibration " + dir.write("empty.yaml", ""), dir.file("empty.yaml") + ":1: cam0: missing"},
+        {replay + " --calibration " + dir.write("empty.yaml", ""),
+         dir.file("empty.yaml") + ":1: is no calibration of a known kind"},
         {replay + " --inject fog@8", "--inject 'fog@8': unknown fault 'fog'"},
         {replay + " --inject flash --inject clip@x", "--inject 'clip@x': start 'x' is not a number"},
         {replay + " --duration -1", "--duration must be positive"},
@@ -287,6 +291,102 @@ TEST_CASE("check-calibration and calibrate judge a log of a vehicle at rest") {
     CHECK(count_lines(calibrated.err) == 1);
     CHECK((!is_built || contains(calibrated.err, "nothing written")));
     CHECK_FALSE(std::filesystem::exists(dir.file("refined")));
+}
+
+TEST_CASE("check-calibration: the size of other images is wrong, one camera is judged by itself") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 40);
+    std::string wide = test::asl_camera_yaml(0);
+    wide.replace(wide.find("[160, 120]"), 10, "[200, 120]");
+    dir.write("mav0/cam0/sensor.yaml", wide);
+    const Outcome other_size = run(dir, "check-calibration " + dir.path());
+    CHECK(other_size.code == 1);
+    CHECK(contains(other_size.out, "image size             wrong"));
+    CHECK(contains(other_size.out, "size is 160x120, not 200x120"));
+    dir.write("mav0/cam0/sensor.yaml", test::asl_camera_yaml(0));
+    std::filesystem::remove_all(dir.file("mav0/cam1"));
+    const Outcome alone = run(dir, "check-calibration " + dir.path());
+    INFO(alone.err);
+    CHECK(alone.code == 0);
+    CHECK(contains(alone.out, "imu axes"));
+    CHECK(contains(alone.out, "time offset"));
+    CHECK_FALSE(contains(alone.out, "two images"));
+}
+
+/// The log above without any calibration, and Kalibr's files for it.
+void write_uncalibrated(const test::TempDir& dir) {
+    test::write_asl_folder(dir, 40);
+    const Outcome converted = run(dir, "calibration " + dir.file("mav0") + " --to kalibr --out " + dir.file("kalibr"));
+    REQUIRE(converted.code == 0);
+    for (const char* sensor : {"cam0", "cam1", "imu0"}) {
+        std::filesystem::remove(dir.file(std::string("mav0/") + sensor + "/sensor.yaml"));
+    }
+}
+
+TEST_CASE("a log without sensor.yaml is replayed and checked with a calibration that is given") {
+    const test::TempDir dir;
+    write_uncalibrated(dir);
+    const std::string replay = "replay " + dir.path() + " --quiet --min-coverage 0 --out " + dir.file("out");
+    const Outcome none = run(dir, replay);
+    CHECK(none.code == 2);
+    CHECK(contains(none.err, "has no calibration, neither cam0/sensor.yaml nor camchain.yaml: --calibration FILE"));
+    const std::string chain = " --calibration " + dir.file("kalibr/camchain-imucam.yaml");
+    const Outcome noiseless = run(dir, replay + chain);
+    CHECK(noiseless.code != 2);
+    CHECK(contains(noiseless.err, "no file says how noisy the IMU is"));
+    const Outcome whole = run(dir, replay + chain + " --imu-calibration " + dir.file("kalibr/imu.yaml"));
+    CHECK(whole.code != 2);
+    CHECK_FALSE(contains(whole.err, "warning"));
+    CHECK(run(dir, "check-calibration " + dir.path() + chain).code != 2);
+}
+
+TEST_CASE("calibration says what a file holds, and writes it for others") {
+    const test::TempDir dir;
+    write_uncalibrated(dir);
+    const std::string base =
+        "calibration " + dir.file("kalibr/camchain-imucam.yaml") + " --imu-calibration " + dir.file("kalibr/imu.yaml");
+    const Outcome shown = run(dir, base);
+    CHECK(shown.code == 0);
+    CHECK(contains(shown.out, "left         160x120 px, pinhole [150, 150, 79.5, 59.5], radtan [-0.1, 0.01, 0, 0]"));
+    CHECK(contains(shown.out, "baseline     0.1000 m"));
+    CHECK(run(dir, base + " --to opencv --out " + dir.file("cv")).code == 0);
+    const std::string opencv = test::read_file(dir.file("cv/stereo.yaml"));
+    CHECK(contains(opencv, "M1: !!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n  data: [150, 0, 79.5,"));
+    CHECK(contains(opencv, "T: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n  data: [-0.1, "));
+    CHECK(run(dir, base + " --to euroc --out " + dir.file("again")).code == 0);
+    CHECK(run(dir, "calibration " + dir.file("again")).out == shown.out);
+    CHECK(run(dir, base + " --to kalibr").code == 2);
+    CHECK(run(dir, base + " --to spline --out " + dir.file("no")).code == 2);
+    CHECK(run(dir, "calibration " + dir.file("none")).code == 2);
+}
+
+TEST_CASE("frames outside the IMU's time are told as such") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 10);
+    std::string rows;
+    for (int i = 0; i < 60; ++i) {
+        rows += std::to_string(12'000'000'000 + 5'000'000 * static_cast<std::int64_t>(i)) + ",0,0,0,0,0,9.8\n";
+    }
+    dir.write("mav0/imu0/data.csv", rows);
+    const Outcome outcome = run(dir, "replay " + dir.path() + " --quiet --out " + dir.file("out"));
+    CHECK(outcome.code == 1);
+    CHECK(contains(outcome.err, "10 outside the time of the inertial samples (are both on one clock?)"));
+    CHECK_FALSE(contains(outcome.err, "missing, damaged"));
+}
+
+TEST_CASE("ground truth in TUM's format is known by its rows, whatever it is called") {
+    const test::TempDir dir;
+    std::string tum = "# timestamp tx ty tz qx qy qz qw\n";
+    for (int i = 0; i < 40; ++i) {
+        tum += std::to_string(1400000000.0 + 0.05 * i) + " " + std::to_string(0.1 * i) + " 0 0 0 0 0 1\n";
+    }
+    dir.write("run/trajectory.tum", tum);
+    for (const char* name : {"truth.tum", "truth.txt", "poses"}) {
+        const std::string base = "eval --estimate " + dir.file("run") + " --groundtruth ";
+        const Outcome outcome = run(dir, base + dir.write(name, tum));
+        INFO(outcome.err);
+        CHECK(outcome.code == 0);
+    }
 }
 
 }  // namespace

@@ -78,3 +78,18 @@ TEST_CASE("names of compressions") {
     CHECK(find_compression("bz2") == Compression::kBz2);
     CHECK(find_compression("gzip") == std::nullopt);
 }
+
+TEST_CASE("frames are unpacked without knowing their size, up to a bound") {
+    const auto method = GENERATE(Compression::kLz4, Compression::kZstd);
+    const std::string text = sample();
+    const std::string bytes = packed(method, text);
+    CHECK(compression_of(bytes_of(bytes)) == method);
+    std::vector<std::uint8_t> out;
+    REQUIRE(decompress_frame(bytes_of(bytes), text.size() + 1'000'000, out) == Status::kOk);
+    CHECK(text_of(out) == text);
+    CHECK(decompress_frame(bytes_of(bytes), text.size(), out) == Status::kOk);
+    CHECK(decompress_frame(bytes_of(bytes), text.size() / 2, out) == Status::kCorrupt);
+    CHECK(decompress_frame(bytes_of(bytes).first(bytes.size() - 9), text.size(), out) == Status::kCorrupt);
+    CHECK(compression_of(bytes_of(text)) == Compression::kNone);
+    CHECK(decompress_frame(bytes_of(text), text.size(), out) == Status::kCorrupt);
+}

@@ -249,7 +249,13 @@ TEST_CASE("a run that has lost too much of its log says how much, and where it w
     RunSummary holes;
     holes.frames_listed = 100;
     holes.frames = holes.estimates = 70;
-    CHECK(describe_lost_coverage(holes, 0.8).ends_with(": 30 did not come (image missing or damaged, or a fault)"));
+    CHECK(describe_lost_coverage(holes, 0.8)
+              .ends_with(": 30 did not come (image missing, damaged, of another size, or a fault)"));
+    holes.warnings["uncovered_frame"] = 20;
+    CHECK(
+        describe_lost_coverage(holes, 0.8)
+            .ends_with(": 20 outside the time of the inertial samples (are both on one clock?), 10 did not come (image "
+                       "missing, damaged, of another size, or a fault)"));
     CHECK(describe_lost_coverage({}, 0.0).starts_with("no estimate at all of 0 frames"));
 }
 

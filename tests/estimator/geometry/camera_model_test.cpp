@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "tests/support/numeric_jacobian.h"
 
@@ -36,6 +37,34 @@ CameraIntrinsics equidistant() {
             256.897,
             Distortion::kEquidistant,
             {0.0034824, 0.00071502, -0.0020532, 0.00020294}};
+}
+
+CameraIntrinsics with_lens(Distortion distortion, double focal_px, const std::array<double, 4>& coeffs,
+                           const std::array<double, 4>& more = {}) {
+    return {512, 512, focal_px, 1.002 * focal_px, 254.9, 256.9, distortion, coeffs, more};
+}
+
+/// A lens of five coefficients, and one of eight as depth cameras have.
+CameraIntrinsics plumb_bob() {
+    CameraIntrinsics k = radial_tangential();
+    k.distortion = Distortion::kRational;
+    k.more = {0.004, 0.0, 0.0, 0.0};
+    return k;
+}
+CameraIntrinsics rational() {
+    return with_lens(Distortion::kRational, 252.0, {4.84, 2.93, 1.7e-4, -6e-5}, {0.13, 5.17, 4.61, 0.73});
+}
+CameraIntrinsics unified() {
+    return with_lens(Distortion::kUnified, 390.0, {-0.12, 0.21, 4e-4, -3e-4}, {1.02, 0.0, 0.0, 0.0});
+}
+CameraIntrinsics double_sphere() { return with_lens(Distortion::kDoubleSphere, 157.3, {-0.18, 0.59, 0.0, 0.0}); }
+CameraIntrinsics eucm() { return with_lens(Distortion::kEucm, 190.5, {0.627, 1.058, 0.0, 0.0}); }
+CameraIntrinsics fov() { return with_lens(Distortion::kFov, 261.0, {0.93, 0.0, 0.0, 0.0}); }
+
+/// One of each kind.
+std::vector<CameraIntrinsics> all_lenses() {
+    return {pinhole(), radial_tangential(), equidistant(), plumb_bob(), rational(),
+            unified(), double_sphere(),     eucm(),        fov()};
 }
 
 /// Calls f(uv) over a grid of pixels; margin keeps it inside.
@@ -123,6 +152,69 @@ TEST_CASE("project inverts unproject, and Jacobians match, over the whole image"
     SECTION("equidistant, 64 px inside: up to 80 degrees off axis") {
         expect_round_trip_and_jacobians(equidistant(), 64.0, 145);
     }
+}
+
+TEST_CASE("every lens: project inverts unproject, Jacobians match, and what is outside its set is refused") {
+    for (const CameraIntrinsics& k : all_lenses()) {
+        CAPTURE(static_cast<int>(k.distortion));
+        REQUIRE(ok(CameraModel::validate(k)));
+        const CameraModel camera(k);
+        expect_round_trip_and_jacobians(k, k.distortion == Distortion::kNone ? 0.0 : 40.0, 130);
+        // Rays at all angles: a pixel inside the lens's circle, or a refusal; pixels go outwards as angles grow.
+        double last_radius = -1.0;
+        for (double degrees = 0.0; degrees < 90.0; degrees += 1.5) {
+            CAPTURE(degrees);
+            const double angle = degrees * M_PI / 180.0;
+            const Eigen::Vector3d ray(0.6 * std::sin(angle), -0.8 * std::sin(angle), std::cos(angle));
+            Eigen::Vector2d uv;
+            if (ok(camera.project(ray, uv))) {
+                CHECK(std::tan(angle) <= camera.max_radius() * (1.0 + 1e-12));
+                const double radius = Eigen::Vector2d((uv.x() - k.cx) / k.fx, (uv.y() - k.cy) / k.fy).norm();
+                CHECK(radius > last_radius);
+                last_radius = radius;
+                Eigen::Vector2d again;
+                REQUIRE(ok(camera.unproject(uv, again)));
+                const Eigen::Vector2d xy = ray.hnormalized();
+                CHECK((again - xy).norm() < 1e-7 * (1.0 + xy.squaredNorm()));
+            } else {
+                CHECK(std::tan(angle) > camera.max_radius());
+            }
+        }
+        // On the axis a normalised residual is that many pixels.
+        CHECK(camera.focal_px() == Approx(camera.d_uv_d_xy({0.0, 0.0}).trace() / 2.0));
+    }
+}
+
+TEST_CASE("lenses of other models that are the same lens project alike") {
+    // Without coefficients of its own each is a pinhole; a unified lens at xi = 1 and a double sphere with no second
+    // sphere are one with eucm; at xi = 1 it is stereographic: r s = tan(angle / 2).
+    const CameraModel plain(with_lens(Distortion::kNone, 300.0, {}));
+    const CameraModel four(radial_tangential());
+    CameraIntrinsics k = radial_tangential();
+    k.distortion = Distortion::kRational;
+    const CameraModel eight(k);
+    k.distortion = Distortion::kUnified;
+    const CameraModel no_mirror(k);
+    const CameraModel eucm_half(with_lens(Distortion::kEucm, 300.0, {0.5, 1.0, 0.0, 0.0}));
+    const CameraModel stereographic(with_lens(Distortion::kUnified, 600.0, {}, {1.0, 0.0, 0.0, 0.0}));
+    const CameraModel one_sphere(with_lens(Distortion::kDoubleSphere, 300.0, {0.0, 0.5, 0.0, 0.0}));
+    const CameraModel nearly_flat(with_lens(Distortion::kFov, 300.0, {1e-5, 0.0, 0.0, 0.0}));
+    for (const double angle : {0.0, 0.1, 0.4, 0.6}) {
+        const Eigen::Vector3d p(std::sin(angle), 0.2 * std::sin(angle), std::cos(angle));
+        const auto pixel = [&](const CameraModel& camera) {
+            Eigen::Vector2d uv;
+            REQUIRE(ok(camera.project(p, uv)));
+            return uv;
+        };
+        CHECK((pixel(eight) - pixel(four)).norm() < 1e-9);
+        CHECK((pixel(no_mirror) - pixel(four)).norm() < 1e-9);
+        CHECK((pixel(eucm_half) - pixel(stereographic)).norm() < 1e-9);
+        CHECK((pixel(one_sphere) - pixel(stereographic)).norm() < 1e-9);
+        CHECK((pixel(nearly_flat) - pixel(plain)).norm() < 1e-4);
+    }
+    Eigen::Vector2d uv;
+    REQUIRE(ok(stereographic.project({std::sin(1.2), 0.0, std::cos(1.2)}, uv)));
+    CHECK(uv.x() - 254.9 == Approx(600.0 * std::tan(0.6)));
 }
 
 TEST_CASE("equidistant is smooth across the near-axis branch") {
@@ -226,7 +318,7 @@ TEST_CASE("a pixel is in the lens where it can be unprojected; borders are kept"
 }
 
 TEST_CASE("the image's derivative with respect to normalised coordinates is that of the projection") {
-    for (const CameraIntrinsics& k : {pinhole(), radial_tangential(), equidistant()}) {
+    for (const CameraIntrinsics& k : all_lenses()) {
         const CameraModel camera(k);
         const Eigen::Vector2d xy(0.4, -0.3);
         Eigen::Vector2d uv;
@@ -237,7 +329,7 @@ TEST_CASE("the image's derivative with respect to normalised coordinates is that
 }
 
 TEST_CASE("points behind, on, or far off the axis are degenerate and leave the output alone") {
-    for (const CameraIntrinsics& k : {pinhole(), radial_tangential(), equidistant()}) {
+    for (const CameraIntrinsics& k : all_lenses()) {
         const CameraModel camera(k);
         Eigen::Vector2d uv(-7.0, -8.0);
         const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -302,6 +394,22 @@ TEST_CASE("intrinsics are validated") {
          [](CameraIntrinsics& k) {
              k.distortion = Distortion::kEquidistant;
              k.coeffs = {-1.0, 0.0, 0.0, 0.0};
+         }},
+        {"a late coefficient", [](CameraIntrinsics& k) { k.more[2] = std::nan(""); }},
+        {"no field of view",
+         [](CameraIntrinsics& k) {
+             k.distortion = Distortion::kFov;
+             k.coeffs = {};
+         }},
+        {"denominator folds",
+         [](CameraIntrinsics& k) {
+             k.distortion = Distortion::kRational;
+             k.more = {0.0, 3.0, 0.0, 0.0};
+         }},
+        {"eucm folds",
+         [](CameraIntrinsics& k) {
+             k.distortion = Distortion::kEucm;
+             k.coeffs = {0.6, -5.0, 0.0, 0.0};
          }},
     };
     for (const Case& c : cases) {

@@ -13,6 +13,18 @@ CameraIntrinsics pinhole(Distortion distortion) {
         k.coeffs = {-0.283, 0.074, 2e-4, 2e-5};
     } else if (distortion == Distortion::kEquidistant) {
         k.coeffs = {-0.013, 0.02, -0.012, 0.002};
+    } else if (distortion == Distortion::kRational) {
+        k.coeffs = {4.84, 2.93, 1.7e-4, -6e-5};
+        k.more = {0.13, 5.17, 4.61, 0.73};
+    } else if (distortion == Distortion::kUnified) {
+        k.coeffs = {-0.12, 0.21, 4e-4, -3e-4};
+        k.more = {1.02, 0.0, 0.0, 0.0};
+    } else if (distortion == Distortion::kDoubleSphere) {
+        k.coeffs = {-0.18, 0.59, 0.0, 0.0};
+    } else if (distortion == Distortion::kEucm) {
+        k.coeffs = {0.627, 1.058, 0.0, 0.0};
+    } else if (distortion == Distortion::kFov) {
+        k.coeffs = {0.93, 0.0, 0.0, 0.0};
     }
     return k;
 }
@@ -57,7 +69,9 @@ TEST_CASE("a corrected point is where the corrected camera sees the pixel", "[le
 }
 
 TEST_CASE("each column is the derivative by its parameter", "[lens_correction]") {
-    const Distortion distortion = GENERATE(Distortion::kRadialTangential, Distortion::kEquidistant);
+    const Distortion distortion =
+        GENERATE(Distortion::kRadialTangential, Distortion::kEquidistant, Distortion::kRational, Distortion::kUnified,
+                 Distortion::kDoubleSphere, Distortion::kEucm, Distortion::kFov);
     const CameraIntrinsics given = pinhole(distortion);
     const CameraModel camera(given);
     const Eigen::Vector2d uv(610.0, 101.0);
@@ -73,7 +87,7 @@ TEST_CASE("each column is the derivative by its parameter", "[lens_correction]")
         Eigen::Vector2d minus;
         REQUIRE(ok(CameraModel(by_hand(given, d)).unproject(uv, plus)));
         REQUIRE(ok(CameraModel(by_hand(given, -d)).unproject(uv, minus)));
-        INFO("parameter " << i);
+        INFO("lens " << static_cast<int>(distortion) << ", parameter " << i);
         CHECK((jacobian.col(i) - (plus - minus) / (2.0 * step)).norm() < 1e-6 + 1e-5 * jacobian.col(i).norm());
     }
 }

@@ -53,5 +53,26 @@ TEST_CASE("a folder without a log is bad input") {
     CHECK(test::input_error_text([&] { check_calibration(options); }).find(dir.path()) != std::string::npos);
 }
 
+TEST_CASE("a calibration of other images is wrong, one camera is checked against the IMU alone") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 40);
+    CheckOptions options;
+    options.dataset = dir.path();
+    options.calibration = load_euroc_calibration(dir.file("mav0"));
+    CameraIntrinsics k = options.calibration.rig.left.intrinsics();
+    k.width = 200;
+    options.calibration.rig.left = CameraModel(k);
+    const std::vector<CheckVerdict> verdicts = check_calibration(options);
+    CHECK(named(verdicts, "image size").level == CheckLevel::kWrong);
+    CHECK(has_wrong(verdicts));
+
+    options.calibration = load_euroc_calibration(dir.file("mav0"));
+    options.calibration.rig = StereoRig::monocular(options.calibration.rig.left, options.calibration.rig.T_B_C0);
+    const std::vector<CheckVerdict> alone = check_calibration(options);
+    CHECK_FALSE(has_wrong(alone));
+    CHECK(named(alone, "time offset").level == CheckLevel::kCannotTell);
+    CHECK(std::ranges::find(alone, "two images", &CheckVerdict::name) == alone.end());
+}
+
 }  // namespace
 }  // namespace facet

@@ -92,9 +92,13 @@ TEST_CASE("too few points, and one image twice") {
     const std::vector<CheckVerdict> verdicts = check_stereo(sim::euroc_rig(), seen_by(sim::euroc_rig(), 20));
     REQUIRE(verdicts.size() == 1);
     CHECK(verdicts[0].level == CheckLevel::kCannotTell);
-    CHECK(check_same_image(std::array{0.0, 0.1, 0.0}).level == CheckLevel::kWrong);
-    CHECK(check_same_image(std::array{9.0, 0.1, 12.0}).level == CheckLevel::kOk);
-    CHECK(check_same_image({}).level == CheckLevel::kCannotTell);
+    CHECK(check_same_image(std::array{0.0, 0.1, 0.0}, 90.0).level == CheckLevel::kWrong);
+    CHECK(check_same_image(std::array{9.0, 0.1, 12.0}, 90.0).level == CheckLevel::kOk);
+    CHECK(check_same_image({}, 0.0).level == CheckLevel::kCannotTell);
+    // Black images are alike, whoever took them.
+    const std::string dark = check_same_image(std::array{0.0, 0.1, 0.0}, 1.5).sentence;
+    CHECK(dark.find("too dark to be compared: their mean is 1.5 of 255") != std::string::npos);
+    CHECK(check_same_image(std::array{0.0, 0.1, 0.0}, 90.0).sentence.find("recorded twice") != std::string::npos);
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
+#include "drivers/replay_asl/jpeg_decoder.h"
+
 using namespace facet;
 
 namespace {
@@ -26,7 +28,7 @@ RosImage image_of(std::string_view encoding, std::uint32_t width, std::uint32_t 
 
 Bytes grey_of(const RosImage& image) {
     GreyImage grey;
-    REQUIRE(to_grey(image, grey).empty());
+    REQUIRE(to_grey(image, 16, grey).empty());
     return grey.pixels;
 }
 
@@ -72,6 +74,29 @@ TEST_CASE("sixteen bits are rounded to eight in either order of bytes") {
     CHECK(grey_of(big) == Bytes{0, 255, 128, 0});
 }
 
+TEST_CASE("ten and twelve bits in sixteen fill the eight") {
+    const Bytes bytes{0x00, 0x00, 0xFF, 0x03, 0x00, 0x02, 0xFF, 0x0F};  // 0, 1023, 512, 4095
+    const RosImage image = image_of("mono16", 4, 1, 8, bytes);
+    GreyImage grey;
+    REQUIRE(to_grey(image, 10, grey).empty());
+    CHECK(grey.pixels == Bytes{0, 255, 128, 255});
+    REQUIRE(to_grey(image, 12, grey).empty());
+    CHECK(grey.pixels == Bytes{0, 64, 32, 255});
+    CHECK(greatest_wide_sample(image) == 4095);
+    CHECK(greatest_wide_sample(image_of("mono8", 4, 1, 8, bytes)) == 0);
+    CHECK(greatest_wide_sample(image_of("mono16", 40, 1, 80, bytes)) == 0);
+}
+
+TEST_CASE("of YUV the luma is taken") {
+    const Bytes pairs{10, 20, 30, 40};
+    CHECK(grey_of(image_of("yuv422_yuy2", 2, 1, 4, pairs)) == Bytes{10, 30});
+    CHECK(grey_of(image_of("yuyv", 2, 1, 4, pairs)) == Bytes{10, 30});
+    CHECK(grey_of(image_of("yuv422", 2, 1, 4, pairs)) == Bytes{20, 40});
+    CHECK(grey_of(image_of("uyvy", 2, 1, 4, pairs)) == Bytes{20, 40});
+    CHECK(grey_of(image_of("nv12", 2, 2, 2, {1, 2, 3, 4, 128, 128})) == Bytes{1, 2, 3, 4});
+    CHECK(grey_of(image_of("nv21", 2, 2, 2, {1, 2, 3, 4, 128, 128})) == Bytes{1, 2, 3, 4});
+}
+
 TEST_CASE("colours become luma") {
     CHECK(grey_of(image_of("rgb8", 3, 1, 9, {255, 0, 0, 0, 255, 0, 0, 0, 255})) == Bytes{76, 150, 29});
     CHECK(grey_of(image_of("bgr8", 3, 1, 9, {255, 0, 0, 0, 255, 0, 0, 0, 255})) == Bytes{29, 150, 76});
@@ -96,13 +121,13 @@ TEST_CASE("a scene of one colour has one luma whatever the pattern of its filter
 TEST_CASE("images that are not what they say are refused with a reason") {
     GreyImage grey;
     const Bytes bytes(12, 0);
-    CHECK(to_grey(image_of("yuv422", 2, 2, 4, bytes), grey).find("unknown encoding 'yuv422'") != std::string::npos);
-    CHECK_FALSE(to_grey(image_of("mono8", 0, 2, 4, bytes), grey).empty());
-    CHECK_FALSE(to_grey(image_of("mono8", 4, 4, 4, bytes), grey).empty());
-    CHECK_FALSE(to_grey(image_of("mono8", 4, 2, 3, bytes), grey).empty());
-    CHECK_FALSE(to_grey(image_of("bgr8", 2, 2, 4, bytes), grey).empty());
-    CHECK_FALSE(to_grey(image_of("mono8", 4'000'000'000U, 4'000'000'000U, 4'000'000'000U, bytes), grey).empty());
-    CHECK_FALSE(to_grey(image_of("mono8", 1, 16384, 4'000'000'000U, bytes), grey).empty());
+    CHECK(to_grey(image_of("yuv999", 2, 2, 4, bytes), 16, grey).find("unknown encoding 'yuv999'") != std::string::npos);
+    CHECK_FALSE(to_grey(image_of("mono8", 0, 2, 4, bytes), 16, grey).empty());
+    CHECK_FALSE(to_grey(image_of("mono8", 4, 4, 4, bytes), 16, grey).empty());
+    CHECK_FALSE(to_grey(image_of("mono8", 4, 2, 3, bytes), 16, grey).empty());
+    CHECK_FALSE(to_grey(image_of("bgr8", 2, 2, 4, bytes), 16, grey).empty());
+    CHECK_FALSE(to_grey(image_of("mono8", 4'000'000'000U, 4'000'000'000U, 4'000'000'000U, bytes), 16, grey).empty());
+    CHECK_FALSE(to_grey(image_of("mono8", 1, 16384, 4'000'000'000U, bytes), 16, grey).empty());
 }
 
 TEST_CASE("JPEG images are decoded, damaged ones refused") {

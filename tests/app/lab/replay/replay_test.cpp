@@ -247,5 +247,41 @@ TEST_CASE("a dataset or output folder that cannot be used is named") {
           }).starts_with(dir.file("file/below") + ": cannot be created"));
 }
 
+TEST_CASE("the last frame gets the inertial samples behind it that it waits for") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    ReplayOptions options = options_for(dir, "a");
+    options.faults = {parse_fault("time_offset=0.02")};  // its stamp is 20 ms late, the log ends 50 ms behind
+    const RunSummary run = run_replay(options, std::atomic<bool>{false});
+    CHECK(run.frames == kFrames);
+    CHECK(run.frames_not_ready == 0);
+    // No more than it needs: the log goes on no further than the frame.
+    options = options_for(dir, "b");
+    CHECK(run_replay(options, std::atomic<bool>{false}).imu_samples < run.imu_samples);
+}
+
+TEST_CASE("an IMU's scale and misalignment are taken out of its samples") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    ReplayOptions plain = options_for(dir, "plain");
+    run_replay(plain, std::atomic<bool>{false});
+    // The same log as a sensor would have recorded it whose accelerometer reads a tenth too much.
+    Eigen::Matrix3d M_a = 1.1 * Eigen::Matrix3d::Identity();
+    std::string rows;
+    for (int i = 0; i < 10 * (kFrames + 1) + 1; ++i) {
+        rows += std::to_string(test::kAslBegin - test::kAslFrameStep + i * test::kAslImuStep) + ",0,0,0.01,0,0," +
+                std::to_string(1.1 * 9.81) + "\n";
+    }
+    dir.write("mav0/imu0/data.csv", rows);
+    ReplayOptions scaled = options_for(dir, "scaled");
+    scaled.config.imu_model = ImuModel(M_a, Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero());
+    run_replay(scaled, std::atomic<bool>{false});
+    CHECK(test::read_file(dir.file("scaled/health.csv")) == test::read_file(dir.file("plain/health.csv")));
+    scaled.config.imu_model = {};
+    scaled.out = dir.file("dropped");
+    run_replay(scaled, std::atomic<bool>{false});
+    CHECK(test::read_file(dir.file("dropped/health.csv")) != test::read_file(dir.file("plain/health.csv")));
+}
+
 }  // namespace
 }  // namespace facet

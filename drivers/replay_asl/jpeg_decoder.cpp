@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "drivers/replay_asl/jpeg_decoder.h"
+
+#include <jpeglib.h>
+#include <cstdio>  // jpeglib.h needs it before it
+
+#include <csetjmp>
+
+namespace facet {
+namespace {
+
+struct JpegErrors {
+    jpeg_error_mgr manager;
+    std::jmp_buf jump;
+    char message[JMSG_LENGTH_MAX];
+};
+
+void keep_error(j_common_ptr info) {
+    auto* const errors = reinterpret_cast<JpegErrors*>(info->err);
+    info->err->format_message(info, errors->message);
+    std::longjmp(errors->jump, 1);
+}
+
+/// A warning says that data are damaged or missing, which libjpeg replaces by grey.
+void count_warning(j_common_ptr info, int level) { info->err->num_warnings += level < 0 ? 1 : 0; }
+
+/// Both steps of a decoder. No object here may have a destructor: libjpeg jumps out.
+bool begin_jpeg(jpeg_decompress_struct& info, JpegErrors& errors, std::span<const std::uint8_t> bytes) {
+    if (setjmp(errors.jump) != 0) {
+        return false;
+    }
+    jpeg_create_decompress(&info);
+    jpeg_mem_src(&info, bytes.data(), bytes.size());
+    jpeg_read_header(&info, TRUE);
+    info.out_color_space = JCS_GRAYSCALE;
+    return true;
+}
+
+bool finish_jpeg(jpeg_decompress_struct& info, JpegErrors& errors, std::uint8_t* pixels) {
+    if (setjmp(errors.jump) != 0) {
+        return false;
+    }
+    jpeg_start_decompress(&info);
+    while (info.output_scanline < info.output_height) {
+        JSAMPROW row = pixels + std::size_t{info.output_scanline} * info.output_width;
+        jpeg_read_scanlines(&info, &row, 1);
+    }
+    jpeg_finish_decompress(&info);
+    return true;
+}
+
+}  // namespace
+
+std::string read_jpeg(std::span<const std::uint8_t> bytes, GreyImage& grey) {
+    JpegErrors errors{};
+    jpeg_decompress_struct info{};
+    info.err = jpeg_std_error(&errors.manager);
+    errors.manager.error_exit = keep_error;
+    errors.manager.emit_message = count_warning;
+    bool is_read = begin_jpeg(info, errors, bytes);
+    std::string problem;
+    if (is_read && (info.image_width > kMostPixelsAside || info.image_height > kMostPixelsAside)) {
+        problem = "has more than 16384 pixels on a side";
+    } else if (is_read) {
+        grey.resize(static_cast<int>(info.image_width), static_cast<int>(info.image_height));
+        is_read = finish_jpeg(info, errors, grey.pixels.data());
+    }
+    jpeg_destroy_decompress(&info);
+    if (is_read && problem.empty() && errors.manager.num_warnings > 0) {
+        problem = "damaged JPEG: data are missing or wrong";
+    }
+    return is_read ? problem : std::string("damaged JPEG: ") + errors.message;
+}
+
+}  // namespace facet
