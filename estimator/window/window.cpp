@@ -32,6 +32,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     state_.calibration_lin = {};
     residuals_ = {};
     residual_bias_.reset();
+    dropped_landmarks_ = 0;
 }
 
 void Window::set_stage_observer(StageObserver* observer) {
@@ -211,8 +212,13 @@ std::span<const LandmarkPrediction> Window::predict_landmarks(const NavState& st
 }
 
 void Window::add_observations(int keyframe, std::span<const FeatureObservation> observations) {
+    const auto fresh = std::count_if(observations.begin(), observations.end(), [this](const FeatureObservation& o) {
+        return state_.landmarks.find(o.landmark) == nullptr;
+    });
+    dropped_landmarks_ += static_cast<std::uint64_t>(state_.landmarks.make_room(static_cast<int>(fresh), keyframe));
     for (const FeatureObservation& o : observations) {
         Landmark* landmark = state_.landmarks.find_or_insert(o.landmark);
+        dropped_landmarks_ += landmark == nullptr ? 1U : 0U;
         if (landmark != nullptr && landmark->observations.size() < landmark->observations.capacity()) {
             landmark->observations.push_back(cameras_.observe(keyframe, o));
         }
@@ -328,6 +334,7 @@ double Window::calibration_stretch() const {
 void Window::report(const WindowSummary& summary, Health& health) const {
     health.keyframes = static_cast<int>(state_.keyframes.size());
     health.landmarks = summary.fit.active_landmarks;
+    health.landmarks_dropped = dropped_landmarks_;
     health.pixel_sigma_px = cameras_.noise().sigma_px();
     health.imu_chi2 = summary.imu_squared_error / kStateDim;
     health.time_offset_s = state_.calibration.time_offset_s;

@@ -216,6 +216,7 @@ private:
     bool is_factorized_ = false;  ///< and the solver its factor
     CamerasCovariance cameras_covariance_;
     bool has_cameras_covariance_ = false;  ///< of that factor
+    std::uint64_t dropped_landmarks_ = 0;  ///< since configure(), for want of room
     bool marginalization_failed_ = false;
     bool images_rest_ = false;  ///< at the newest keyframe
     bool is_guessed_ = false;   ///< the newest keyframe began at a guess
