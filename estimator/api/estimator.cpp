@@ -121,7 +121,7 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
         if (has_trusted) {  // a clock has gone back, or an earlier program has kept its state
             fuse_trusted_bias();
             begin_window_in_place_of(trusted);
-            reset_counter += has_given ? 1 : 0;
+            count_reset();
         } else {
             begin_window(initial.information(), CalibrationStart::kAsGiven);
         }

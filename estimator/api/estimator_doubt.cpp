@@ -45,7 +45,9 @@ void Estimator::Impl::take_over(const FrameEstimate& updated) {
 }
 
 Status Estimator::Impl::examine_image(Preintegration& preintegration, FrameEstimate& out) {
-    if (!config.window.update_frames || phase == Phase::kCoasting || map.empty()) {
+    // The map takes the tilt of its keyframes for known: during a start an error of it would be taken for a bias.
+    const bool is_starting = monitor.state() == TrackingState::kInit;
+    if (!config.window.update_frames || is_starting || phase == Phase::kCoasting || map.empty()) {
         return Status::kNotFound;
     }
     FACET_TRY(compare_with_map(preintegration, out));

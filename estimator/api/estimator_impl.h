@@ -74,7 +74,7 @@ struct Estimator::Impl {
     Timestamp last_primary;     ///< when the last one was
     Timestamp last_pair;        ///< the last frame with both images, or the first frame
     bool has_trusted = false;   ///< there has been an estimate to be used, of this program or of an earlier one
-    bool has_given = false;     ///< there has been one of this program
+    bool has_given = false;     ///< there has been one of this program since the reset counter last rose
     bool is_renewed = false;    ///< a window has begun anew in flight
     Belief trusted;             ///< the newest one
     Gauge gauge;  ///< what yaw and place of the window are uncertain by, which is added to what is reported
@@ -279,6 +279,13 @@ struct Estimator::Impl {
     /// A place and a yaw to begin anew from when the state itself is worthless.
     Belief salvage() const;
     void act(FrameAction action, Preintegration& preintegration);
+    /// Announces that place and yaw may have jumped, if anybody has been given an estimate to compare with.
+    void count_reset() {
+        reset_counter += has_given ? 1U : 0U;
+        has_given = false;
+    }
+    /// This program has not given an estimate to be used.
+    bool is_first_start() const { return !has_given && reset_counter == 0; }
     HealthEvidence evidence(const StereoFrame& frame, bool frame_taken) const;
     void report(const StereoFrame& frame, bool frame_taken, Estimate& estimate);
 };
