@@ -50,7 +50,7 @@ void Estimator::Impl::reset() {
     span = {};
     phase = Phase::kEmpty;
     rests = reset_wanted = is_late = is_blind = has_carried = false;
-    may_stand = is_odd_pair = false;
+    may_stand = is_unmatched = false;
     hastened = 0;
     has_frame = has_primary = false;
     is_confirmed = true;
@@ -95,7 +95,7 @@ Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool w
     hints.landmarks = &landmarks;
     FACET_TRY(frontend.process(frame, hints, tracks));
     q_Bf_B.setIdentity();
-    judge_witness(frame);
+    judge_witness();
     if (hook != nullptr) {
         hook->edit(frame.stamp, {tracks.observations.data(), tracks.observations.size()});
     }

@@ -101,12 +101,12 @@ void Estimator::Impl::replace_doubted(Timestamp stamp) {
     }
 }
 
-void Estimator::Impl::judge_witness(const StereoFrame& frame) {
-    const bool was_odd_pair = is_odd_pair;
+void Estimator::Impl::judge_witness() {
+    const bool was_unmatched = is_unmatched;
     if (tracks.is_keyframe) {
-        is_odd_pair = !frame.right.empty() && tracks.stereo < HealthMonitor::kFewStereo;
+        is_unmatched = tracks.stereo < HealthMonitor::kFewStereo;
     }
-    may_accuse = !was_odd_pair && !is_odd_pair;
+    may_accuse = !was_unmatched && !is_unmatched;
 }
 
 void Estimator::Impl::drop_doubt_without_witness(Preintegration& preintegration) {
@@ -116,7 +116,7 @@ void Estimator::Impl::drop_doubt_without_witness(Preintegration& preintegration)
     }
     is_witnessed = is_witnessed || (tracks.is_keyframe && may_accuse);
     const bool sees = static_cast<int>(tracks.observations.size()) >= config.health.few_features;
-    if (is_odd_pair && !is_witnessed) {
+    if (is_unmatched && !is_witnessed) {
         imu.trust(newest.stamp, now.stamp);
     } else if (!sees && (doubt.axes() & ~span.stuck) != 0) {
         const Preintegration as_replaced = preintegration;
