@@ -213,6 +213,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     const bool begins_anew = is_renewed && window.state().keyframes.size() < kKeyframesOfStart;
     predicted.is_starting = (monitor.state() == TrackingState::kInit || begins_anew || hastened > 0) && is_confirmed &&
                             !frame.right.empty() && rest_claim == RestClaim::kNone;
+    predicted.is_doubted = doubt.is_active() && (imu.hanging() & doubt.axes()) == 0;
     predicted.keyframe_age_s = (stamp - newest.stamp).seconds();
     const Status tracked = track(frame, before, wants_keyframe(predicted));
     last_image = frame.stamp;

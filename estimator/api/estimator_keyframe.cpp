@@ -14,8 +14,9 @@ namespace {
 constexpr double kReintegrateGyro = 2e-3;   // rad/s
 constexpr double kReintegrateAccel = 5e-2;  // m/s^2
 constexpr double kReintegrateScale = 1e-3;
-// Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small.
-constexpr double kInitEffort = 6.0;
+// Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small. So may
+// it while readings are in doubt: a hard turn leads far from the steady motion that stands in for them.
+constexpr double kFarEffort = 6.0;
 // After a frame that came too late, up to the next keyframe: share of the solver's steps.
 constexpr double kLateEffort = 0.5;
 // The front-end's order of the corrections is that of the calibration's tangent.
@@ -46,8 +47,8 @@ KeyframeInput Estimator::Impl::keyframe_input() const {
 }
 
 double Estimator::Impl::effort() const {
-    const bool is_starting = monitor.state() == TrackingState::kInit;
-    return is_starting ? kInitEffort : (is_late ? kLateEffort : 1.0);
+    const bool may_be_far = monitor.state() == TrackingState::kInit || doubt.is_active();
+    return may_be_far ? kFarEffort : (is_late ? kLateEffort : 1.0);
 }
 
 bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegration& preintegration, double effort) {
