@@ -23,14 +23,6 @@ constexpr double kLateEffort = 0.5;
 static_assert(CameraCorrections::kDim == kCameraTermsDim && kLeftLens == kRigDim &&
               kRightTheta == kLeftLens + kLensDim && kRightLens == kRightTheta + kPoseDim);
 
-/// A window whose place is less certain than this along an axis holds it (1 sigma), and leaves what it does not know of
-/// it to the gauge.
-constexpr double kLoosePlace_m = 0.02;
-
-bool is_loose(const Belief& b) {
-    return b.covariance.diagonal().segment<3>(kPos).maxCoeff() > kLoosePlace_m * kLoosePlace_m;
-}
-
 }  // namespace
 
 KeyframeInput Estimator::Impl::keyframe_input() const {
@@ -52,8 +44,6 @@ double Estimator::Impl::effort() const {
 }
 
 bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegration& preintegration, double effort) {
-    const bool holds_place = is_loose(newest) && ok(window.hold_place());
-    const Gauge before = gauge_of(newest);
     if (!ok(window.add_keyframe(input, preintegration))) {
         return false;
     }
@@ -65,11 +55,6 @@ bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegrat
     judge_bend();
     reintegrate();
     update_covariance();
-    if (holds_place) {
-        const Gauge left = before.less(gauge_of(now));
-        gauge.add(left);
-        drift.add(left);
-    }
     learn_vibration();
     now.imu_scale = window.calibration().imu;
     now.vibration = vibration.share();

@@ -95,25 +95,6 @@ void Window::fill_calibration_prior(const CalibrationMatrix& information) {
     state_.prior.h().topLeftCorner(dim, dim) = information;
 }
 
-Status Window::hold_place() {
-    constexpr double kHeld = 1e-4;  // m, rad
-    const bool has_long = std::any_of(state_.keyframes.begin() + 1, state_.keyframes.end(), [](const Keyframe& k) {
-        return k.has_imu_factor && k.imu_from_previous.preintegration().dt_s() > kLongInterval_s;
-    });
-    if (state_.prior.keyframes() == 0 || has_long) {
-        return Status::kNotFound;
-    }
-    const Keyframe& oldest = state_.keyframes.front();
-    Eigen::Matrix<double, 4, kStateDim> d = Eigen::Matrix<double, 4, kStateDim>::Zero();
-    d.block<1, 3>(0, kTheta) = oldest.state_lin.q_W_B.toRotationMatrix().row(2);
-    d.block<3, 3>(1, kPos).setIdentity();
-    const Eigen::Matrix<double, kStateDim, kStateDim> information = d.transpose() * d / (kHeld * kHeld);
-    const int at = state_.prior.globals();
-    state_.prior.h().block<kStateDim, kStateDim>(at, at) += information;
-    state_.prior.g().segment<kStateDim>(at) -= information * oldest.state_lin.box_minus_to(oldest.state);
-    return Status::kOk;
-}
-
 void Window::replace_prior() {
     state_.planes.clear();
     state_.plane_pairs.clear();
