@@ -45,6 +45,8 @@ constexpr std::array kHealthFields{
     HealthField{"keyframes", "integer", "in the window", [](const Health& h) { return Json(h.keyframes); }},
     HealthField{"landmarks", "integer", "of the window that took part in the last optimization",
                 [](const Health& h) { return Json(h.landmarks); }},
+    HealthField{"landmarks_dropped", "integer", "since the start, for want of room in the window",
+                [](const Health& h) { return Json(h.landmarks_dropped); }},
     HealthField{"iterations", "integer", "solver steps", [](const Health& h) { return Json(h.iterations); }},
     HealthField{"map_landmarks", "integer", "of the newest keyframe, found in this frame and used",
                 [](const Health& h) { return Json(h.map_landmarks); }},

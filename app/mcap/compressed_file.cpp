@@ -4,11 +4,8 @@
 #include <zstd.h>
 
 #include <array>
-#include <cstdint>
-#include <filesystem>
 #include <fstream>
 #include <memory>
-#include <system_error>
 #include <vector>
 
 #include "app/mcap/compression.h"
@@ -26,16 +23,14 @@ bool is_zstd_file(const std::string& path) {
            compression_of({reinterpret_cast<const std::uint8_t*>(begin.data()), begin.size()}) == Compression::kZstd;
 }
 
-std::string decompress_file(const std::string& from, const std::string& to, const std::atomic<bool>* stop) {
+std::string decompress_file(const std::string& from, const std::string& to, std::uint64_t most_bytes,
+                            const std::atomic<bool>* stop) {
     const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), &ZSTD_freeDCtx);
     std::ifstream in(from, std::ios::binary);
     std::ofstream out(to, std::ios::binary);
     std::vector<char> source(ZSTD_DStreamInSize());
     std::vector<char> target(ZSTD_DStreamOutSize());
     std::size_t hint = 0;
-    std::error_code unknown;
-    const std::uintmax_t from_bytes = std::filesystem::file_size(from, unknown);
-    const std::uint64_t most_bytes = most_unpacked(unknown ? 0 : from_bytes);
     std::uint64_t bytes = 0;
     while (in && out) {
         if (stop != nullptr && stop->load()) {

@@ -53,6 +53,7 @@ constexpr std::array kHealthColumns{
     HealthColumn{"outliers", [](const Health& h) { return fmt::format("{}", h.outliers); }},
     HealthColumn{"keyframes", [](const Health& h) { return fmt::format("{}", h.keyframes); }},
     HealthColumn{"landmarks", [](const Health& h) { return fmt::format("{}", h.landmarks); }},
+    HealthColumn{"landmarks_dropped", [](const Health& h) { return fmt::format("{}", h.landmarks_dropped); }},
     HealthColumn{"iterations", [](const Health& h) { return fmt::format("{}", h.iterations); }},
     HealthColumn{"map_landmarks", [](const Health& h) { return fmt::format("{}", h.map_landmarks); }},
     HealthColumn{"frame_chi2", [](const Health& h) { return fmt::format("{:.4g}", h.frame_chi2); }},

@@ -50,7 +50,7 @@ void Estimator::Impl::reset() {
     span = {};
     phase = Phase::kEmpty;
     rests = reset_wanted = is_late = is_blind = has_carried = false;
-    may_stand = is_odd_pair = false;
+    may_stand = is_unmatched = false;
     hastened = 0;
     has_frame = has_primary = false;
     is_confirmed = true;
@@ -95,7 +95,7 @@ Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool w
     hints.landmarks = &landmarks;
     FACET_TRY(frontend.process(frame, hints, tracks));
     q_Bf_B.setIdentity();
-    judge_witness(frame);
+    judge_witness();
     if (hook != nullptr) {
         hook->edit(frame.stamp, {tracks.observations.data(), tracks.observations.size()});
     }
@@ -121,7 +121,7 @@ Status Estimator::Impl::start(const StereoFrame& frame, Estimate& estimate) {
         if (has_trusted) {  // a clock has gone back, or an earlier program has kept its state
             fuse_trusted_bias();
             begin_window_in_place_of(trusted);
-            reset_counter += has_given ? 1 : 0;
+            count_reset();
         } else {
             begin_window(initial.information(), CalibrationStart::kAsGiven);
         }
@@ -213,6 +213,7 @@ Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     const bool begins_anew = is_renewed && window.state().keyframes.size() < kKeyframesOfStart;
     predicted.is_starting = (monitor.state() == TrackingState::kInit || begins_anew || hastened > 0) && is_confirmed &&
                             !frame.right.empty() && rest_claim == RestClaim::kNone;
+    predicted.is_doubted = doubt.is_active() && (imu.hanging() & doubt.axes()) == 0;
     predicted.keyframe_age_s = (stamp - newest.stamp).seconds();
     const Status tracked = track(frame, before, wants_keyframe(predicted));
     last_image = frame.stamp;

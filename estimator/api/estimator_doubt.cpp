@@ -45,7 +45,9 @@ void Estimator::Impl::take_over(const FrameEstimate& updated) {
 }
 
 Status Estimator::Impl::examine_image(Preintegration& preintegration, FrameEstimate& out) {
-    if (!config.window.update_frames || phase == Phase::kCoasting || map.empty()) {
+    // The map takes the tilt of its keyframes for known: during a start an error of it would be taken for a bias.
+    const bool is_starting = monitor.state() == TrackingState::kInit;
+    if (!config.window.update_frames || is_starting || phase == Phase::kCoasting || map.empty()) {
         return Status::kNotFound;
     }
     FACET_TRY(compare_with_map(preintegration, out));
@@ -99,12 +101,12 @@ void Estimator::Impl::replace_doubted(Timestamp stamp) {
     }
 }
 
-void Estimator::Impl::judge_witness(const StereoFrame& frame) {
-    const bool was_odd_pair = is_odd_pair;
+void Estimator::Impl::judge_witness() {
+    const bool was_unmatched = is_unmatched;
     if (tracks.is_keyframe) {
-        is_odd_pair = !frame.right.empty() && tracks.stereo < HealthMonitor::kFewStereo;
+        is_unmatched = tracks.stereo < HealthMonitor::kFewStereo;
     }
-    may_accuse = !was_odd_pair && !is_odd_pair;
+    may_accuse = !was_unmatched && !is_unmatched;
 }
 
 void Estimator::Impl::drop_doubt_without_witness(Preintegration& preintegration) {
@@ -114,7 +116,7 @@ void Estimator::Impl::drop_doubt_without_witness(Preintegration& preintegration)
     }
     is_witnessed = is_witnessed || (tracks.is_keyframe && may_accuse);
     const bool sees = static_cast<int>(tracks.observations.size()) >= config.health.few_features;
-    if (is_odd_pair && !is_witnessed) {
+    if (is_unmatched && !is_witnessed) {
         imu.trust(newest.stamp, now.stamp);
     } else if (!sees && (doubt.axes() & ~span.stuck) != 0) {
         const Preintegration as_replaced = preintegration;

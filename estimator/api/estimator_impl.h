@@ -61,7 +61,7 @@ struct Estimator::Impl {
     bool may_stand = false;  ///< begun as in motion, with images that have not moved since
     int hastened = 0;        ///< keyframes that shall still follow each other as fast as at a start
     InertialDoubt doubt;
-    bool is_odd_pair = false;   ///< the newest keyframe's images do not match each other
+    bool is_unmatched = false;  ///< the newest keyframe's images do not match each other, or there is one
     bool may_accuse = true;     ///< the newest frame, the inertial readings
     bool is_witnessed = false;  ///< the present doubt, by a keyframe that may
     bool rests = false;         ///< by inertial samples and images: at rest at every frame since the newest keyframe
@@ -74,7 +74,7 @@ struct Estimator::Impl {
     Timestamp last_primary;     ///< when the last one was
     Timestamp last_pair;        ///< the last frame with both images, or the first frame
     bool has_trusted = false;   ///< there has been an estimate to be used, of this program or of an earlier one
-    bool has_given = false;     ///< there has been one of this program
+    bool has_given = false;     ///< there has been one of this program since the reset counter last rose
     bool is_renewed = false;    ///< a window has begun anew in flight
     Belief trusted;             ///< the newest one
     Gauge gauge;  ///< what yaw and place of the window are uncertain by, which is added to what is reported
@@ -168,8 +168,9 @@ struct Estimator::Impl {
     /// While readings are doubted: replaces those up to the frame that comes. @param stamp  of it
     void replace_doubted(Timestamp stamp);
     /// Whether the frame may accuse the inertial readings: an image of another camera shows a motion, too. The images
-    /// of a pair tell by matching each other, and so must those that the map is of.
-    void judge_witness(const StereoFrame& frame);
+    /// of a pair tell by matching each other, and so must those that the map is of. One camera accuses nobody: the scale
+    /// of its map is the inertial samples' own.
+    void judge_witness();
     /// Readings that no keyframe may accuse are trusted again. Without images they are all there is: they are shown, as
     /// uncertain as they were found, unless they hang.
     void drop_doubt_without_witness(Preintegration& preintegration);
@@ -279,6 +280,13 @@ struct Estimator::Impl {
     /// A place and a yaw to begin anew from when the state itself is worthless.
     Belief salvage() const;
     void act(FrameAction action, Preintegration& preintegration);
+    /// Announces that place and yaw may have jumped, if anybody has been given an estimate to compare with.
+    void count_reset() {
+        reset_counter += has_given ? 1U : 0U;
+        has_given = false;
+    }
+    /// This program has not given an estimate to be used.
+    bool is_first_start() const { return !has_given && reset_counter == 0; }
     HealthEvidence evidence(const StereoFrame& frame, bool frame_taken) const;
     void report(const StereoFrame& frame, bool frame_taken, Estimate& estimate);
 };

@@ -14,21 +14,14 @@ namespace {
 constexpr double kReintegrateGyro = 2e-3;   // rad/s
 constexpr double kReintegrateAccel = 5e-2;  // m/s^2
 constexpr double kReintegrateScale = 1e-3;
-// Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small.
-constexpr double kInitEffort = 6.0;
+// Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small. So may
+// it while readings are in doubt: a hard turn leads far from the steady motion that stands in for them.
+constexpr double kFarEffort = 6.0;
 // After a frame that came too late, up to the next keyframe: share of the solver's steps.
 constexpr double kLateEffort = 0.5;
 // The front-end's order of the corrections is that of the calibration's tangent.
 static_assert(CameraCorrections::kDim == kCameraTermsDim && kLeftLens == kRigDim &&
               kRightTheta == kLeftLens + kLensDim && kRightLens == kRightTheta + kPoseDim);
-
-/// A window whose place is less certain than this along an axis holds it (1 sigma), and leaves what it does not know of
-/// it to the gauge.
-constexpr double kLoosePlace_m = 0.02;
-
-bool is_loose(const Belief& b) {
-    return b.covariance.diagonal().segment<3>(kPos).maxCoeff() > kLoosePlace_m * kLoosePlace_m;
-}
 
 }  // namespace
 
@@ -46,13 +39,11 @@ KeyframeInput Estimator::Impl::keyframe_input() const {
 }
 
 double Estimator::Impl::effort() const {
-    const bool is_starting = monitor.state() == TrackingState::kInit;
-    return is_starting ? kInitEffort : (is_late ? kLateEffort : 1.0);
+    const bool may_be_far = monitor.state() == TrackingState::kInit || doubt.is_active();
+    return may_be_far ? kFarEffort : (is_late ? kLateEffort : 1.0);
 }
 
 bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegration& preintegration, double effort) {
-    const bool holds_place = is_loose(newest) && ok(window.hold_place());
-    const Gauge before = gauge_of(newest);
     if (!ok(window.add_keyframe(input, preintegration))) {
         return false;
     }
@@ -64,11 +55,6 @@ bool Estimator::Impl::enter_window(const KeyframeInput& input, const Preintegrat
     judge_bend();
     reintegrate();
     update_covariance();
-    if (holds_place) {
-        const Gauge left = before.less(gauge_of(now));
-        gauge.add(left);
-        drift.add(left);
-    }
     learn_vibration();
     now.imu_scale = window.calibration().imu;
     now.vibration = vibration.share();

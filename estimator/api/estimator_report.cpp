@@ -73,9 +73,11 @@ void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimat
     const bool was_lost = monitor.state() == TrackingState::kLost;
     monitor.update(e, health);
     if (was_lost && monitor.is_usable()) {
-        ++reset_counter;
+        count_reset();
         own_up_to_leap();
     }
+    // What nobody has been given cannot be lost: a window that has gone astray begins anew, and the start goes on.
+    health.state = is_first_start() && health.state == TrackingState::kLost ? TrackingState::kInit : health.state;
     estimate.covariance = reported_covariance();
     if (frame_taken && phase != Phase::kEmpty) {
         tracks.report(health);

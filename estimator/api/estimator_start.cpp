@@ -235,7 +235,7 @@ void Estimator::Impl::restart_in_motion() {
     begin_window_in_place_of(before);
     rests = reset_wanted = false;
     rest_claim = RestClaim::kNone;
-    reset_counter += has_given ? 1 : 0;
+    count_reset();
     monitor.restart(now.stamp, false);
 }
 
@@ -252,7 +252,7 @@ void Estimator::Impl::restart_in_flight() {
     rests = reset_wanted = false;
     rest_claim = RestClaim::kNone;
     is_renewed = true;
-    ++reset_counter;
+    count_reset();
     // What has led the state astray may have led the calibration astray.
     begin_window(inverse(now.covariance), is_worthless ? CalibrationStart::kAsGiven : CalibrationStart::kAsKnown);
     monitor.restart(now.stamp, false);

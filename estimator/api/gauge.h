@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
 #include "estimator/api/belief.h"
 
@@ -20,13 +19,6 @@ struct Gauge {
         Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();
         moved.block<3, 1>(1, 0) = Eigen::Vector3d::UnitZ().cross(p_W - origin_W);
         return {moved * covariance * moved.transpose(), p_W};
-    }
-    /// What is in this and not in another one, about that one's origin; in no direction less than nothing.
-    Gauge less(const Gauge& other) const {
-        const Eigen::Matrix4d difference = about(other.origin_W).covariance - other.covariance;
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(difference);
-        const Eigen::Matrix4d& v = eigen.eigenvectors();
-        return {v * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * v.transpose(), other.origin_W};
     }
     void add(const Gauge& other) {
         *this = about(other.origin_W);

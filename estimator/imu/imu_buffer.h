@@ -124,6 +124,8 @@ public:
     /// Variance of the velocity's ripple at the newest sample, along the axes of B ((m/s)^2): by that much a velocity
     /// that comes from preintegrated samples differs from the motion's. Zero if there is no sample.
     Eigen::Vector3d velocity_ripple() const;
+    /// Axes of the sensors that hang at the newest sample, see StuckReadings.
+    ImuAxisMask hanging() const { return empty() ? ImuAxisMask{0} : entry(size_ - 1).stuck; }
 
     /// Appends a sample, even a clipped one. Constant time, except for runs of clipped samples, which are bridged anew.
     /// @return kInvalidArgument if not finite or the stamp is beyond kMostStamp_ns, kOutOfOrder if the stamp is not

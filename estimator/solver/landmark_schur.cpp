@@ -61,11 +61,7 @@ double LandmarkSchur::point_variance(const Eigen::RowVector3d& j) const {
     return cholesky.whiten(j.transpose()).squaredNorm();
 }
 
-void LandmarkSchur::add_rho_prior(double rho, double sigma) {
-    const double information = 1.0 / (sigma * sigma);
-    h_point_(2, 2) += information;
-    g_point_(2) += information * rho;
-}
+void LandmarkSchur::bound_rho() { h_point_(2, 2) += 1.0 / (kRhoBound * kRhoBound); }
 
 /// Parameters by the point: A^T B.
 void LandmarkSchur::multiply_by_point() {

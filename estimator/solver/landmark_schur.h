@@ -43,8 +43,11 @@ public:
     /// if they do not constrain the point.
     double point_variance(const Eigen::RowVector3d& j) const;
 
-    /// Gaussian prior on the inverse depth, kept out of the poses' information: r = (rho - 0) / sigma.
-    void add_rho_prior(double rho, double sigma);
+    /// What the inverse depth of every point is taken to be known to (1/m, 1 sigma): nothing, but far above rounding.
+    static constexpr double kRhoBound = 1000.0;
+    /// Keeps a point without parallax definite: its inverse depth is known to kRhoBound, and pulled nowhere. A prior that pulls is anchored in the world as long as it has no Jacobian by the host:
+    /// then every point pushes the window along its view, in a direction that nothing else has a say in.
+    void bound_rho();
 
     /// Eliminates the point and adds the rest to the system, that of single cameras to their sums.
     /// @return kDegenerate if the point's information is singular (system and sums untouched).

@@ -11,10 +11,13 @@
 namespace facet {
 
 struct LevenbergOptions {
-    int max_iterations = 6;           ///< solver steps tried, and matrices made anew in between: bounds the time
-    double first_lambda = 4e-7;       ///< damping relative to the diagonal once a step has failed; 0 before
-    double relative_decrease = 1e-4;  ///< stop when a step gains, or promises, less than this share of 1 + |cost|
-    double min_step = 1e-7;           ///< stop when no parameter moves more than this
+    int max_iterations = 6;      ///< solver steps tried, and matrices made anew in between: bounds the time
+    double first_lambda = 4e-7;  ///< damping relative to the diagonal once a step has failed; 0 before
+    /// Stop when a step gains, or promises, less than this. The cost is half a sum of squares in standard deviations: a
+    /// decrease d moves no parameter, and no combination of them, by more than sqrt(2 d) of its own. What the prior
+    /// leaves out of the cost is arbitrary, so that a share of the cost would be arbitrary as well.
+    double least_decrease = 0.1;
+    double min_step = 1e-7;  ///< stop when no parameter moves more than this
     /// A matrix whose model promised no more than a step gained, but for this share, is good for the next steps too:
     /// they cost a gradient and a substitution instead of a system and its factor. Above 1: a new matrix at each step.
     double trusted_gain = 0.75;
@@ -100,8 +103,7 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
             }
             continue;
         }
-        const double negligible = options.relative_decrease * (1.0 + std::abs(summary.final_cost));
-        if (lambda == 0.0 && workspace.solver.predicted_decrease() <= negligible) {
+        if (lambda == 0.0 && workspace.solver.predicted_decrease() <= options.least_decrease) {
             summary.is_factorized = true;
             return summary;
         }
@@ -130,7 +132,7 @@ LevenbergSummary levenberg(Problem& problem, const LevenbergOptions& options, Le
         is_trusted = ratio >= options.trusted_gain;
         lambda *= std::max(0.1, 1.0 - std::pow(2.0 * std::min(ratio, 1.0) - 1.0, 3));
         growth = 4.0;
-        const bool converged = gain <= negligible || largest < options.min_step;
+        const bool converged = gain <= options.least_decrease || largest < options.min_step;
         summary.final_cost = cost;
         if (converged) {
             break;

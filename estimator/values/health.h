@@ -52,22 +52,24 @@ enum HealthReason : std::uint32_t {
 /// One row of health.csv.
 struct Health {
     TrackingState state = TrackingState::kInit;
-    std::uint32_t reasons = 0;        ///< HealthReason bits
-    int quality = 0;                  ///< 0: must not be used; 1 to 100, best; low for a while after each start
-    std::uint32_t reset_counter = 0;  ///< restarts since configure(); position or yaw may have jumped when it rises
+    std::uint32_t reasons = 0;  ///< HealthReason bits
+    int quality = 0;            ///< 0: must not be used; 1 to 100, best; low for a while after each start
+    std::uint32_t reset_counter =
+        0;  ///< restarts after an estimate to be used; when it rises, place or yaw may have jumped
     bool is_keyframe = false;
-    bool is_exchanged = false;      ///< the right camera plays the left one, because that fails
-    bool is_still = false;          ///< by images and inertial samples: the vehicle stands
-    int tracked = 0;                ///< features carried over from the previous frame
-    int detected = 0;               ///< new features
-    int stereo = 0;                 ///< features with a right match
-    int recalled = 0;               ///< lost landmarks found again at this frame
-    int outliers = 0;               ///< rejected in the front-end at this frame
-    int keyframes = 0;              ///< in the window
-    int landmarks = 0;              ///< landmarks in the window that took part in the last optimization
-    int iterations = 0;             ///< solver steps at this frame
-    int map_landmarks = 0;          ///< of the newest keyframe, found in this frame and used; 0 at keyframes
-    double frame_chi2 = 0.0;        ///< variance of their residuals over the expected one, without outliers
+    bool is_exchanged = false;            ///< the right camera plays the left one, because that fails
+    bool is_still = false;                ///< by images and inertial samples: the vehicle stands
+    int tracked = 0;                      ///< features carried over from the previous frame
+    int detected = 0;                     ///< new features
+    int stereo = 0;                       ///< features with a right match
+    int recalled = 0;                     ///< lost landmarks found again at this frame
+    int outliers = 0;                     ///< rejected in the front-end at this frame
+    int keyframes = 0;                    ///< in the window
+    int landmarks = 0;                    ///< landmarks in the window that took part in the last optimization
+    std::uint64_t landmarks_dropped = 0;  ///< since the start, for want of room: first those with the fewest sightings
+    int iterations = 0;                   ///< solver steps at this frame
+    int map_landmarks = 0;                ///< of the newest keyframe, found in this frame and used; 0 at keyframes
+    double frame_chi2 = 0.0;              ///< variance of their residuals over the expected one, without outliers
     double mean_vision_chi2 = 0.0;  ///< squared vision residual per degree of freedom in units of the configured sigma
     double pixel_sigma_px = 0.0;    ///< standard deviation that observations are weighted with now
     double residual_bias_px = 0.0;  ///< largest mean of the residuals of an image coordinate; 0 until known

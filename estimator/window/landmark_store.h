@@ -44,8 +44,8 @@ struct Landmark : LandmarkFit {
     static constexpr int kNoPlane = -1;
 };
 
-/// Landmarks by increasing id. When full, a new landmark is rejected (its track continues in the front-end, and may be
-/// admitted when an older landmark has left). Iteration is in order of ids, so results do not depend on storage.
+/// Landmarks by increasing id. When full, a new landmark is rejected: make_room() first. Iteration is in order of ids,
+/// so results do not depend on storage.
 /// Thread-bound. No heap.
 class LandmarkStore {
 public:
@@ -62,6 +62,11 @@ public:
 
     /// Finds or inserts. @return nullptr if full.
     Landmark* find_or_insert(LandmarkId id);
+
+    /// Makes room for so many new landmarks, as far as those whose track ended before keyframe `newest` leave any: the
+    /// ones with the fewest observations go first, which say the least, and of these the oldest.
+    /// @return how many have gone
+    int make_room(int wanted, int newest);
 
     /// Removes every landmark for which predicate(landmark) holds.
     template <class Predicate>

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "estimator/geometry/triangulation.h"
+#include "estimator/solver/landmark_schur.h"
 #include "estimator/window/plain_loss.h"
 
 namespace facet {
@@ -44,7 +45,7 @@ bool triangulate_landmark(const WindowState& state, const WindowCameras& cameras
     collect_sightings(landmark, cameras, weights, sightings);
     TriangulationOptions options;
     options.loss = weights.empty() ? cameras.loss() : kPlainLoss;
-    options.rho_prior_sigma = kRhoPriorSigma;
+    options.rho_prior_sigma = LandmarkSchur::kRhoBound;  // as it is eliminated
     std::optional<PlaneChart> plane;
     if (landmark.plane != Landmark::kNoPlane) {
         const WindowPlane& holder = state.planes[static_cast<std::size_t>(landmark.plane)];
@@ -62,6 +63,7 @@ bool triangulate_landmark(const WindowState& state, const WindowCameras& cameras
     }
     const std::span<const Sighting> span(sightings.data(), sightings.size());
     options.loss = cameras.loss();
+    options.rho_prior_sigma = kRhoPriorSigma;
     options.max_iterations = 8;
     InverseDepthPoint point;
     if (!ok(triangulate_linear(span, point)) || !ok(triangulate(span, options, point))) {

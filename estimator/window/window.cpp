@@ -32,6 +32,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     state_.calibration_lin = {};
     residuals_ = {};
     residual_bias_.reset();
+    dropped_landmarks_ = 0;
 }
 
 void Window::set_stage_observer(StageObserver* observer) {
@@ -92,25 +93,6 @@ void Window::fill_calibration_prior(const CalibrationMatrix& information) {
     const int dim = calibration_config_.dim();
     state_.calibration_lin = state_.calibration;
     state_.prior.h().topLeftCorner(dim, dim) = information;
-}
-
-Status Window::hold_place() {
-    constexpr double kHeld = 1e-4;  // m, rad
-    const bool has_long = std::any_of(state_.keyframes.begin() + 1, state_.keyframes.end(), [](const Keyframe& k) {
-        return k.has_imu_factor && k.imu_from_previous.preintegration().dt_s() > kLongInterval_s;
-    });
-    if (state_.prior.keyframes() == 0 || has_long) {
-        return Status::kNotFound;
-    }
-    const Keyframe& oldest = state_.keyframes.front();
-    Eigen::Matrix<double, 4, kStateDim> d = Eigen::Matrix<double, 4, kStateDim>::Zero();
-    d.block<1, 3>(0, kTheta) = oldest.state_lin.q_W_B.toRotationMatrix().row(2);
-    d.block<3, 3>(1, kPos).setIdentity();
-    const Eigen::Matrix<double, kStateDim, kStateDim> information = d.transpose() * d / (kHeld * kHeld);
-    const int at = state_.prior.globals();
-    state_.prior.h().block<kStateDim, kStateDim>(at, at) += information;
-    state_.prior.g().segment<kStateDim>(at) -= information * oldest.state_lin.box_minus_to(oldest.state);
-    return Status::kOk;
 }
 
 void Window::replace_prior() {
@@ -211,8 +193,13 @@ std::span<const LandmarkPrediction> Window::predict_landmarks(const NavState& st
 }
 
 void Window::add_observations(int keyframe, std::span<const FeatureObservation> observations) {
+    const auto fresh = std::count_if(observations.begin(), observations.end(), [this](const FeatureObservation& o) {
+        return state_.landmarks.find(o.landmark) == nullptr;
+    });
+    dropped_landmarks_ += static_cast<std::uint64_t>(state_.landmarks.make_room(static_cast<int>(fresh), keyframe));
     for (const FeatureObservation& o : observations) {
         Landmark* landmark = state_.landmarks.find_or_insert(o.landmark);
+        dropped_landmarks_ += landmark == nullptr ? 1U : 0U;
         if (landmark != nullptr && landmark->observations.size() < landmark->observations.capacity()) {
             landmark->observations.push_back(cameras_.observe(keyframe, o));
         }
@@ -328,6 +315,7 @@ double Window::calibration_stretch() const {
 void Window::report(const WindowSummary& summary, Health& health) const {
     health.keyframes = static_cast<int>(state_.keyframes.size());
     health.landmarks = summary.fit.active_landmarks;
+    health.landmarks_dropped = dropped_landmarks_;
     health.pixel_sigma_px = cameras_.noise().sigma_px();
     health.imu_chi2 = summary.imu_squared_error / kStateDim;
     health.time_offset_s = state_.calibration.time_offset_s;

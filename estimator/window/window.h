@@ -99,14 +99,6 @@ public:
     /// untouched).
     Status newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance);
 
-    /// Takes the oldest keyframe's yaw and place as they are for known, to 0.1 mm and mrad: nothing but the prior tells
-    /// either, and what it does not know of them is the same for the whole window, and the caller's from now on. In a
-    /// prior that hardly knows them, what its linearization has left of a gradient moves the window by centimetres.
-    /// @return kNotFound without a prior on that keyframe, or with an interval of `kLongInterval_s` in the window,
-    ///     whose both ends do not share what is not known (untouched)
-    Status hold_place();
-    static constexpr double kLongInterval_s = 2.0;
-
     /// What the optimization has left of the newest inertial factor; to be called after newest_covariance().
     /// @return kNotFound without such a factor, kDegenerate without a factorization (output untouched)
     Status newest_innovation(InertialInnovation& innovation) const;
@@ -216,6 +208,7 @@ private:
     bool is_factorized_ = false;  ///< and the solver its factor
     CamerasCovariance cameras_covariance_;
     bool has_cameras_covariance_ = false;  ///< of that factor
+    std::uint64_t dropped_landmarks_ = 0;  ///< since configure(), for want of room
     bool marginalization_failed_ = false;
     bool images_rest_ = false;  ///< at the newest keyframe
     bool is_guessed_ = false;   ///< the newest keyframe began at a guess

@@ -75,17 +75,24 @@ Status WindowProblem::eliminate_landmark(const Landmark& landmark, ReducedSystem
 double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark, ObservationWeights* weights) {
     const std::span<const Eigen::Vector2f> known =
         weights != nullptr ? weights->known() : std::span<const Eigen::Vector2f>();
+    // A landmark without a cost so far is left out of the whole optimization: had it one from the next step on, that
+    // step would look worse by it. One with a cost keeps it, so that leaving it out of a step does not look like a gain.
+    const bool has_cost = weights == nullptr || weights->count > 0;
+    const auto leave_out = [&landmark, has_cost] {
+        landmark.is_active = has_cost;
+        return landmark.cost;
+    };
     // It follows its cameras step by step as they move.
     if (!triangulate_landmark(*state_, *cameras_, *regularity_config_, 1, landmark, known)) {
-        return landmark.cost;  // left out of this step, which must not look like a gain
+        return leave_out();
     }
     if (!ok(linearize_measurements(landmark, system.has_matrix()))) {
-        return landmark.cost;
+        return leave_out();
     }
     const double plane_cost = add_plane_height(landmark);
-    schur_.add_rho_prior(landmark.point.rho, kRhoPriorSigma);
+    schur_.bound_rho();
     if (!ok(eliminate_landmark(landmark, system))) {
-        return landmark.cost;
+        return leave_out();
     }
     landmark.cost = plane_cost + measure_fit(landmark);
     if (weights != nullptr) {

@@ -90,7 +90,10 @@ public:
         folder_ = folder;
         try {
             const std::string copy = folder + "/" + fs::path(path).stem().string();
-            if (const std::string problem = decompress_file(path, copy, stop); !problem.empty()) {
+            std::error_code unknown;
+            const std::uintmax_t bytes = fs::file_size(path, unknown);
+            const std::uint64_t most_bytes = most_unpacked(unknown ? 0 : bytes);
+            if (const std::string problem = decompress_file(path, copy, most_bytes, stop); !problem.empty()) {
                 throw InputError(problem);
             }
             if (stop != nullptr && stop->load()) {

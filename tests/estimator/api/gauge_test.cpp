@@ -30,12 +30,13 @@ TEST_CASE("what a state does not know of its yaw and place, in the world", "[gau
     CHECK((gauge.covariance.diagonal() - Eigen::Vector4d(0.04, 0.1, 0.2, 0.3)).norm() < 1e-12);
 }
 
-TEST_CASE("what one gauge has and another has not is never less than nothing", "[gauge]") {
+TEST_CASE("gauges add up about the newer one's origin", "[gauge]") {
+    Gauge sum;
+    sum.covariance.diagonal() << 0.0, 1.0, 3.0, 2.0;
     Gauge more;
-    more.covariance.diagonal() << 0.0, 4.0, 1.0, 2.0;
-    Gauge less;
-    less.covariance.diagonal() << 0.0, 1.0, 3.0, 2.0;
-    CHECK((more.less(less).covariance.diagonal() - Eigen::Vector4d(0.0, 3.0, 0.0, 0.0)).norm() < 1e-12);
-    less.add(more.less(less));
-    CHECK((less.covariance.diagonal() - Eigen::Vector4d(0.0, 4.0, 3.0, 2.0)).norm() < 1e-12);
+    more.origin_W = {1.0, 0.0, 0.0};
+    more.covariance.diagonal() << 0.0, 3.0, 0.0, 0.0;
+    sum.add(more);
+    CHECK(sum.origin_W == more.origin_W);
+    CHECK((sum.covariance.diagonal() - Eigen::Vector4d(0.0, 4.0, 3.0, 2.0)).norm() < 1e-12);
 }

@@ -33,7 +33,9 @@ struct Flight {
         double contradicted_s = INFINITY;
         for (int k = 0; k < std::lround(duration_s / 0.05); ++k) {
             feed(0.05);
-            REQUIRE(ok(estimator.add_frame(vehicle.frame(kStep_s * count - 0.01, dark), estimate)));
+            StereoFrame frame = vehicle.frame(kStep_s * count - 0.01, dark);
+            frame.right = has_right ? frame.right : ImageView{};
+            REQUIRE(ok(estimator.add_frame(frame, estimate)));
             contradicted_s = is_doubted() ? std::min(contradicted_s, 0.05 * (k + 1)) : contradicted_s;
             most_m = std::max(most_m, (estimate.state.p_W_B - before).norm());
         }
@@ -49,6 +51,7 @@ struct Flight {
     double most_m = 0.0;  ///< away from there, since the last time that this was set
     double push_x = 0.0;  ///< m/s^2 that inertial samples are wrong by
     bool lives = true;
+    bool has_right = true;
     int count = 0;
 };
 
@@ -63,6 +66,15 @@ TEST_CASE("an accelerometer that leads astray is doubted before it has led far, 
     CAPTURE(lives, push);
     CHECK(flight.fly(1.0) <= 0.3);
     CHECK(flight.most_m < 0.01);
+}
+
+TEST_CASE("one camera accuses no reading, since its map has the readings' scale", "[hanging]") {
+    const bool has_right = GENERATE(true, false);
+    Flight flight;
+    flight.has_right = has_right;
+    flight.fly(1.5);  // a keyframe
+    flight.push_x = 2.0;
+    CHECK((flight.fly(0.5) < INFINITY) == has_right);
 }
 
 TEST_CASE("a sensor that hangs at what is right is no reason to doubt it", "[hanging]") {

@@ -105,6 +105,17 @@ TEST_CASE("a lost window wants keyframes as fast as a start, and begins anew aft
     CHECK_FALSE(must_restart(e));
 }
 
+TEST_CASE("readings in doubt are compared at keyframes that follow each other fast", "[phase]") {
+    PredictionEvidence e;
+    e.keyframe_age_s = 0.15;
+    CHECK_FALSE(wants_keyframe(e));
+    e.is_doubted = true;
+    CHECK(wants_keyframe(e));
+    CHECK_FALSE(must_restart(e));
+    e.keyframe_age_s = 0.1;  // places tell next to nothing of a force
+    CHECK_FALSE(wants_keyframe(e));
+}
+
 TEST_CASE("the end of a rest wants a keyframe if the last one is old", "[phase]") {
     PredictionEvidence e;
     e.phase = Phase::kHolding;

@@ -116,7 +116,7 @@ TEST_CASE("a system that wants the gradient alone gets the same gradient", "[lan
             plane.d_r_d_plane = random_matrix(1, 3, generator);
             plane.d_r_d_point = random_matrix(1, 3, generator);
             schur->add_plane(kPlaneRow, plane);
-            schur->add_rho_prior(0.4, 3.0);
+            schur->bound_rho();
             const auto gradient = [&](int i, const Eigen::Vector4d& r) {
                 const StereoLinearization& l = linearizations[static_cast<std::size_t>(i)];
                 return StereoGradient{l.d_r_d_T_W_B_transposed.topRows<6>() * r,

@@ -74,7 +74,7 @@ LevenbergOptions steps_at_most(int budget, bool trusts_first) {
     LevenbergOptions options;
     options.trusts_first = trusts_first;
     options.max_iterations = budget;
-    options.relative_decrease = 0.0;
+    options.least_decrease = 0.0;
     return options;
 }
 
@@ -85,7 +85,7 @@ TEST_CASE("levenberg reaches the minimum of a curved valley, never going uphill"
     Valley valley(-1.2, 1.0);
     LevenbergOptions options;
     options.max_iterations = 100;
-    options.relative_decrease = 1e-14;
+    options.least_decrease = 1e-14;
     int current = 0;
     const LevenbergSummary summary = levenberg(valley, options, *workspace, current);
     CHECK(valley.x()(0) == Approx(1.0).margin(1e-5));
@@ -127,7 +127,7 @@ TEST_CASE("levenberg keeps a matrix that predicts well, and reaches the same min
     const auto workspace = std::make_unique<LevenbergWorkspace>();
     LevenbergOptions options;
     options.max_iterations = 60;
-    options.relative_decrease = 1e-13;
+    options.least_decrease = 1e-13;
     int current = 0;
     // GIVEN a start from where the model is nearly right
     Valley exact(1.02, 1.04);
@@ -151,7 +151,7 @@ TEST_CASE("levenberg keeps the first matrix of a good start, if that is trusted"
     const auto workspace = std::make_unique<LevenbergWorkspace>();
     LevenbergOptions options;
     options.max_iterations = 60;
-    options.relative_decrease = 1e-13;
+    options.least_decrease = 1e-13;
     int current = 0;
     Valley usual(1.002, 1.004);
     CHECK(levenberg(usual, options, *workspace, current).systems == 2);
@@ -170,7 +170,7 @@ TEST_CASE("levenberg makes a new matrix where the first one was trusted in vain"
     Valley valley(-1.2, 1.0);
     LevenbergOptions options;
     options.max_iterations = 100;
-    options.relative_decrease = 1e-14;
+    options.least_decrease = 1e-14;
     options.trusts_first = true;
     int current = 0;
     const LevenbergSummary summary = levenberg(valley, options, *workspace, current);

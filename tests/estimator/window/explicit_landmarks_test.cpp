@@ -205,11 +205,6 @@ private:
                                window_.cameras->whitening_right(o), p_W, row);
             }
         }
-        // The weak prior on the inverse depth in the first camera, which does not reach its pose.
-        const CameraPose& host = window_.cameras->left(landmark.observations.front().keyframe);
-        const double rho = 1.0 / (host.R_C_W.row(2) * (p_W - host.p_W_C)).value();
-        add(Eigen::VectorXd::Constant(1, rho / kRhoPriorSigma),
-            {{row, -rho * rho / kRhoPriorSigma * host.R_C_W.row(2)}});
         if (landmark.plane != Landmark::kNoPlane) {
             add_height(landmark.plane, p_W, row);
         }
