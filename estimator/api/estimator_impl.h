@@ -168,8 +168,8 @@ struct Estimator::Impl {
     /// While readings are doubted: replaces those up to the frame that comes. @param stamp  of it
     void replace_doubted(Timestamp stamp);
     /// Whether the frame may accuse the inertial readings: an image of another camera shows a motion, too. The images
-    /// of a pair tell by matching each other, and so must those that the map is of. One camera accuses nobody: the scale
-    /// of its map is the inertial samples' own.
+    /// of a pair tell by matching each other, and so must those that the map is of. One camera accuses nobody: the
+    /// scale of its map is the inertial samples' own.
     void judge_witness();
     /// Readings that no keyframe may accuse are trusted again. Without images they are all there is: they are shown, as
     /// uncertain as they were found, unless they hang.

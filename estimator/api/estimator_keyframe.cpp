@@ -14,8 +14,8 @@ namespace {
 constexpr double kReintegrateGyro = 2e-3;   // rad/s
 constexpr double kReintegrateAccel = 5e-2;  // m/s^2
 constexpr double kReintegrateScale = 1e-3;
-// Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small. So may
-// it while readings are in doubt: a hard turn leads far from the steady motion that stands in for them.
+// Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small. So
+// may it while readings are in doubt: a hard turn leads far from the steady motion that stands in for them.
 constexpr double kFarEffort = 6.0;
 // After a frame that came too late, up to the next keyframe: share of the solver's steps.
 constexpr double kLateEffort = 0.5;

@@ -36,8 +36,8 @@ bool must_restart(const PredictionEvidence& e);
 
 /// Whether the front-end should make this frame a keyframe if it can: to begin anew, because only vision can determine
 /// where the vehicle is, because a start is ready the sooner, or a window that has begun anew knows its velocity the
-/// sooner, or one that is lost recovers, because readings in doubt are trusted again the sooner, or because a rest with an
-/// old keyframe has ended.
+/// sooner, or one that is lost recovers, because readings in doubt are trusted again the sooner, or because a rest with
+/// an old keyframe has ended.
 bool wants_keyframe(const PredictionEvidence& e);
 
 /// Information about a frame after the front-end has tracked it.

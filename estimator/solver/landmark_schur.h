@@ -45,8 +45,9 @@ public:
 
     /// What the inverse depth of every point is taken to be known to (1/m, 1 sigma): nothing, but far above rounding.
     static constexpr double kRhoBound = 1000.0;
-    /// Keeps a point without parallax definite: its inverse depth is known to kRhoBound, and pulled nowhere. A prior that pulls is anchored in the world as long as it has no Jacobian by the host:
-    /// then every point pushes the window along its view, in a direction that nothing else has a say in.
+    /// Keeps a point without parallax definite: its inverse depth is known to kRhoBound, and pulled nowhere. A prior
+    /// that pulls is anchored in the world as long as it has no Jacobian by the host: every point then pushes the
+    /// window along its view, in a direction that nothing else has a say in.
     void bound_rho();
 
     /// Eliminates the point and adds the rest to the system, that of single cameras to their sums.

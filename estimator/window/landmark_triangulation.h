@@ -10,8 +10,8 @@
 
 namespace facet {
 
-/// Standard deviation of the prior on inverse depth (1/m) of a first guess: weak against any real baseline, puts a point
-/// without one at infinity.
+/// Standard deviation of the prior on inverse depth (1/m) of a first guess: weak against any real baseline, puts a
+/// point without one at infinity.
 inline constexpr double kRhoPriorSigma = 3.0;
 
 /// Triangulates a landmark, held on its plane if it has one, and sets its point.

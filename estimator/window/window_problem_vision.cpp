@@ -76,7 +76,7 @@ double WindowProblem::add_landmark(ReducedSystem& system, Landmark& landmark, Ob
     const std::span<const Eigen::Vector2f> known =
         weights != nullptr ? weights->known() : std::span<const Eigen::Vector2f>();
     // A landmark without a cost so far is left out of the whole optimization: had it one from the next step on, that
-    // step would look worse by it. One with a cost keeps it, so that leaving it out of a step does not look like a gain.
+    // step would look worse by it. One with a cost keeps it, so that leaving it out of a step looks like no gain.
     const bool has_cost = weights == nullptr || weights->count > 0;
     const auto leave_out = [&landmark, has_cost] {
         landmark.is_active = has_cost;
