@@ -12,15 +12,15 @@ namespace {
 constexpr std::uint64_t kUnit_ns = 10'000;
 constexpr std::uint64_t kMost = std::uint64_t{1} << 48U;  // what a signature has room for
 /// Two periods: the file of the last one may not have reached the disc when the power failed.
-constexpr std::uint64_t kAhead = 2 * static_cast<std::uint64_t>(SigningTime::kPeriod.ns) / kUnit_ns;
+constexpr std::uint64_t kSigningAhead = 2 * static_cast<std::uint64_t>(SigningTime::kPeriod.ns) / kUnit_ns;
 
 }  // namespace
 
 SigningTime::SigningTime(const std::string& folder, const Clock& clock)
     : path_(folder.empty() ? "" : folder + "/signing_time"), clock_(clock), next_(clock.now()) {
     std::uint64_t last = 0;
-    if (!path_.empty() && std::ifstream(path_) >> last && last < kMost - kAhead) {
-        first_ = last + kAhead;
+    if (!path_.empty() && std::ifstream(path_) >> last && last < kMost - kSigningAhead) {
+        first_ = last + kSigningAhead;
     }
 }
 
