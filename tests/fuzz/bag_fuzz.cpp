@@ -3,6 +3,7 @@
 #include "app/lab/convert/bag.h"
 #include "app/lab/convert/grey_image.h"
 #include "app/support/input_error.h"
+#include "drivers/replay_asl/image_decoder.h"
 #include "tests/fuzz/fuzz_input.h"
 
 using namespace facet;
@@ -14,9 +15,12 @@ void read_image(const BagMessage& message) {
     if (!read_message(message, image)) {
         return;
     }
+    constexpr unsigned kBits = 12;
     GreyImage grey;
-    const bool is_whole = kind_of(message.topic->type) == RosKind::kImage;
-    if ((is_whole ? to_grey(image, grey) : read_jpeg(image.data, grey)).empty()) {
+    ImageDecoder decoder;
+    const bool is_plain = kind_of(message.topic->type) == RosKind::kImage;
+    static_cast<void>(greatest_wide_sample(image));
+    if (is_plain ? to_grey(image, kBits, grey).empty() : ok(decoder.decode(image.data, 0, 0, grey))) {
         test::require(grey.width > 0 && grey.height > 0);
         test::require(grey.pixels.size() ==
                       static_cast<std::size_t>(grey.width) * static_cast<std::size_t>(grey.height));
