@@ -265,12 +265,12 @@ TEST_CASE("an IMU's scale and misalignment are taken out of its samples") {
     test::write_asl_folder(dir, kFrames);
     ReplayOptions plain = options_for(dir, "plain");
     run_replay(plain, std::atomic<bool>{false});
-    // The same log as a sensor would have recorded it whose accelerometer reads a tenth too much.
-    Eigen::Matrix3d M_a = 1.1 * Eigen::Matrix3d::Identity();
+    // The same log as a sensor would have recorded it whose accelerometer reads twice the force: exact in binary.
+    const Eigen::Matrix3d M_a = 2.0 * Eigen::Matrix3d::Identity();
     std::string rows;
     for (int i = 0; i < 10 * (kFrames + 1) + 1; ++i) {
         rows += std::to_string(test::kAslBegin - test::kAslFrameStep + i * test::kAslImuStep) + ",0,0,0.01,0,0," +
-                std::to_string(1.1 * 9.81) + "\n";
+                std::to_string(2.0 * 9.81) + "\n";
     }
     dir.write("mav0/imu0/data.csv", rows);
     ReplayOptions scaled = options_for(dir, "scaled");
