@@ -72,12 +72,12 @@ bool read_colours(TIFF* tiff, GreyImage& grey) {
 
 /// libtiff prints what it finds wrong unless it is told not to, which it can be for the whole program only.
 void be_silent() {
-    static const bool once = [] {
+    static const bool kOnce = [] {
         TIFFSetErrorHandler(nullptr);
         TIFFSetWarningHandler(nullptr);
         return true;
     }();
-    static_cast<void>(once);
+    static_cast<void>(kOnce);
 }
 
 }  // namespace

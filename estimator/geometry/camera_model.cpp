@@ -139,7 +139,7 @@ Eigen::Vector2d distort_equidistant(const std::array<double, 4>& c, const Eigen:
 Eigen::Vector2d distort_unified(const CameraIntrinsics& k, const Eigen::Vector2d& xy, Eigen::Matrix2d* d) {
     Eigen::Matrix2d d_m_d_xy;
     const Eigen::Vector2d m = scale_of(k, xy.squaredNorm()).bend(xy, d != nullptr ? &d_m_d_xy : nullptr);
-    const Eigen::Vector2d distorted = distort_radial_tangential(k.coeffs, m, d);
+    Eigen::Vector2d distorted = distort_radial_tangential(k.coeffs, m, d);
     if (d != nullptr) {
         *d *= d_m_d_xy;
     }
