@@ -79,6 +79,15 @@ std::vector<GroundTruthState> load_true_states(const std::string& path) {
     return states;
 }
 
+/// A file of poses, which tells nothing of motion.
+std::vector<GroundTruthState> states_of(const Trajectory& poses) {
+    std::vector<GroundTruthState> states;
+    for (const StampedPose& pose : poses) {
+        states.push_back({.stamp = pose.stamp, .p_W_B = pose.T_W_B.p, .q_W_B = pose.T_W_B.q});
+    }
+    return states;
+}
+
 Trajectory poses_of(const std::vector<GroundTruthState>& states) {
     Trajectory truth;
     for (const GroundTruthState& s : states) {
@@ -107,26 +116,29 @@ std::vector<Timestamp> load_frame_stamps(const std::string& path) {
     return stamps;
 }
 
-/// The estimator's claims against the truth; nothing if the folder has no covariance.csv or the truth is a .tum file.
-std::optional<Consistency> check_claims(const EvalArguments& args, const std::vector<GroundTruthState>& truth) {
+/// The estimator's claims against the truth; nothing if the folder has no covariance.csv.
+std::optional<Claims> check_claims(const EvalArguments& args, const std::vector<GroundTruthState>& truth,
+                                   const TruthFit& fit) {
     std::error_code ignored;
     const std::string covariance = args.estimate + "/covariance.csv";
-    if (truth.empty() || !fs::is_regular_file(covariance, ignored)) {
+    if (!fs::is_regular_file(covariance, ignored)) {
         if (!args.errors.empty()) {
-            throw InputError(
-                "--errors: needs a --groundtruth that is not a .tum file and an --estimate folder with covariance.csv");
+            throw InputError("--errors: needs an --estimate folder with covariance.csv");
         }
         return std::nullopt;
     }
-    Consistency consistency =
-        evaluate_consistency(truth, read_uncertain_states(args.estimate + "/trajectory.csv", covariance));
+    const std::vector<UncertainState> states = read_uncertain_states(args.estimate + "/trajectory.csv", covariance);
+    Claims claims{evaluate_consistency(truth, states), std::nullopt};
+    if (fit.is_known) {
+        claims.with_fit = evaluate_consistency(with_fit(truth, fit), states);
+    }
     if (!args.errors.empty()) {
-        write_errors(consistency, args.errors);
+        write_errors(claims.as_is, args.errors);
     }
     if (!args.details.empty()) {
-        write_errors(consistency, args.details + "/errors.csv");
+        write_errors(claims.as_is, args.details + "/errors.csv");
     }
-    return consistency;
+    return claims;
 }
 
 /// The trajectory's part of --details.
@@ -221,15 +233,15 @@ int evaluate_files(const EvalArguments& args) {
     const Trajectory estimate = read_tum(tum);
     const bool is_tum = is_tum_file(args.groundtruth);
     const std::vector<GroundTruthState> states =
-        is_tum ? std::vector<GroundTruthState>() : load_true_states(args.groundtruth);
-    const Trajectory truth = is_tum ? read_tum(args.groundtruth) : poses_of(states);
+        is_tum ? states_of(read_tum(args.groundtruth)) : load_true_states(args.groundtruth);
+    const Trajectory truth = poses_of(states);
     EvaluationOptions options;
     options.rpe_lengths_m = args.rpe_lengths_m;
     const Evaluation evaluation = evaluate(truth, estimate, load_frame_stamps(args.groundtruth), options);
     write_trajectory_details(args, truth, estimate, evaluation);
-    const std::optional<Consistency> consistency = check_claims(args, states);
-    print_out("{}{}", text_report(evaluation), consistency ? text_report(*consistency) : "");
-    std::string json = json_report(evaluation, args.groundtruth, tum, consistency ? &*consistency : nullptr);
+    const std::optional<Claims> claims = check_claims(args, states, evaluation.truth_fit);
+    print_out("{}{}", text_report(evaluation), claims ? text_report(*claims) : "");
+    std::string json = json_report(evaluation, args.groundtruth, tum, claims ? &*claims : nullptr);
     if (!args.scene.empty() && evaluation.matched > 0) {
         Progress progress("eval", "%", 100, kPatience_s);
         const SceneTruth scene = load_true_scene(args, truth, estimate);

@@ -2,6 +2,7 @@
 // Whether the estimator's errors are as large as it says: normalised estimation error squared (NEES).
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -61,6 +62,13 @@ struct Consistency {
 /// independent samples, so only averages over many runs can be compared with a band.
 Consistency evaluate_consistency(std::span<const GroundTruthState> truth, std::span<const UncertainState> estimate,
                                  Duration max_gap = Duration::from_seconds(0.5));
+
+/// The same comparison twice.
+struct Claims {
+    Consistency as_is;
+    std::optional<Consistency>
+        with_fit;  ///< against the truth with its fitted clock, point and axes; if those are known
+};
 
 /// Points of the chi-square distribution below which 2.5 % and 97.5 % lie. @param dof  3 or 6
 struct ChiSquareBand {

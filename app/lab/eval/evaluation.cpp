@@ -155,7 +155,7 @@ Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate, std::sp
     result.se3 = absolute_error(pairs, AlignmentMode::kSe3);
     result.yaw4 = absolute_error(pairs, AlignmentMode::kYaw4);
     result.scale = similarity_scale(pairs);
-    result.time_shift = time_shift(pairs);
+    result.truth_fit = fit_truth(pairs);
     for (const double length : options.rpe_lengths_m) {
         result.relative.push_back(relative_error(pairs, length));
     }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "app/lab/eval/alignment.h"
-#include "app/lab/eval/time_shift.h"
 #include "app/lab/eval/trajectory.h"
+#include "app/lab/eval/truth_fit.h"
 
 namespace facet {
 
@@ -83,7 +83,7 @@ struct Evaluation {
     AbsoluteError se3;
     AbsoluteError yaw4;
     double scale = 1.0;        ///< what SIM(3) would have chosen; not applied
-    TimeShift time_shift;      ///< what would fit best; not applied
+    TruthFit truth_fit;        ///< what would fit best; not applied
     double end_drift_m = 0.0;  ///< position error of the last pose once the first poses are made equal
     double drift_percent() const { return path_m > 0.0 ? 100.0 * end_drift_m / path_m : 0.0; }
     std::vector<RelativeError> relative;

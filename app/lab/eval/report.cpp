@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/lab/eval/pose_difference.h"
+
 namespace facet {
 namespace {
 
@@ -52,6 +54,45 @@ Json to_json(const Consistency& c) {
             {"nees", nees}};
 }
 
+Json to_json(const Fitted& f) { return {{"value", f.value}, {"sigma", f.sigma}}; }
+
+Json to_json(const FittedVector& f) {
+    return {{"value", {f.value.x(), f.value.y(), f.value.z()}}, {"sigma", {f.sigma.x(), f.sigma.y(), f.sigma.z()}}};
+}
+
+Json to_json(const TruthFit& f) {
+    return {{"position_lag_s", to_json(f.lag_s)},
+            {"lever_arm_m", to_json(f.lever_arm_m)},
+            {"scale", to_json(f.scale)},
+            {"position_rmse_m", f.position_rmse_m},
+            {"orientation_lag_s", to_json(f.orientation_lag_s)},
+            {"turn_rad", to_json(f.turn_rad)},
+            {"orientation_rmse_rad", f.orientation_rmse_rad}};
+}
+
+std::string row(const char* name, const FittedVector& f, double factor, const char* unit) {
+    const Eigen::Vector3d v = factor * f.value;
+    const Eigen::Vector3d s = factor * f.sigma;
+    return fmt::format("  {:<17} {:+8.2f} {:+8.2f} {:+8.2f}  +- {:.2f} {:.2f} {:.2f} {}\n", name, v.x(), v.y(), v.z(),
+                       s.x(), s.y(), s.z(), unit);
+}
+
+std::string truth_fit_rows(const TruthFit& f) {
+    if (!f.is_known) {
+        return "";
+    }
+    return "best fit to the ground truth, 1 sigma (not applied to any error above or below)\n" +
+           fmt::format("  {:<17} {:+8.2f}  +- {:.2f} ms (positive: the ground truth is late)\n", "position lag",
+                       1e3 * f.lag_s.value, 1e3 * f.lag_s.sigma) +
+           row("lever arm", f.lever_arm_m, 1e3, "mm") +
+           fmt::format("  {:<17} {:8.5f}  +- {:.5f}\n", "scale", f.scale.value, f.scale.sigma) +
+           fmt::format("  {:<17} {:8.4f} m\n", "positions left", f.position_rmse_m) +
+           fmt::format("  {:<17} {:+8.2f}  +- {:.2f} ms\n", "orientation lag", 1e3 * f.orientation_lag_s.value,
+                       1e3 * f.orientation_lag_s.sigma) +
+           row("turn of the body", f.turn_rad, kDegPerRad, "deg") +
+           fmt::format("  {:<17} {:8.4f} deg\n", "orientations left", kDegPerRad * f.orientation_rmse_rad);
+}
+
 std::string absolute_rows(const AbsoluteError& e) {
     const ErrorStatistics& t = e.translation_m;
     const ErrorStatistics& r = e.rotation_deg;
@@ -67,6 +108,22 @@ std::string relative_row(const RelativeError& e) {
     return fmt::format("  {:6g} m   {:9.4f} m {:7.3f} %  {:8.4f} deg {:8.4f} deg/m  {:8.4f} deg  {:6}\n", e.length_m,
                        e.translation_m.rmse, e.translation_percent.rmse, e.rotation_deg.rmse, e.rotation_deg_per_m.rmse,
                        e.yaw_deg.rmse, e.translation_m.count);
+}
+
+std::string nees_rows(const Consistency& c) {
+    std::string text;
+    text += "  NEES          mean  expected   in 95 % band   above it   components within 3 sigma\n";
+    for (std::size_t k = 0; k < kClaimPartCount; ++k) {
+        const NeesStatistics& s = c.parts[k];
+        const ClaimPart& part = kClaimParts[k];
+        if (s.count == 0) {
+            text += fmt::format("  {:<11} nothing to compare\n", part.name);
+            continue;
+        }
+        text += fmt::format("  {:<11} {:6.2f}  {:8}   {:10.1f} %   {:6.1f} %   {:23.1f} %\n", part.name, s.mean,
+                            part.size, 100.0 * s.inside_95, 100.0 * s.above_95, 100.0 * s.within_3_sigma);
+    }
+    return text;
 }
 
 }  // namespace
@@ -88,12 +145,7 @@ std::string text_report(const Evaluation& e) {
     text +=
         "                  median       mean       RMSE        max\n" + absolute_rows(e.se3) + absolute_rows(e.yaw4);
     text += fmt::format("scale        {:.5f} (what SIM(3) would choose; not applied)\n", e.scale);
-    if (const TimeShift& s = e.time_shift; s.is_known) {
-        text += fmt::format(
-            "time shift   {:+.1f} ms of the true positions, {:+.1f} ms of the orientations (what would fit best; not "
-            "applied; positions then to {:.4f} m)\n",
-            1e3 * s.position_s, 1e3 * s.orientation_s, s.position_rmse_m);
-    }
+    text += truth_fit_rows(e.truth_fit);
     text += fmt::format("end drift    {:.4f} m ({:.3f} % of the path), first poses made equal\n", e.end_drift_m,
                         e.drift_percent());
     text += "RPE, RMSE over stretches of the true path, no alignment (yaw: world axes by 4-DoF alignment)\n";
@@ -104,26 +156,19 @@ std::string text_report(const Evaluation& e) {
     return text;
 }
 
-std::string text_report(const Consistency& c) {
-    std::string text = fmt::format(
-        "consistency of {} samples ({} unusable); yaw and position made equal where the place is claimed best\n",
-        c.samples.size(), c.unusable);
-    text += "  NEES          mean  expected   in 95 % band   above it   components within 3 sigma\n";
-    for (std::size_t k = 0; k < kClaimPartCount; ++k) {
-        const NeesStatistics& s = c.parts[k];
-        const ClaimPart& part = kClaimParts[k];
-        if (s.count == 0) {
-            text += fmt::format("  {:<11} nothing to compare\n", part.name);
-            continue;
-        }
-        text += fmt::format("  {:<11} {:6.2f}  {:8}   {:10.1f} %   {:6.1f} %   {:23.1f} %\n", part.name, s.mean,
-                            part.size, 100.0 * s.inside_95, 100.0 * s.above_95, 100.0 * s.within_3_sigma);
-    }
-    return text;
+std::string text_report(const Claims& claims) {
+    const Consistency& c = claims.as_is;
+    return fmt::format(
+               "consistency of {} samples ({} unusable); yaw and position made equal where the place is claimed best\n",
+               c.samples.size(), c.unusable) +
+           nees_rows(c) +
+           (claims.with_fit
+                ? "the same with lag, lever arm and turn of the ground truth as fitted\n" + nees_rows(*claims.with_fit)
+                : "");
 }
 
 std::string json_report(const Evaluation& e, const std::string& groundtruth, const std::string& estimate,
-                        const Consistency* consistency) {
+                        const Claims* claims) {
     Json json = {{"groundtruth", groundtruth},
                  {"estimate", estimate},
                  {"matched", e.matched},
@@ -136,10 +181,8 @@ std::string json_report(const Evaluation& e, const std::string& groundtruth, con
                  {"sim3_scale", e.scale},
                  {"end_drift_m", e.end_drift_m},
                  {"end_drift_percent", e.drift_percent()}};
-    if (e.time_shift.is_known) {
-        json["time_shift"] = {{"position_s", e.time_shift.position_s},
-                              {"position_rmse_m", e.time_shift.position_rmse_m},
-                              {"orientation_s", e.time_shift.orientation_s}};
+    if (e.truth_fit.is_known) {
+        json["truth_fit"] = to_json(e.truth_fit);
     }
     json["rpe"] = Json::array();
     for (const RelativeError& r : e.relative) {
@@ -152,8 +195,11 @@ std::string json_report(const Evaluation& e, const std::string& groundtruth, con
         json["coverage"]["frames_matched"] = c.frames_matched;
         json["coverage"]["frame_share"] = c.frame_share();
     }
-    if (consistency != nullptr) {
-        json["consistency"] = to_json(*consistency);
+    if (claims != nullptr) {
+        json["consistency"] = to_json(claims->as_is);
+        if (claims->with_fit) {
+            json["consistency_with_fit"] = to_json(*claims->with_fit);
+        }
     }
     return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -12,12 +12,13 @@ namespace facet {
 /// Table for people; always names the alignment modes.
 std::string text_report(const Evaluation& evaluation);
 
-/// Table of NEES for people; names the gauge.
-std::string text_report(const Consistency& consistency);
+/// Tables of NEES for people; they name the gauge.
+std::string text_report(const Claims& claims);
 
 /// One JSON object. Errors in metres and degrees; statistics without data are null.
-/// @param consistency  becomes the member "consistency"; left out if nullptr
+/// @param claims  becomes the members "consistency" and, with the fitted truth, "consistency_with_fit"; left out if
+///                nullptr
 std::string json_report(const Evaluation& evaluation, const std::string& groundtruth, const std::string& estimate,
-                        const Consistency* consistency = nullptr);
+                        const Claims* claims = nullptr);
 
 }  // namespace facet

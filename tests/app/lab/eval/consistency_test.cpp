@@ -221,7 +221,7 @@ TEST_CASE("the reports and the table of errors have the figures") {
     const test::TempDir dir;
     const auto states = truth(101);
     const Consistency c = evaluate_consistency(states, estimates(states, claim(), 1.0));
-    const std::string text = text_report(c);
+    const std::string text = text_report(Claims{c, std::nullopt});
     INFO(text);
     CHECK(text.find("orientation") != std::string::npos);
     CHECK(text.find("100 samples") != std::string::npos);
