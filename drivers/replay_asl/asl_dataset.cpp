@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/replay_asl/asl_dataset.h"
 
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <utility>
 
@@ -214,6 +217,24 @@ Status AslDataset::decode(const std::string& path, const ImageSize& size, GreyIm
     return unread_.empty() ? decoder_.decode(file_, size.width, size.height, image) : Status::kNotFound;
 }
 
+std::string AslDataset::nearest_text(Timestamp stamp, const std::vector<ImageRow>& rows, std::size_t after) const {
+    std::optional<Duration> off;
+    if (after < rows.size()) {
+        off = rows[after].stamp - stamp;
+    }
+    if (after > 0 && (!off || stamp - rows[after - 1].stamp < *off)) {
+        off = rows[after - 1].stamp - stamp;
+    }
+    if (!off || Duration{std::abs(off->ns)} >= kLeastSpacing) {
+        return {};
+    }
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), ", the nearest is %.3f ms %s and a pair's differ by %g ms at most",
+                  std::abs(1e3 * off->seconds()), off->ns < 0 ? "before it" : "after it",
+                  1e3 * options_.pair_tolerance.seconds());
+    return text.data();
+}
+
 void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right) {
     const Timestamp begin = log_begin_ + options_.start;
     const auto in_window = [&](Timestamp t) {
@@ -250,7 +271,8 @@ void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<Imag
         }
         if (!match.has_value() && has_right_) {
             warn(AslWarningKind::kMissingRight, camera_csv_[0], row.line,
-                 "no right image for this left one; frame has a left view only");
+                 "no right image for this left one" + nearest_text(row.stamp, right, j) +
+                     "; frame has a left view only");
         }
         pairs_.push_back({row.stamp, row, std::move(match)});
     }

@@ -100,6 +100,8 @@ private:
     bool read_image_row(CsvFile& csv, ImageRow& row);
     bool read_imu_row(ImuRow& row);
     bool next_imu(ImuRow& row);
+    /// How far the nearest stamp is, if it is near. @param after  the first row that is not before the tolerance
+    std::string nearest_text(Timestamp stamp, const std::vector<ImageRow>& rows, std::size_t after) const;
     void pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right);
     const Pair& pair(std::size_t number) const { return pairs_[number % pairs_.size()]; }
     Timestamp pair_stamp(std::size_t number) const;

@@ -223,6 +223,23 @@ const BadInput kBadInputs[] = {
      AslWarningKind::kOutOfOrder, "imu0/data.csv", 20, 6, 0},
 };
 
+TEST_CASE("right images that are all late are named with their distance, and the left camera is used alone") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);
+    for (int k = 0; k < kFrames; ++k) {
+        test::replace_line(dir.file("mav0/cam1/data.csv"), k + 2,
+                           std::to_string(frame_stamp(k) + 5'000'000) + "," + asl_image_name(k));
+    }
+    const Reading reading = read(dir.path());
+    CHECK(reading.frames.size() == kFrames);
+    CHECK(reading.left_only.size() == kFrames);
+    REQUIRE(reading.count(AslWarningKind::kMissingRight) == kFrames);
+    const auto warning = std::find_if(reading.warnings.begin(), reading.warnings.end(),
+                                      [](const AslWarning& w) { return w.kind == AslWarningKind::kMissingRight; });
+    CHECK(warning->message.find("5.000 ms after it") != std::string::npos);
+    CHECK(warning->message.find("1 ms at most") != std::string::npos);
+}
+
 TEST_CASE("bad input: a warning with file and line, the frame or row is skipped, the run goes on") {
     const BadInput& bad = GENERATE(from_range(std::begin(kBadInputs), std::end(kBadInputs)));
     INFO(bad.name);
