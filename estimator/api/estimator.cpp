@@ -14,6 +14,9 @@ namespace {
 constexpr double kLateFeatures = 0.67;
 // The median of fewer tracks says nothing of rest.
 constexpr int kRestTracks = 8;
+// A rest that images have confirmed for this long was one, however smoothly the vehicle takes off later: what moves by
+// less than half a pixel in that time at 10 m flies less than 4 cm/s.
+constexpr double kSettled_s = 0.29;
 // A window that has begun anew in flight gets so many keyframes as fast as a start: until then only inertial samples
 // tell its velocity, and a vehicle that stands would show no other reason for one for a second.
 constexpr std::size_t kKeyframesOfStart = 3;
@@ -176,7 +179,8 @@ void Estimator::Impl::judge_rest_claim() {
     } else if (tracks.rest_disparity_px > config.frontend.still_disparity_px) {
         rest_claim = RestClaim::kRefuted;
     } else {
-        rest_claim = RestClaim::kSeen;
+        const bool is_settled = (now.stamp - window_began).seconds() > kSettled_s;
+        rest_claim = is_settled ? RestClaim::kNone : RestClaim::kSeen;
     }
 }
 
