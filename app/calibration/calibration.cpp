@@ -313,6 +313,16 @@ Calibration load_euroc_calibration(const std::string& root) {
             calibration.files.push_back({root + "/" + place, place});
         }
     }
+    const auto find_mask = [&](const std::string& place, std::string& path) {
+        if (fs::exists(root + "/" + place)) {
+            path = root + "/" + place;
+            calibration.files.push_back({path, place});
+        }
+    };
+    find_mask("cam0/mask.png", calibration.masks.left);
+    if (calibration.rig.has_right) {
+        find_mask("cam1/mask.png", calibration.masks.right);
+    }
     return calibration;
 }
 

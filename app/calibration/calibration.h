@@ -29,6 +29,12 @@ struct CalibrationFile {
     std::string place;  ///< where load_calibration finds it below a log's root
 };
 
+/// Pictures of what each camera sees of the vehicle itself, of the camera's size: black (0) is not used. Empty: none.
+struct MaskFiles {
+    std::string left;
+    std::string right;
+};
+
 /// What calibration files say, with body frame = IMU frame.
 struct Calibration {
     StereoRig rig;
@@ -38,12 +44,13 @@ struct Calibration {
     std::optional<StatedSigmas> sigmas;  ///< how well the cameras are known, if the files say so
     std::string source;                  ///< files it came from, for the summary
     std::vector<CalibrationFile> files;  ///< none if they are neither all EuRoC's nor all Kalibr's
-    std::vector<std::string> remarks;    ///< what the files hold and is not used, and what is assumed instead of them
+    MaskFiles masks;
+    std::vector<std::string> remarks;  ///< what the files hold and is not used, and what is assumed instead of them
 };
 
 /// From a EuRoC/ASL folder: cam0, cam1 and imu0/sensor.yaml. T_BS maps sensor to body; an IMU away from the body frame
 /// is composed in: T_I_C = T_B_I^-1 * T_B_C. cam0 may have Kalibr's timeshift_cam_imu. Without a folder cam1 the rig
-/// has one camera; likewise a camera chain without cam1.
+/// has one camera; likewise a camera chain without cam1. A mask.png beside a camera's file is its mask.
 /// @param root  the folder that holds cam0
 /// Throws InputError naming file, line and field if a field is missing or implausible.
 Calibration load_euroc_calibration(const std::string& root);

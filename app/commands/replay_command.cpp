@@ -37,6 +37,7 @@ struct ReplayArguments {
     std::string config;
     std::string cameras;
     std::string imu;
+    std::vector<std::string> masks;
     std::vector<std::string> settings;
     std::vector<std::string> faults;
     double start_s = 0.0;
@@ -144,6 +145,9 @@ ReplayOptions read_options(const ReplayArguments& args, const OpenedLog& log, bo
     options.calibration = load_calibration(log.root(), args.cameras, args.imu);
     for (const std::string& remark : options.calibration.remarks) {
         print_err("warning: {}\n", remark);
+    }
+    if (!args.masks.empty()) {
+        options.calibration.masks = {args.masks.front(), args.masks.size() > 1 ? args.masks.back() : ""};
     }
     take_calibration(options.calibration, options.config);
     if (!args.config.empty()) {
@@ -265,6 +269,11 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         "leaves, or with Kimera's files");
     command->add_option("--imu-calibration", args->imu,
                         "Kalibr or OpenVINS imu.yaml instead of the log's imu0/sensor.yaml");
+    command
+        ->add_option("--mask", args->masks,
+                     "LEFT.png [RIGHT.png]: pictures of the cameras' sizes, black where they see the vehicle itself; "
+                     "instead of mask.png beside each camera's sensor.yaml")
+        ->expected(1, 2);
     command
         ->add_option("--inject", args->faults,
                      "NAME[=VALUE][@START[+LENGTH]]: a fault between log and estimator, see below; may be repeated")

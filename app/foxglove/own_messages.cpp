@@ -42,6 +42,8 @@ constexpr std::array kHealthFields{
                 [](const Health& h) { return Json(h.stereo); }},
     HealthField{"recalled", "integer", "lost landmarks found again", [](const Health& h) { return Json(h.recalled); }},
     HealthField{"outliers", "integer", "features rejected", [](const Health& h) { return Json(h.outliers); }},
+    HealthField{"fixed_share", "number", "of the image, left out because it moves with the vehicle",
+                [](const Health& h) { return Json(h.fixed_share); }},
     HealthField{"keyframes", "integer", "in the window", [](const Health& h) { return Json(h.keyframes); }},
     HealthField{"landmarks", "integer", "of the window that took part in the last optimization",
                 [](const Health& h) { return Json(h.landmarks); }},

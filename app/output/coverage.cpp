@@ -60,8 +60,9 @@ std::string describe_contradiction(const RunSummary& s) {
     }
     return fmt::format(
         "images and inertial samples contradict each other in {} of {} frames: a sensor, its axes or its calibration "
-        "is wrong",
-        s.frames_contradicted, since);
+        "is wrong{}",
+        s.frames_contradicted, since,
+        s.frames_fixed_pattern > 0 ? ", or the pattern that was seen to move with the vehicle hides the world" : "");
 }
 
 }  // namespace facet

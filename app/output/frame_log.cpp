@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-constexpr std::array<std::pair<std::uint32_t, const char*>, 22> kReasons{{
+constexpr std::array<std::pair<std::uint32_t, const char*>, 23> kReasons{{
     {kReasonFewFeatures, "few_features"},
     {kReasonFewStereo, "few_stereo"},
     {kReasonNoRightImage, "no_right_image"},
@@ -29,6 +29,7 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 22> kReasons{{
     {kReasonTriggerSilent, "trigger_silent"},
     {kReasonStalled, "stalled"},
     {kReasonImuContradicted, "imu_contradicted"},
+    {kReasonFixedPattern, "fixed_pattern"},
 }};
 
 /// One column of health.csv.
@@ -51,6 +52,7 @@ constexpr std::array kHealthColumns{
     HealthColumn{"stereo", [](const Health& h) { return fmt::format("{}", h.stereo); }},
     HealthColumn{"recalled", [](const Health& h) { return fmt::format("{}", h.recalled); }},
     HealthColumn{"outliers", [](const Health& h) { return fmt::format("{}", h.outliers); }},
+    HealthColumn{"fixed_share", [](const Health& h) { return fmt::format("{:.3g}", h.fixed_share); }},
     HealthColumn{"keyframes", [](const Health& h) { return fmt::format("{}", h.keyframes); }},
     HealthColumn{"landmarks", [](const Health& h) { return fmt::format("{}", h.landmarks); }},
     HealthColumn{"landmarks_dropped", [](const Health& h) { return fmt::format("{}", h.landmarks_dropped); }},

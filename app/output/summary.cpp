@@ -233,6 +233,7 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
                  {"reports_without_frame", summary.reports_without_frame},
                  {"frames_by_state", Json(summary.frames_by_state)},
                  {"frames_contradicted", summary.frames_contradicted},
+                 {"frames_fixed_pattern", summary.frames_fixed_pattern},
                  {"keyframes", summary.keyframes},
                  {"estimates", summary.estimates},
                  {"coverage", summary.coverage()},

@@ -37,6 +37,7 @@ struct RunSummary {
     std::size_t frames_refused = 0;                      ///< of these, refused by the estimator
     std::size_t reports_without_frame = 0;               ///< rows of health.csv while no frame came
     std::map<std::string, std::size_t> frames_by_state;  ///< TrackingState after each frame
+    std::size_t frames_fixed_pattern = 0;                ///< with kReasonFixedPattern
     std::size_t frames_contradicted = 0;                 ///< with kReasonImuContradicted
     std::size_t estimates = 0;                           ///< lines of the trajectory
     std::size_t frames_before_estimate = 0;              ///< given before the first one

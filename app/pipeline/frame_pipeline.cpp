@@ -10,6 +10,7 @@
 
 #include "app/config/config_table.h"
 #include "app/pipeline/live_picture.h"
+#include "app/pipeline/mask_files.h"
 #include "app/pipeline/world_description.h"
 #include "app/support/input_error.h"
 #include "drivers/world_stream/world_server.h"
@@ -45,6 +46,8 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
     if (!is_configured) {
         throw InputError(refusal(config, calibration));
     }
+    const CameraMasks masks = load_masks(calibration);
+    FACET_ASSERT(ok(estimator_.set_masks(masks.left.view(), masks.right.view())));  // of their cameras' sizes
     grid_.reset();
     if (config.grid.enabled) {
         grid_ = std::make_unique<OccupancyGrid>();

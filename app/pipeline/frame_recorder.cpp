@@ -100,6 +100,13 @@ void FrameRecorder::write(const FrameResult& frame, std::span<const DepartedFace
     summary_.keyframes += frame.is_keyframe ? 1 : 0;
     ++summary_.frames_by_state[to_string(frame.estimate.health.state)];
     summary_.frames_contradicted += (frame.estimate.health.reasons & kReasonImuContradicted) != 0 ? 1 : 0;
+    if ((frame.estimate.health.reasons & kReasonFixedPattern) != 0 && ++summary_.frames_fixed_pattern == 1) {
+        warn("fixed_pattern",
+             fmt::format(
+                 "frame {}: a part of the image moves with the vehicle (an emitter's dots, guards, legs, dirt on a "
+                 "window) and is left out; a mask keeps it out from the start",
+                 frame.output_stamp.ns));
+    }
     keep_timing(frame);
     if (files_) {
         if (frame.has_mesh) {

@@ -2,9 +2,7 @@
 #include "estimator/api/estimator.h"
 
 #include "estimator/api/estimator_impl.h"
-#include "estimator/factors/rest_factor.h"
 #include "estimator/imu/static_init.h"
-#include "estimator/imu/stationarity.h"
 #include "estimator/window/stage_scope.h"
 
 namespace facet {
@@ -12,11 +10,6 @@ namespace {
 
 // After a frame that came too late, up to the next keyframe: share of the features.
 constexpr double kLateFeatures = 0.67;
-// The median of fewer tracks says nothing of rest.
-constexpr int kRestTracks = 8;
-// A rest that images have confirmed for this long was one, however smoothly the vehicle takes off later: what moves by
-// less than half a pixel in that time at 10 m flies less than 4 cm/s.
-constexpr double kSettled_s = 0.29;
 // A window that has begun anew in flight gets so many keyframes as fast as a start: until then only inertial samples
 // tell its velocity, and a vehicle that stands would show no other reason for one for a second.
 constexpr std::size_t kKeyframesOfStart = 3;
@@ -43,6 +36,9 @@ void Estimator::Impl::reset() {
     window.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity);
     monitor.configure(config.health);
     gravity_m_per_s2 = config.gravity.norm_m_per_s2();
+    delay_search.reset();
+    is_delay_settled = false;
+    found_delay_s = 0.0;
     map.clear();
     map_landmarks = 0;
     frame_chi2 = 0.0;
@@ -89,14 +85,25 @@ Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool w
     hints.wants_keyframe = wants_keyframe;
     hints.effort = is_late ? kLateFeatures : 1.0;
     hints.is_doubtful = monitor.state() != TrackingState::kTracking;
+    hints.is_contradicted = monitor.is_contradicted();
+    hints.doubts_both = doubt.axes() == (kGyroAxes | kAccelAxes) && !doubt.has_hung();
+    hints.wants_turn = seeks_delay();
     if (phase != Phase::kEmpty) {
         const StageScope scope(observer, Stage::kPropagation);
         hints.q_Bp_B = turn_since_frame(before);
+        if (doubt.is_active()) {
+            imu.exchange_read();
+            hints.is_replaced = ok(imu.rotation_between(before, now.stamp, now.state.bias.gyro, hints.q_Bp_B_as_read));
+            imu.exchange_read();
+        }
     }
     const StageScope scope(observer, Stage::kTracking);
     WindowLandmarks landmarks(window, now.state);
     hints.landmarks = &landmarks;
     FACET_TRY(frontend.process(frame, hints, tracks));
+    if (tracks.has_turn_error && has_frame && phase != Phase::kEmpty) {
+        delay_search.add(last_image, frame.stamp, so3_log(hints.q_Bp_B) + tracks.turn_error_B);
+    }
     q_Bf_B.setIdentity();
     judge_witness();
     if (hook != nullptr) {
@@ -159,42 +166,6 @@ Status Estimator::Impl::predict(Timestamp stamp, Preintegration& preintegration)
     now.state = preintegration.predict(from.state);
     now.covariance = propagate_covariance(from.state, from.covariance, preintegration, config.imu_noise);
     return Status::kOk;
-}
-
-void Estimator::Impl::judge_rest(bool image_is_still) {
-    Stationarity stationarity;
-    const Status known = measure_stationarity(imu, now.stamp, {config.imu_noise, now.state.bias, gravity_m_per_s2},
-                                              config.stationarity, stationarity);
-    rests = rests && image_is_still && ok(known) && stationarity.may_be_at_rest;
-}
-
-void Estimator::Impl::judge_rest_claim() {
-    const bool is_claimed = rest_claim == RestClaim::kOpen || rest_claim == RestClaim::kSeen;
-    if (!is_claimed || tracks.image != ImageState::kUsable || tracks.tracked < kRestTracks) {
-        return;
-    }
-    InitialState again;
-    if (!ok(initialize_state(imu, now.stamp, gravity_m_per_s2, config.initializer, again)) || !again.is_still) {
-        rest_claim = RestClaim::kNone;  // it moves off, and the inertial samples tell how
-    } else if (tracks.rest_disparity_px > config.frontend.still_disparity_px) {
-        rest_claim = RestClaim::kRefuted;
-    } else {
-        const bool is_settled = (now.stamp - window_began).seconds() > kSettled_s;
-        rest_claim = is_settled ? RestClaim::kNone : RestClaim::kSeen;
-    }
-}
-
-void Estimator::Impl::hold_still() {
-    const RestSigmas sigmas;
-    now.state.q_W_B = newest.state.q_W_B;
-    now.state.p_W_B = newest.state.p_W_B;
-    now.state.v_W_B.setZero();
-    now.covariance = newest.covariance;
-    now.covariance.middleRows<3>(kVel).setZero();
-    now.covariance.middleCols<3>(kVel).setZero();
-    now.covariance.diagonal().segment<3>(kTheta).array() += sigmas.theta_rad * sigmas.theta_rad;
-    now.covariance.diagonal().segment<3>(kPos).array() += sigmas.p_m * sigmas.p_m;
-    now.covariance.diagonal().segment<3>(kVel).setConstant(sigmas.v_m_per_s * sigmas.v_m_per_s);
 }
 
 Status Estimator::Impl::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
@@ -306,6 +277,11 @@ Status Estimator::configure(const EstimatorConfig& config, const StereoRig& rig)
 
 void Estimator::set_observation_hook(ObservationHook* hook) { impl_->hook = hook; }
 
+Status Estimator::set_masks(const ImageView& left, const ImageView& right) {
+    FACET_TRY(impl_->frontend.set_masks(left, right));
+    return impl_->other_frontend.set_masks(right, left);
+}
+
 void Estimator::set_stage_observer(StageObserver* observer) {
     impl_->observer = observer;
     impl_->window.set_stage_observer(observer);
@@ -372,6 +348,9 @@ Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     }
     if (!s.waits_at_newest_frame() || s.reset_wanted || s.monitor.state() != TrackingState::kTracking) {
         s.take_waiting();  // first of all: it may move the clocks' offset
+    }
+    if (!s.is_delay_settled && s.tracks.is_keyframe && has_window(s.phase)) {
+        s.settle_delay();
     }
     const Timestamp stamp = s.imu_stamp(frame.stamp);
     s.offered = stamp;

@@ -37,6 +37,11 @@ public:
     /// @return kInvalidArgument if config or rig is out of range.
     Status configure(const EstimatorConfig& config, const StereoRig& rig);
 
+    /// What each camera sees of the vehicle itself, after configure(), which forgets it: nothing is taken from where a
+    /// mask is black (0). An empty view: nothing is masked.
+    /// @return kInvalidArgument if a size is not its camera's.
+    Status set_masks(const ImageView& left, const ImageView& right);
+
     /// Timing hook; nullptr to remove. Not owned.
     void set_stage_observer(StageObserver* observer);
 

@@ -104,6 +104,7 @@ RigCalibration Estimator::Impl::calibration_as_given() const {
 CalibrationEstimate Estimator::calibration() const {
     CalibrationEstimate estimate;
     estimate.correction = impl_->calibration_as_given();
+    estimate.correction.time_offset_s = impl_->image_delay_s();
     for (int i = 0; i < impl_->config.calibration.dim() && impl_->window.has_factor(); ++i) {
         estimate.sigma(i) = impl_->window.calibration_sigma(i);
     }

@@ -14,6 +14,11 @@ constexpr Duration kBehind = Duration::from_seconds(1.0);
 // What a vehicle may have done, beyond going on as before, in time that nothing was known of.
 constexpr double kUnknown_m_per_s = 2.0;
 constexpr double kUnknown_rad_per_s = 0.5;
+// A delay of images is found anew if the one believed is off by this and by so many standard deviations.
+constexpr double kLeastDelay_s = 8e-3;
+constexpr double kCertain = 5.0;
+constexpr double kFar = 3.0;              // standard deviations of what is given
+constexpr double kSettledSigma_s = 1e-3;  // and then the search ends
 
 }  // namespace
 
@@ -89,12 +94,44 @@ void Estimator::Impl::begin_on_new_clock() {
     // By the cameras' clock, if that has gone on.
     widen_trusted(std::max((refused_samples.newest() - refused_samples.clock_begin()).seconds(),
                            (offered - trusted.stamp).seconds()));
-    // A sensor that has begun anew may have other biases.
+    trusted.stamp = offered;
+    imu.restart();
+    begin_like_first();
+}
+
+bool Estimator::Impl::seeks_delay() const {
+    const bool is_far = std::abs(window.calibration().time_offset_s) > kFar * config.calibration.time_offset_sigma_s;
+    return config.calibration.estimate_time_offset && !is_delay_settled &&
+           (is_far || monitor.state() != TrackingState::kTracking);
+}
+
+void Estimator::Impl::settle_delay() {
+    ImageDelay found;
+    imu.exchange_read();  // of the readings that are in doubt as well
+    const Status status = delay_search.solve(imu, found);
+    imu.exchange_read();
+    if (!ok(status)) {
+        return;
+    }
+    const double off_s = found.value_s - image_delay_s();
+    const double claimed_s = monitor.is_usable() ? calibration_sigma(kTimeOffset) : 0.0;
+    if (std::abs(off_s) < std::max(kLeastDelay_s, kCertain * std::hypot(found.sigma_s, claimed_s))) {
+        is_delay_settled = found.sigma_s < kSettledSigma_s;
+        return;
+    }
+    is_delay_settled = true;
+    widen_trusted(std::abs(off_s));
+    found_delay_s = found.value_s;
+    window.forget_calibration();
+    forget_corrections();
+    begin_like_first();
+}
+
+void Estimator::Impl::begin_like_first() {
+    // A sensor that has begun anew may have other biases; after a wrong delay they are wrong, too.
     StateCovariance& c = trusted.covariance;
     c.diagonal().segment<3>(kBiasGyro).array() += std::pow(config.initializer.gyro_bias_sigma_rad_per_s, 2);
     c.diagonal().segment<3>(kBiasAccel).array() += std::pow(config.initializer.accel_bias_sigma_m_per_s2, 2);
-    trusted.stamp = offered;
-    imu.restart();
     frontend.reset();
     q_Bf_B.setIdentity();
     map.clear();

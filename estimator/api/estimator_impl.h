@@ -13,6 +13,7 @@
 #include "estimator/api/refused_run.h"
 #include "estimator/api/waiting_keyframe.h"
 #include "estimator/frontend/frontend.h"
+#include "estimator/imu/delay_search.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/imu/propagation.h"
 #include "estimator/values/camera_corrections.h"
@@ -48,6 +49,9 @@ struct Estimator::Impl {
     HealthMonitor monitor;
     MotionStart motion_start;
     MonocularStart monocular_start;
+    DelaySearch delay_search;
+    bool is_delay_settled = false;
+    double found_delay_s = 0.0;  ///< of image stamps, found by that search; the window's is on top of it
     Timestamp window_began;
     /// Velocity is known from before the window began, or by a closed-form solution that agrees with the window.
     bool is_confirmed = true;
@@ -129,10 +133,18 @@ struct Estimator::Impl {
     /// A frame without an image to track in.
     Status pass_over(const StereoFrame& frame, Timestamp stamp, Estimate& estimate);
     RigCalibration calibration_as_given() const;
+    /// Image stamps plus this are the IMU's time.
+    double image_delay_s() const { return found_delay_s + window.calibration().time_offset_s; }
     /// Stamp of an image in the IMU's clock.
-    Timestamp imu_stamp(Timestamp image) const {
-        return image + Duration::from_seconds(window.calibration().time_offset_s);
-    }
+    Timestamp imu_stamp(Timestamp image) const { return image + Duration::from_seconds(image_delay_s()); }
+    /// Whether the delay of images is in question: it has been corrected far, or the state is not TRACKING.
+    bool seeks_delay() const;
+    /// Once after a start, when images and gyroscope have turned enough: compares the delay of image stamps with the
+    /// window's, and begins anew with it if the window is wrong by more than it may be.
+    void settle_delay();
+    /// Forgets images, window and doubts, and waits for a start like the first one, whose place, yaw and biases are
+    /// those of `trusted`, if there is one.
+    void begin_like_first();
     KeyframeInput keyframe_input() const;
     Status start(const StereoFrame& frame, Estimate& estimate);
     /// Fills `now` and `span` from the newest keyframe, or from the last frame if that is out of reach.

@@ -26,6 +26,7 @@ HealthEvidence Estimator::Impl::evidence(const StereoFrame& frame, bool frame_ta
         e.is_optimized = e.is_keyframe && !waits_at_newest_frame();
         e.tracked = std::max(tracks.tracked, static_cast<int>(tracks.observations.size()));
         e.stereo = tracks.stereo;
+        e.fixed_share = tracks.fixed_share;
     }
     e.is_optimized = e.is_optimized || summary_is_new;
     e.newest_landmarks = window.state().keyframes.size() > 1 ? summary.newest_landmarks : e.tracked;
@@ -84,6 +85,7 @@ void Estimator::Impl::report(const StereoFrame& frame, bool frame_taken, Estimat
         health.is_still = tracks.is_still && rests;
     }
     window.report(summary, health);
+    health.time_offset_s = image_delay_s();
     health.mean_vision_chi2 = summary.fit.vision_chi2(config.window.pixel_sigma_px);
     health.map_landmarks = map_landmarks;
     health.frame_chi2 = frame_chi2;

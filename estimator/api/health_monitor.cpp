@@ -26,6 +26,7 @@ constexpr std::uint32_t kDegrading = kReasonFewFeatures | kReasonImageRejected |
 
 void HealthMonitor::reset() {
     state_ = TrackingState::kInit;
+    reasons_ = 0;
     has_diverged_ = has_gap_ = has_broken_ = false;
     wrong_keyframes_ = fruitless_keyframes_ = 0;
     has_pair_ = is_matched_ = false;
@@ -47,6 +48,7 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
         raise(e.image == ImageState::kDark || e.image == ImageState::kFlat, kReasonImageDark);
         raise(e.image == ImageState::kOverexposed, kReasonImageOverexposed);
         raise(e.image == ImageState::kFrozen, kReasonImageFrozen);
+        raise(e.fixed_share > 0.0, kReasonFixedPattern);
         raise(e.tracked < config_.few_features || (e.is_optimized && e.newest_landmarks < kFewLandmarks),
               kReasonFewFeatures);
         raise(e.is_keyframe && e.has_right && e.stereo < kFewStereo, kReasonFewStereo);
@@ -139,6 +141,7 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
             state_ = (health.reasons & kDegrading) != 0U ? TrackingState::kDegraded : TrackingState::kTracking;
         }
     }
+    reasons_ = health.reasons;
     health.state = state_;
     health.quality = quality(e);
 }

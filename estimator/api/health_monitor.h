@@ -27,6 +27,7 @@ struct HealthEvidence {
     bool is_optimized = false;  ///< the window has been optimized since the frame before, or begun
     int tracked = 0;            ///< features in this frame
     int stereo = 0;             ///< of those, with a stereo match; at keyframes
+    double fixed_share = 0.0;   ///< of the image, left out because it moves with the vehicle
     int newest_landmarks = 0;   ///< landmarks that constrain the keyframe after optimization
     ImuSpan imu;                ///< samples between the newest keyframe and the frame
     double speed_m_per_s = 0.0;
@@ -70,6 +71,10 @@ public:
     bool is_usable() const { return state_ == TrackingState::kTracking || state_ == TrackingState::kDegraded; }
     /// LOST for a reason that makes the state itself worthless, not merely outdated.
     bool has_diverged() const { return has_diverged_; }
+    /// At the last frame nothing was known yet, or images and inertial readings disagreed.
+    bool is_contradicted() const {
+        return !is_usable() || (reasons_ & (kReasonHighResidual | kReasonImuContradicted)) != 0U;
+    }
     /// LOST, and nothing but a new window will end it.
     bool needs_restart() const {
         return state_ == TrackingState::kLost &&
@@ -83,6 +88,7 @@ private:
 
     HealthConfig config_;
     TrackingState state_ = TrackingState::kInit;
+    std::uint32_t reasons_ = 0;  ///< at the last update
     bool has_diverged_ = false;
     bool has_gap_ = false;     ///< inertial samples are missing since vision and velocity were in order
     bool has_broken_ = false;  ///< LOST, and that was so meanwhile

@@ -53,6 +53,8 @@ public:
 
     bool is_active() const { return axes_ != 0; }
     ImuAxisMask axes() const { return axes_; }
+    /// A sensor that hangs is among them.
+    bool has_hung() const { return has_hung_; }
     /// The readings are believed again.
     void end();
     /// What the attitude has tilted by meanwhile, if the doubt has ended because of that; else zero (rad).

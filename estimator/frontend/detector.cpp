@@ -152,13 +152,17 @@ const Detector::Candidate* Detector::next_free(std::size_t cell) {
 }
 
 void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted,
-                      CornerList& corners) {
+                      CornerList& corners, const PixelMask* mask, Timestamp now) {
     FACET_ASSERT(image.width == width_ && image.height == height_);
     wanted = std::min(wanted, static_cast<int>(corners.capacity() - corners.size()));
     if (wanted <= 0) {
         return;
     }
-    std::fill(blocked_.begin(), blocked_.end(), std::uint8_t{0});
+    if (mask != nullptr) {
+        mask->write(now, blocked_);
+    } else {
+        std::fill(blocked_.begin(), blocked_.end(), std::uint8_t{0});
+    }
     std::fill(tracks_.begin(), tracks_.end(), 0);
     for (const Eigen::Vector2d& uv : occupied) {
         occupy(uv);

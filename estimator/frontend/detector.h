@@ -10,6 +10,7 @@
 
 #include "estimator/frontend/corner_score.h"
 #include "estimator/frontend/frontend_config.h"
+#include "estimator/frontend/pixel_mask.h"
 #include "estimator/geometry/camera_model.h"
 #include "estimator/values/capacity.h"
 #include "platform/base/image_view.h"
@@ -28,8 +29,10 @@ public:
     /// @param border_px  corners keep this distance to the border of the image and of the lens's circle
     void configure(const FrontendConfig& config, const CameraModel& camera, double border_px);
 
-    /// Appends at most `wanted` corners of `image`, no nearer than min_distance_px to `occupied` and to each other.
-    void detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners);
+    /// Appends at most `wanted` corners of `image`, no nearer than min_distance_px to `occupied` and to each other, and
+    /// not where the mask, of the image's size, covers it at this time.
+    void detect(const ImageView& image, std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners,
+                const PixelMask* mask = nullptr, Timestamp now = {});
 
 private:
     struct Candidate {

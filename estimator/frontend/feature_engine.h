@@ -46,8 +46,8 @@ public:
     virtual void begin_right(const ImagePyramid& right) = 0;
 
     /// As Detector::detect.
-    virtual void detect(const ImagePyramid& left, std::span<const Eigen::Vector2d> occupied, int wanted,
-                        CornerList& corners) = 0;
+    virtual void detect(const ImagePyramid& left, const PixelMask& mask, Timestamp now,
+                        std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners) = 0;
     /// As Tracker::start and stop.
     virtual Status start(const ImagePyramid& left, const Eigen::Vector2d& uv, Track& track) = 0;
     virtual void stop(const Track& track) = 0;

@@ -22,6 +22,7 @@ void Frontend::Impl::reset() {
     q_Bk_B.setIdentity();
     for (Sight& sight : sights) {
         sight.q_B0_B.setIdentity();
+        sight.q_B0_B_as_read.setIdentity();
     }
     frame_number = next_turn = 0;
     keyframe_tracks = 0;
@@ -50,6 +51,10 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
             recall(hints, output);  // most tracks were lost at once: after darkness, or behind something large
         }
         reject_mono_outliers(output);
+        leave_out_fixed(hints, output);
+        if (hints.wants_turn) {
+            measure_turn(output);
+        }
     }
     output.tracked = static_cast<int>(tracks.size());
     measure_disparity(output);
@@ -68,6 +73,7 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
         make_keyframe(hints, has_right, output);
     }
     fill_observations(output);
+    output.fixed_share = mask.found_share(frame.stamp);
 }
 
 void Frontend::Impl::begin_sight(const StereoFrame& frame, const FrameHints& hints) {
@@ -75,6 +81,8 @@ void Frontend::Impl::begin_sight(const StereoFrame& frame, const FrameHints& hin
         std::swap(sights[k], sights[k - 1]);
     }
     sights[0].q_B0_B = (sights[1].q_B0_B * hints.q_Bp_B).normalized();
+    const Eigen::Quaterniond& q_as_read = hints.is_replaced ? hints.q_Bp_B_as_read : hints.q_Bp_B;
+    sights[0].q_B0_B_as_read = (sights[1].q_B0_B_as_read * q_as_read).normalized();
     sights[0].stamp = frame.stamp;
     q_Bk_B = (q_Bk_B * hints.q_Bp_B).normalized();
     ++frame_number;
@@ -140,6 +148,8 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
     impl.outlier_test.configure(config, rig);
     impl.policy.configure(config);
     impl.dormant.configure(config, rig);
+    impl.mask.configure(l.width, l.height);
+    impl.right_mask.configure(r.width, r.height);
     impl.has_corrections = false;
     impl.reset();
     impl.configured = true;
@@ -168,6 +178,11 @@ Status Frontend::process(const StereoFrame& frame, const FrameHints& hints, Fron
     return impl_->process(frame, hints, output);
 }
 
+Status Frontend::set_masks(const ImageView& left, const ImageView& right) {
+    FACET_TRY(impl_->mask.draw(left));
+    return impl_->right_mask.draw(right);
+}
+
 void Frontend::match_surface(FrontendOutput& output) { impl_->match_surface(output); }
 
 void Frontend::correct_cameras(const CameraCorrections& corrections) {
@@ -180,6 +195,7 @@ void Frontend::drop_tracks(std::span<const LandmarkId> landmarks) {
     for (const LandmarkId id : landmarks) {
         const auto at = std::find_if(tracks.begin(), tracks.end(), [id](const Track& t) { return t.id == id; });
         if (at != tracks.end()) {
+            impl_->suspect_outlier(*at);
             impl_->remove(static_cast<std::size_t>(at - tracks.begin()));
         }
     }

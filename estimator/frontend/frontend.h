@@ -27,6 +27,11 @@ public:
     /// Allocates all buffers for the rig's image sizes. kInvalidArgument if a field is out of range.
     Status configure(const FrontendConfig& config, const StereoRig& rig);
 
+    /// What each camera sees of the vehicle itself: nothing is taken from where a mask is black (0). An empty view:
+    /// nothing is masked. configure() forgets both.
+    /// @return kInvalidArgument if a size is not its camera's (that mask and those after it unchanged)
+    Status set_masks(const ImageView& left, const ImageView& right);
+
     /// Forgets all tracks; landmark ids go on counting, corrections of the cameras stay.
     void reset();
     /// Whether landmark ids are about to be used up, after weeks: then all tracks must be forgotten by restart_ids().

@@ -7,6 +7,7 @@
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "estimator/frontend/dormant_tracks.h"
 #include "estimator/frontend/feature_engine.h"
@@ -14,13 +15,15 @@
 #include "estimator/frontend/image_pyramid.h"
 #include "estimator/frontend/keyframe_policy.h"
 #include "estimator/frontend/outlier_test.h"
+#include "estimator/frontend/pixel_mask.h"
 #include "estimator/frontend/track.h"
 #include "estimator/frontend/tracker.h"
 
 namespace facet {
 
-/// frontend.cpp contains the order of the steps, frontend_tracking.cpp the steps of every frame, frontend_keyframe.cpp
-/// those of keyframes. Heap: in configure() only. Thread-bound.
+/// frontend.cpp contains the order of the steps, frontend_tracking.cpp the steps of every frame, frontend_fixed.cpp
+/// what is left out of them, frontend_turn.cpp a measurement beside them, frontend_keyframe.cpp those of keyframes.
+/// Heap: in configure() only. Thread-bound.
 struct Frontend::Impl {
     FrontendConfig config;
     StereoRig rig;
@@ -29,6 +32,8 @@ struct Frontend::Impl {
     struct Sight {
         ImagePyramid image;
         Eigen::Quaterniond q_B0_B = Eigen::Quaterniond::Identity();  ///< body then to body at the first frame
+        Eigen::Quaterniond q_B0_B_as_read =
+            Eigen::Quaterniond::Identity();  ///< the same by the gyroscope, in doubt or not
         Timestamp stamp;
     };
     std::array<Sight, kMaxTurns + 1> sights;  ///< the present one, then those before it
@@ -37,6 +42,8 @@ struct Frontend::Impl {
     std::unique_ptr<FeatureEngine> engine;  ///< by FrontendConfig::backend
     OutlierTest outlier_test;
     KeyframePolicy policy;
+    PixelMask mask;
+    PixelMask right_mask;  ///< drawn only
 
     TrackList tracks;
     DormantTracks dormant;
@@ -99,6 +106,19 @@ struct Frontend::Impl {
     /// Those that have not been followed to this image yet.
     void follow_rest(FrontendOutput& output);
     void reject_mono_outliers(FrontendOutput& output);
+    /// Remembers where a track is now, to be judged once the vehicle has turned.
+    void watch(Track& track) const;
+    /// How far a watched track has gone, over how far the vehicle's turn alone would have moved it; nothing if that is
+    /// less than `least_px`.
+    std::optional<double> share_of_turn(const Track& track, double least_px) const;
+    void judge_fixed(Track& track) const;
+    /// Notes where outliers stay while the vehicle turns.
+    void suspect_outlier(const Track& track);
+    /// Drops tracks on what the user has masked, and, if images contradict the gyroscope while others agree with it,
+    /// those that stay where they are while the vehicle turns; there none begin for a while.
+    void leave_out_fixed(const FrameHints& hints, FrontendOutput& output);
+    /// By how much the images since the last frame have turned beyond what the gyroscope says.
+    void measure_turn(FrontendOutput& output);
     void measure_disparity(FrontendOutput& output);
     void make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output);
     /// Number of tracks that a keyframe is filled up to.

@@ -37,7 +37,7 @@ void Frontend::Impl::begin_tracks(const FrameHints& hints, bool has_right, Front
     corners.clear();
     const int wanted = std::max(0, wanted_features(hints) - static_cast<int>(tracks.size()));
     const int more = has_right && hints.effort >= 1.0 ? config.surface_points : 0;
-    engine->detect(left, {positions.data(), positions.size()}, wanted + more, corners);
+    engine->detect(left, mask, output.stamp, {positions.data(), positions.size()}, wanted + more, corners);
     const auto rest = corners.begin() + std::min<std::ptrdiff_t>(wanted, std::ssize(corners));
     for (auto uv = corners.begin(); uv != rest; ++uv) {
         Track track;
@@ -48,6 +48,7 @@ void Frontend::Impl::begin_tracks(const FrameHints& hints, bool has_right, Front
         if (ok(started)) {
             track.id.value = next_landmark++;
             track.turn = next_turn++;
+            watch(track);
             tracks.push_back(track);
             ++output.detected;
         }
@@ -80,7 +81,7 @@ void Frontend::Impl::match_stereo(const FrameHints& hints) {
         const bool had_depth = track.has_depth;
         const Eigen::Vector3d before =
             had_depth ? (track.keyframe_xy.homogeneous() / track.inverse_depth).eval() : Eigen::Vector3d::Zero();
-        track.has_right = found[i] != 0;
+        track.has_right = found[i] != 0 && !right_mask.is_drawn(match.right_uv);
         track.has_depth = track.has_right;
         if (!track.has_right) {
             continue;
@@ -109,7 +110,8 @@ void Frontend::Impl::match_surface(FrontendOutput& output) {
     match_queries(usual_inverse_depth);
     for (std::size_t i = 0; i < queries.size() && output.surface.size() < output.surface.capacity(); ++i) {
         FeatureObservation o;
-        if (found[i] == 0 || !ok(rig.left.unproject(queries[i].left_uv, o.left_xy))) {
+        if (found[i] == 0 || right_mask.is_drawn(matches[i].right_uv) ||
+            !ok(rig.left.unproject(queries[i].left_uv, o.left_xy))) {
             continue;
         }
         o.landmark.value = next_landmark++;

@@ -119,6 +119,7 @@ bool Frontend::Impl::follow_tracks(Predicate is_due, FrontendOutput& output) {
                 track = group[k];
                 track.age_frames += static_cast<std::uint32_t>(frames - 1);  // the engine counts one
                 track.unseen = 0;
+                track.span = frames;
             }
         }
     }
@@ -142,7 +143,7 @@ std::size_t Frontend::Impl::drop_lost(FrontendOutput& output) {
 }
 
 void Frontend::Impl::follow_in_turns(const FrameHints& hints, FrontendOutput& output) {
-    const std::uint32_t every = hints.is_doubtful ? 1 : turns();
+    const std::uint32_t every = hints.is_doubtful || hints.wants_turn ? 1 : turns();
     const bool is_as_predicted = follow_tracks(
         [this, every](const Track& track) {
             const bool is_its_turn = (track.turn + frame_number) % every == 0;
@@ -174,6 +175,7 @@ void Frontend::Impl::reject_mono_outliers(FrontendOutput& output) {
     }
     for (std::size_t k = pair_tracks.size(); k-- > 0;) {
         if (inlier[k] == 0) {
+            suspect_outlier(tracks[pair_tracks[k]]);
             remove(pair_tracks[k]);
             ++output.outliers;
             ++output.lost;

@@ -27,9 +27,14 @@ protected:
 /// What is known about a frame before looking at it.
 struct FrameHints {
     Eigen::Quaterniond q_Bp_B = Eigen::Quaterniond::Identity();  ///< body now to the previous frame: p_Bp = q * p_B
+    bool is_replaced = false;  ///< q_Bp_B is not the gyroscope's, whose readings are in doubt; q_Bp_B_as_read is
+    Eigen::Quaterniond q_Bp_B_as_read = Eigen::Quaterniond::Identity();
     LandmarkSource* landmarks = nullptr;  ///< asked only at keyframes and where tracks are lost; nullptr: none
     bool wants_keyframe = false;          ///< inertial data are poor: vision has to say where the vehicle is
     bool is_doubtful = false;             ///< something was wrong before: every track counts
+    bool is_contradicted = false;         ///< images and inertial readings disagree
+    bool doubts_both = false;             ///< both the gyroscope and the accelerometer, neither of which hangs
+    bool wants_turn = false;              ///< FrontendOutput::turn_error_B is asked for
     double effort = 1.0;  ///< share of the configured number of features that a keyframe is filled up to
 };
 
@@ -56,6 +61,9 @@ struct FrontendOutput {
     int outliers = 0;  ///< of those lost, rejected by the geometric tests
     int detected = 0;  ///< new tracks begun in this frame
     int stereo = 0;    ///< observations with a right match
+    bool has_turn_error = false;
+    Eigen::Vector3d turn_error_B = Eigen::Vector3d::Zero();  ///< by which images have turned beyond the hint's q_Bp_B
+    double fixed_share = 0.0;  ///< of the image, left out because it moves with the vehicle
     boost::container::static_vector<FeatureObservation, kMaxFeatures> observations;
     /// After Frontend::match_surface(): corners between the tracks that have a right match. They are not tracked, and
     /// the smoother does not see them; their ids differ from those of all tracks.
@@ -69,6 +77,7 @@ struct FrontendOutput {
         health.stereo = stereo;
         health.recalled = recalled;
         health.outliers = outliers;
+        health.fixed_share = fixed_share;
     }
 };
 

@@ -67,8 +67,8 @@ public:
     void correct(const CameraCorrections& corrections) override { geometry_.correct(corrections); }
     void begin_frame(const ImagePyramid& left) override;
     void begin_right(const ImagePyramid& right) override { build(right, right_); }
-    void detect(const ImagePyramid& left, std::span<const Eigen::Vector2d> occupied, int wanted,
-                CornerList& corners) override;
+    void detect(const ImagePyramid& left, const PixelMask& mask, Timestamp now,
+                std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners) override;
     Status start(const ImagePyramid& left, const Eigen::Vector2d& uv, Track& track) override;
     void stop(const Track& /*track*/) override {}
     int reach() const override { return 1; }
@@ -96,7 +96,8 @@ private:
     double border_px_ = 0.0;
     cv::Size window_;
     cv::Mat lens_mask_;  ///< where corners may lie
-    cv::Mat mask_;       ///< likewise, without the surroundings of tracks
+    cv::Mat mask_;       ///< likewise, without the surroundings of tracks and what moves with the vehicle
+    std::vector<std::uint8_t> covered_;
     cv::Ptr<cv::GFTTDetector> detector_;
     std::vector<cv::KeyPoint> keypoints_;
     std::vector<std::vector<std::size_t>> cells_;  ///< candidates of each cell, strongest first
@@ -206,14 +207,17 @@ void OpenCvEngine::spread(std::span<const Eigen::Vector2d> occupied, int wanted,
     }
 }
 
-void OpenCvEngine::detect(const ImagePyramid& left, std::span<const Eigen::Vector2d> occupied, int wanted,
-                          CornerList& corners) {
+void OpenCvEngine::detect(const ImagePyramid& left, const PixelMask& mask, Timestamp now,
+                          std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners) {
     wanted = std::min(wanted, static_cast<int>(corners.capacity() - corners.size()));
     if (wanted <= 0) {
         return;
     }
     try {
         lens_mask_.copyTo(mask_);
+        covered_.resize(mask_.total());
+        mask.write(now, covered_);
+        mask_.setTo(0, cv::Mat(mask_.size(), CV_8U, covered_.data()));
         for (const Eigen::Vector2d& uv : occupied) {
             cv::circle(mask_, to_cv(uv), static_cast<int>(std::ceil(config_.min_distance_px)), 0, cv::FILLED);
         }

@@ -18,9 +18,9 @@ public:
     void begin_frame(const ImagePyramid& /*left*/) override {}
     void begin_right(const ImagePyramid& /*right*/) override {}
 
-    void detect(const ImagePyramid& left, std::span<const Eigen::Vector2d> occupied, int wanted,
-                CornerList& corners) override {
-        detector_.detect(left.level(0), occupied, wanted, corners);
+    void detect(const ImagePyramid& left, const PixelMask& mask, Timestamp now,
+                std::span<const Eigen::Vector2d> occupied, int wanted, CornerList& corners) override {
+        detector_.detect(left.level(0), occupied, wanted, corners, &mask, now);
     }
     Status start(const ImagePyramid& left, const Eigen::Vector2d& uv, Track& track) override {
         return tracker_.start(left, uv, track);

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "estimator/frontend/patch_aligner.h"
+#include "platform/base/timestamp.h"
 #include "platform/base/typed_id.h"
 
 namespace facet {
@@ -18,6 +19,7 @@ struct Track {
     std::uint32_t age_frames = 0;
     std::uint32_t turn = 0;                              ///< tells in which frames its turn is: counts tracks begun
     int unseen = 0;                                      ///< frames since it was seen; 0: it is seen in this one
+    int span = 0;                                        ///< frames from its sighting before to its newest
     int slot = 0;                                        ///< of its template in the tracker
     PatchPose pose;                                      ///< of the template in the left image now
     Eigen::Vector2d xy = Eigen::Vector2d::Zero();        ///< normalised, in C0 now
@@ -30,6 +32,11 @@ struct Track {
     bool has_right = false;      ///< matched in this frame
     Eigen::Vector2d right_uv = Eigen::Vector2d::Zero();
     Eigen::Vector2d right_xy = Eigen::Vector2d::Zero();
+    Timestamp watched_since;                                   ///< for being fixed to the vehicle
+    Eigen::Vector2d watched_uv = Eigen::Vector2d::Zero();      ///< where it was then
+    Eigen::Vector3d watched_ray_B0 = Eigen::Vector3d::Zero();  ///< its ray then, in the body's axes at the first frame
+    bool is_fixed = false;                                     ///< stayed where it was while the vehicle turned
+    bool goes_with_world = false;                              ///< went about as the vehicle turned
 };
 
 }  // namespace facet

@@ -47,6 +47,7 @@ enum HealthReason : std::uint32_t {
     kReasonTriggerSilent = 1U << 19,      ///< no trigger edges: frames are stamped by the cameras' own clocks
     kReasonStalled = 1U << 20,            ///< live: the estimator does not answer; poses are carried on without it
     kReasonImuContradicted = 1U << 21,    ///< images contradict inertial readings, and are believed
+    kReasonFixedPattern = 1U << 22,       ///< a part of the image moves with the vehicle, and is left out
 };
 
 /// One row of health.csv.
@@ -64,6 +65,7 @@ struct Health {
     int stereo = 0;                       ///< features with a right match
     int recalled = 0;                     ///< lost landmarks found again at this frame
     int outliers = 0;                     ///< rejected in the front-end at this frame
+    double fixed_share = 0.0;             ///< of the image, left out because it moves with the vehicle
     int keyframes = 0;                    ///< in the window
     int landmarks = 0;                    ///< landmarks in the window that took part in the last optimization
     std::uint64_t landmarks_dropped = 0;  ///< since the start, for want of room: first those with the fewest sightings

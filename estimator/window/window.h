@@ -76,6 +76,8 @@ public:
     void start(const KeyframeInput& input, const NavState& state,
                const Eigen::Matrix<double, kStateDim, kStateDim>& information,
                CalibrationStart calibration = CalibrationStart::kAsGiven);
+    /// The next start begins with the calibration as given.
+    void forget_calibration();
 
     /// Appends a keyframe predicted from the newest one by `preintegration`. Room is made first: a keyframe that is not
     /// among the three newest any more and adds nothing to the one before it is dropped (RedundancyTest); otherwise the

@@ -52,6 +52,12 @@ Status Window::resume_calibration(const RigCalibration& correction, const RigCal
     return Status::kOk;
 }
 
+void Window::forget_calibration() {
+    state_.calibration = {};
+    quality_.forget();
+    is_factorized_ = is_resumed_ = false;
+}
+
 CalibrationMatrix Window::scaled_given() const {
     // How the pair is mounted is a camera's pose, unless it is known roughly only, which says nothing of the cameras.
     return quality_.scaled(given_information_, calibration_config_.estimate_extrinsics ? kRigDim : kRigTheta);

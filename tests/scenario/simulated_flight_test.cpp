@@ -239,6 +239,32 @@ TEST_CASE("a vibration that images show, too, is another one than that of sample
     CHECK(bytes(dir.file("samples/trajectory.csv")) != bytes(dir.file("images/trajectory.csv")));
 }
 
+TEST_CASE("images that are 80 ms late are found out by how the vehicle turns, in motion", "[scenario]") {
+    const test::TempDir dir;
+    sim::SimOptions sim;
+    sim.out = dir.file("log");
+    sim.flight = sim::FlightKind::kTurn;
+    sim.duration_s = 6.0;
+    sim.stand_s = 0.0;
+    sim.samples = 1;
+    sim.texture_size = 512;
+    sim::SimSummary summary;
+    std::string error;
+    REQUIRE(ok(sim::simulate(
+        sim, [](int, int) {}, summary, error)));
+    ReplayOptions options;
+    options.dataset = sim.out;
+    options.out = dir.file("late");
+    options.calibration = load_euroc_calibration(sim.out + "/mav0");
+    options.config.imu_noise = options.calibration.noise;
+    options.show_progress = false;
+    options.start_s = 1.5;
+    options.faults.push_back(parse_fault("time_offset=0.08"));
+    const RunSummary run = run_replay(options, false);
+    CHECK(run.last.health.time_offset_s == Approx(-0.08).margin(0.004));
+    CHECK(run.last.health.state == TrackingState::kTracking);
+}
+
 TEST_CASE("the front-end that stands on OpenCV flies too, the same each time", "[scenario]") {
     if (!has_opencv_engine()) {
         WARN("this build has no OpenCV front-end");

@@ -46,8 +46,9 @@ struct TruthFit {
 /// shorter than a metre. Heap. Reentrant.
 TruthFit fit_truth(std::span<const PosePair> pairs);
 
-/// The ground truth as it would be with the fit's clock, point and axes of the body; the scale is left alone. Velocities,
-/// if known, are those of that point. States whose shifted stamps lie outside the truth are left out. Heap. Reentrant.
+/// The ground truth as it would be with the fit's clock, point and axes of the body; the scale is left alone.
+/// Velocities, if known, are those of that point. States whose shifted stamps lie outside the truth are left out. Heap.
+/// Reentrant.
 std::vector<GroundTruthState> with_fit(std::span<const GroundTruthState> truth, const TruthFit& fit);
 
 }  // namespace facet

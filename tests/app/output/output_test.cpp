@@ -95,6 +95,7 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
     h.detected = 2;
     h.stereo = 3;
     h.outliers = 4;
+    h.fixed_share = 0.25;
     h.keyframes = 5;
     h.landmarks = 6;
     h.landmarks_dropped = 11;
@@ -116,12 +117,12 @@ TEST_CASE("health.csv has a column for every field and names the reasons") {
     CHECK(rows[0] ==
           "stamp_ns,state,reasons,reason_names,quality,reset_counter,is_keyframe,is_exchanged,is_still,tracked,"
           "detected,stereo,"
-          "recalled,outliers,keyframes,landmarks,landmarks_dropped,"
+          "recalled,outliers,fixed_share,keyframes,landmarks,landmarks_dropped,"
           "iterations,map_landmarks,frame_chi2,"
           "mean_vision_chi2,pixel_sigma_px,residual_bias_px,calibration_stretch,calibration_scale,imu_chi2,"
           "time_offset_s,time_offset_sigma_s,imu_gaps,imu_clipped,imu_dropped");
     CHECK(rows[1] ==
-          "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,0,0,1,0,0,1,2,3,0,4,5,6,11,7,10,0.75,0.5,"
+          "42,DEGRADED,2147483658,few_stereo|imu_gap|bit31,0,0,1,0,0,1,2,3,0,4,0.25,5,6,11,7,10,0.75,0.5,"
           "0.35,0.02,1.5,0.4,1.25,0,0,8,0,9");
     CHECK(reason_names(0).empty());
 }
@@ -270,6 +271,9 @@ TEST_CASE("a run whose sensors contradict each other most of the time says so") 
     run.frames_contradicted = 76;
     CHECK(describe_contradiction(run).starts_with(
         "images and inertial samples contradict each other in 76 of 150 frames"));
+    CHECK(describe_contradiction(run).find("pattern") == std::string::npos);
+    run.frames_fixed_pattern = 1;
+    CHECK(describe_contradiction(run).find("pattern that was seen to move with the vehicle") != std::string::npos);
     CHECK(describe_contradiction({}).empty());
 }
 

@@ -32,6 +32,12 @@ Detector make_detector(const FrontendConfig& config, const CameraModel& camera =
     return detector;
 }
 
+PixelMask unmasked() {
+    PixelMask mask;
+    mask.configure(kWidth, kHeight);
+    return mask;
+}
+
 }  // namespace
 
 TEST_CASE("corners are spread evenly and keep their distance", "[frontend]") {
@@ -130,4 +136,36 @@ TEST_CASE("images without corners give none, and a request for none is met", "[f
     detector.detect(image.view(), {}, 0, corners);
     detector.detect(image.view(), {}, -5, corners);
     CHECK(corners.empty());
+}
+
+TEST_CASE("corners keep off a mask, drawn or found, and come back when that is forgotten", "[frontend]") {
+    const synthetic::Texture texture(11.0, 50.0, 3);
+    synthetic::Image image(kWidth, kHeight);
+    synthetic::Image drawn(kWidth, kHeight, 255);
+    for (int v = 0; v < kHeight; ++v) {
+        for (int u = 0; u < kWidth; ++u) {
+            image.set(u, v, texture.at(u, v));
+            drawn.set(u, v, u < kWidth / 2 ? 0.0 : 255.0);
+        }
+    }
+    PixelMask mask = unmasked();
+    REQUIRE(ok(mask.draw(drawn.view())));
+    Detector detector = make_detector(small_config());
+    CornerList corners;
+    detector.detect(image.view(), {}, 60, corners, &mask, {});
+    REQUIRE(corners.size() > 20);
+    const Timestamp now{1'000'000'000};
+    for (const Eigen::Vector2d& corner : corners) {
+        CHECK(corner.x() >= kWidth / 2);
+        mask.cover(corner, now);
+    }
+    CornerList others;
+    detector.detect(image.view(), {}, 60, others, &mask, now);
+    for (const Eigen::Vector2d& corner : others) {
+        const bool is_old = std::find(corners.begin(), corners.end(), corner) != corners.end();
+        CHECK_FALSE(is_old);
+    }
+    CornerList later;
+    detector.detect(image.view(), {}, 60, later, &mask, now + Duration::from_seconds(PixelMask::kMemory_s));
+    CHECK(later == corners);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // A part of the view that moves by itself: what the front-end drops of it, and what it no longer measures in stereo.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 
@@ -117,4 +118,78 @@ TEST_CASE("what moves along the flow keeps its tracks, but not its stereo", "[fr
     CHECK(kept > 100);
     CHECK(refused > 15);
     CHECK(refused_beside < refused / 3);
+}
+
+namespace {
+
+/// A vehicle that turns and flies before a plane, with a pattern in front of the left camera that turns with it.
+Flight with_pattern(int frames, int right) {
+    Flight f(frames, kStill);
+    const Flight other(1, 0);
+    for (auto& frame : f.frames) {
+        for (int v = 0; v < frame.left.height; ++v) {
+            for (int u = 0; u < right; ++u) {
+                frame.left.pixels[static_cast<std::size_t>(v * frame.left.width + u)] =
+                    other.frames[0].left.pixels[static_cast<std::size_t>(v * other.frames[0].left.width + u)];
+            }
+        }
+    }
+    return f;
+}
+
+int tracks_left_of(const FrontendOutput& out, int right) {
+    return static_cast<int>(std::count_if(out.observations.begin(), out.observations.end(), [right](const auto& o) {
+        return o.left_px.x() < static_cast<float>(right);
+    }));
+}
+
+}  // namespace
+
+TEST_CASE("what turns with the vehicle is left out, and its share is reported", "[frontend]") {
+    constexpr int kCount = 40;
+    const bool is_majority = GENERATE(false, true);
+    const bool is_contradicted = GENERATE(false, true);
+    CAPTURE(is_majority, is_contradicted);
+    const int edge = is_majority ? 200 : 100;
+    const Flight f = with_pattern(kCount, edge);
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(test::small_config(), f.rig)));
+    FrontendOutput out;
+    for (std::size_t k = 0; k < f.frames.size(); ++k) {
+        FrameHints hints = f.hints(k);
+        hints.is_contradicted = is_contradicted;
+        REQUIRE(ok(frontend.process(f.frames[k].view(), hints, out)));
+        CHECK((k > kStill || out.fixed_share == 0.0));
+    }
+    const int beside = static_cast<int>(out.observations.size()) - tracks_left_of(out, edge);
+    if (is_contradicted || !is_majority) {
+        CHECK(out.fixed_share > (is_majority ? 0.1 : 0.005));
+        CHECK(3 * tracks_left_of(out, edge) < beside);
+    }
+}
+
+TEST_CASE("a mask keeps tracks and stereo matches out of it", "[frontend]") {
+    const Flight& f = test::flight();
+    const int width = f.rig.left.intrinsics().width;
+    synthetic::Image mask(width, f.rig.left.intrinsics().height, 255);
+    for (int v = 0; v < mask.height; ++v) {
+        std::fill_n(mask.pixels.begin() + static_cast<std::ptrdiff_t>(v) * width, width / 2, std::uint8_t{0});
+    }
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(test::small_config(), f.rig)));
+    const std::vector<std::uint8_t> small(100, 255);
+    CHECK(frontend.set_masks({small.data(), 10, 10, 10}, {}) == Status::kInvalidArgument);
+    REQUIRE(ok(frontend.set_masks(mask.view(), mask.view())));
+    FrontendOutput out;
+    int matched = 0;
+    for (std::size_t k = 0; k < f.frames.size(); ++k) {
+        REQUIRE(ok(frontend.process(f.frames[k].view(), f.hints(k), out)));
+        for (const FeatureObservation& o : out.observations) {
+            CHECK(o.left_px.x() >= static_cast<float>(width / 2) - 0.5F);
+            CHECK((!o.has_right || o.right_px.x() >= static_cast<float>(width / 2) - 0.5F));
+            matched += o.has_right ? 1 : 0;
+        }
+    }
+    CHECK(out.observations.size() > 20);
+    CHECK(matched > 10);
 }
