@@ -163,19 +163,6 @@ ConvertArguments with_videos(ConvertArguments args) {
     return args;
 }
 
-/// What a folder that is no log holds instead.
-std::string hint_of(const std::string& folder) {
-    std::string first;
-    std::error_code ignored;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-        const std::string path = entry.path().string();
-        if (is_image_source(path) && (first.empty() || path < first)) {
-            first = path;
-        }
-    }
-    return first.empty() ? "" : "; " + first + " can be converted, with --imu FILE for the inertial samples";
-}
-
 int convert(const ConvertArguments& typed) {
     const ConvertArguments args = with_videos(typed);
     if (args.input.empty() || args.output.empty()) {
@@ -207,8 +194,9 @@ int convert(const ConvertArguments& typed) {
                          (VideoFile::is_built_in() ? "" : " (which this build does not read)"));
     }
     if (!is_log) {
+        const std::string inner = image_source_in(args.input);
         throw InputError(args.input + ": is no log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv" +
-                         hint_of(args.input));
+                         (inner.empty() ? "" : "; " + inner + " can be converted, with --imu FILE"));
     }
     if (!args.output.ends_with(".mcap")) {
         throw InputError(args.output + ": a folder becomes a file; its name must end in .mcap");

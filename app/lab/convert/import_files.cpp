@@ -280,17 +280,19 @@ bool is_image_source(const std::string& path) {
     if (is_text_file(path)) {
         return is_image_list(path);
     }
-    if (!VideoFile::is_built_in()) {
-        constexpr std::array<std::string_view, 10> kEndings{".mp4", ".avi",  ".mkv", ".mov",  ".webm",
-                                                            ".m4v", ".h264", ".ts",  ".mpeg", ".mpg"};
-        return std::ranges::find(kEndings, fs::path(path).extension().string()) != kEndings.end();
+    return fs::is_regular_file(path) && VideoFile::recognises(path);
+}
+
+std::string image_source_in(const std::string& folder) {
+    std::string first;
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+        const std::string path = entry.path().string();
+        if ((first.empty() || path < first) && is_image_source(path)) {
+            first = path;
+        }
     }
-    try {
-        const VideoFile video(path);
-        return true;
-    } catch (const InputError&) {
-        return false;
-    }
+    return first;
 }
 
 FilesAccount import_files(const FilesOptions& options, const std::atomic<bool>& stop) {

@@ -39,6 +39,9 @@ struct FilesAccount {
 /// Whether this is a source of images: a list of them, a folder that holds some, or a video.
 bool is_image_source(const std::string& path);
 
+/// The first one, by name, in a folder; empty if there is none.
+std::string image_source_in(const std::string& folder);
+
 /// Image files are copied as they are, under their stamps; halves of images, and frames of a video, become grey PNG
 /// files. A video's frames get the rows of `stamps` in order, of which there must be as many, else the container's
 /// stamps. Memory: a few images, and 64 bytes a stamp or inertial sample.

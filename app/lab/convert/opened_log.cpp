@@ -109,6 +109,9 @@ std::string log_beside(const std::string& path) {
     if (is_image_source(path)) {
         refuse_images(path);
     }
+    if (const std::string inner = image_source_in(path); !inner.empty()) {
+        refuse_images(inner);
+    }
     throw InputError(path +
                      ": is no log: it has neither cam0/data.csv nor mav0/cam0/data.csv (docs/use.md, Your own data)");
 }

@@ -156,6 +156,11 @@ bool VideoFile::Streams::next_frame() {
 
 bool VideoFile::is_built_in() { return true; }
 
+bool VideoFile::recognises(const std::string& path) {
+    int track = -1;
+    return open_input(path, track) != nullptr;
+}
+
 VideoFile::VideoFile(const std::string& path) : streams_(std::make_unique<Streams>(path)) {}
 VideoFile::~VideoFile() = default;
 

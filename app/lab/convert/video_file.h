@@ -19,6 +19,9 @@ public:
     /// Whether this build has these libraries; else the constructor throws.
     static bool is_built_in();
 
+    /// Whether a file has a video track, by its beginning; without the libraries, whether it is called like one.
+    static bool recognises(const std::string& path);
+
     /// Opens it and reads the frames' stamps, without decoding. Throws InputError if it is no video file.
     explicit VideoFile(const std::string& path);
     ~VideoFile();

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // Without libavformat and libavcodec.
 #include "app/lab/convert/video_file.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
 #include "app/support/input_error.h"
 
 namespace facet {
@@ -10,6 +15,12 @@ struct VideoFile::Streams {
 };
 
 bool VideoFile::is_built_in() { return false; }
+
+bool VideoFile::recognises(const std::string& path) {
+    constexpr std::array<std::string_view, 10> kEndings{".mp4", ".avi",  ".mkv", ".mov",  ".webm",
+                                                        ".m4v", ".h264", ".ts",  ".mpeg", ".mpg"};
+    return std::ranges::any_of(kEndings, [&](std::string_view ending) { return path.ends_with(ending); });
+}
 
 VideoFile::VideoFile(const std::string& path) {
     throw InputError(

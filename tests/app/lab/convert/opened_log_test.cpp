@@ -138,6 +138,8 @@ TEST_CASE("images say the command that makes a log of them, and a log the size o
     dir.write("shots/1.jpg", test::encode_jpeg(20, 10, 1, 90));
     CHECK(open(dir.file("shots")).find("shots: holds images, of which facet convert makes a log") != std::string::npos);
     CHECK(extent_of_images(dir.file("shots"), nullptr) == ImageExtent{});
+    dir.write("desk/rgb.txt", "# timestamp filename\n1.0 rgb/1.png\n");
+    CHECK(open(dir.file("desk")).find("facet convert " + dir.file("desk/rgb.txt") + " rgb_log") != std::string::npos);
     test::write_asl_folder(dir, 3);
     std::filesystem::remove(dir.file("mav0/cam0/data/" + std::to_string(test::kAslBegin) + ".png"));
     CHECK(extent_of_images(dir.path(), nullptr) == ImageExtent{test::kAslWidth, test::kAslHeight});
