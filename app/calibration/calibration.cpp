@@ -13,8 +13,10 @@
 #include "app/calibration/calibration_fields.h"
 #include "app/calibration/calibration_kind.h"
 #include "app/calibration/calibration_writer.h"
+#include "app/calibration/depthai_cameras.h"
 #include "app/calibration/imu_fields.h"
 #include "app/calibration/other_cameras.h"
+#include "app/calibration/realsense_cameras.h"
 #include "app/support/input_error.h"
 
 namespace facet {
@@ -110,6 +112,11 @@ void read_imu(const YamlNode& imu, Calibration& calibration) {
 }
 
 YamlNode imu_node(const std::string& path) {
+    if (is_realsense_listing(path)) {
+        throw InputError(path +
+                         ": is the calibration of a RealSense camera: give it as --calibration; it does not say how "
+                         "noisy the IMU is, which Kalibr's imu.yaml does");
+    }
     const YamlNode file = load_yaml(path);
     const CalibrationKind kind = kind_of_calibration(file);
     // EuRoC's sensor.yaml of an IMU, whose noise is missing, is told so.
@@ -202,11 +209,15 @@ void read_chain(const YamlNode& chain, Calibration& calibration) {
 }
 
 /// A file of cameras, whoever wrote it.
-ImuFigures read_cameras(const std::string& path, Calibration& calibration) {
-    const YamlNode root = load_yaml(path);
-    const CalibrationKind kind = kind_of_calibration(root);
+ImuFigures read_cameras(const std::string& path, const ImageExtent& images, Calibration& calibration) {
     calibration.files.clear();
     calibration.source = path;
+    if (is_realsense_listing(path)) {
+        read_realsense(path, images, calibration);
+        return {};
+    }
+    const YamlNode root = load_yaml(path);
+    const CalibrationKind kind = kind_of_calibration(root);
     switch (kind) {
         case CalibrationKind::kCameraChain:
             read_chain(root, calibration);
@@ -216,6 +227,7 @@ ImuFigures read_cameras(const std::string& path, Calibration& calibration) {
         case CalibrationKind::kOrbSlam: return read_orb_slam(root, calibration);
         case CalibrationKind::kVins: return read_vins(root, calibration);
         case CalibrationKind::kOkvis: return read_okvis(root, calibration);
+        case CalibrationKind::kDepthAi: read_depthai(root, images, calibration); return {};
         default: refuse_as_cameras(root, kind);
     }
 }
@@ -299,9 +311,10 @@ Calibration load_own(const std::string& root, bool needs_imu) {
             return calibration;
         }
     }
-    throw InputError(root +
-                     ": has no calibration, neither cam0/sensor.yaml nor camchain.yaml: --calibration FILE names one "
-                     "(of Kalibr, OpenVINS, Basalt, ORB-SLAM3, OKVIS2, VINS-Fusion; docs/use.md, Calibration)");
+    throw InputError(
+        root +
+        ": has no calibration, neither cam0/sensor.yaml nor camchain.yaml: --calibration FILE names one "
+        "(of Kalibr, OpenVINS, Basalt, ORB-SLAM3, OKVIS2, VINS-Fusion, RealSense, OAK; docs/use.md, Calibration)");
 }
 
 }  // namespace
@@ -343,7 +356,8 @@ void load_kalibr_imu(const std::string& imu_path, Calibration& calibration) {
     calibration.files.clear();
 }
 
-Calibration load_calibration(const std::string& root, const std::string& cameras, const std::string& imu) {
+Calibration load_calibration(const std::string& root, const std::string& cameras, const std::string& imu,
+                             const ImageExtent& images) {
     Calibration calibration;
     if (cameras.empty()) {
         calibration = load_own(root, imu.empty());
@@ -351,7 +365,7 @@ Calibration load_calibration(const std::string& root, const std::string& cameras
         calibration = load_folder(cameras, imu.empty());
         calibration.source = cameras;
     } else {
-        const ImuFigures brought = read_cameras(cameras, calibration);
+        const ImuFigures brought = read_cameras(cameras, images, calibration);
         if (imu.empty()) {
             complete_imu(root, brought, calibration);
         }

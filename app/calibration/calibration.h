@@ -23,6 +23,13 @@ struct StatedSigmas {
     double rotation_rad = 0.0;     ///< (rad)
 };
 
+/// Size of a log's images (px); zero: not known.
+struct ImageExtent {
+    int width = 0;
+    int height = 0;
+    bool operator==(const ImageExtent&) const = default;
+};
+
 /// A file that a calibration was read from.
 struct CalibrationFile {
     std::string path;
@@ -66,8 +73,10 @@ Calibration load_kalibr_calibration(const std::string& camchain_path, const std:
 /// @param cameras  a file of any kind that read_cameras knows, or a folder with the files of EuRoC or Kimera, whose IMU
 ///                 counts too; empty: the log's own
 /// @param imu      Kalibr's imu.yaml, or one of EuRoC, Kimera or OpenVINS; empty: as above
+/// @param images   by which a file with several resolutions, or of another one, is read
 /// Throws as above.
-Calibration load_calibration(const std::string& root, const std::string& cameras, const std::string& imu);
+Calibration load_calibration(const std::string& root, const std::string& cameras, const std::string& imu,
+                             const ImageExtent& images = {});
 
 /// Writes the files that a calibration was read from into a log's root, so that load_calibration(root, "", "") gives
 /// the same one: byte for byte if they were EuRoC's or Kalibr's, else as sensor.yaml. The folders of its sensors must

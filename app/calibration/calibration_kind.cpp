@@ -26,6 +26,10 @@ constexpr std::array kMarks{
     KindMark{CalibrationKind::kCamodocal,
              {"model_type", "projection_parameters", nullptr},
              "the lens of one camera as camodocal writes it"},
+    KindMark{CalibrationKind::kRealSenseImu, {"imus", nullptr, nullptr}, "the calibration of a RealSense's IMU"},
+    KindMark{CalibrationKind::kRealSensePreset,
+             {"viewer", "schema version", "param-disparityshift"},
+             "a preset of realsense-viewer"},
     KindMark{CalibrationKind::kOkvis, {"cameras", "camera_parameters", nullptr}, "a configuration of OKVIS"},
     KindMark{CalibrationKind::kCameraInfo,
              {"camera_matrix", "image_width", "projection_matrix"},
@@ -53,7 +57,7 @@ const char* text_of(CalibrationKind kind) {
     }
     root.fail(
         fmt::format("is no calibration of a known kind, but has {}{}; known are those of Kalibr, OpenVINS, EuRoC, "
-                    "Kimera, Basalt, ORB-SLAM3, OKVIS2 and VINS-Fusion",
+                    "Kimera, Basalt, ORB-SLAM3, OKVIS2, VINS-Fusion, OAK and RealSense (rs-enumerate-devices -c)",
                     keys.empty() ? "no key" : fmt::format("{}", fmt::join(keys, ", ")),
                     root.raw().size() > keys.size() ? ", ..." : ""));
 }
@@ -79,9 +83,12 @@ void refuse_as_cameras(const YamlNode& root, CalibrationKind kind) {
             root.fail(what + "give the folder that holds cam0, cam1 and imu0, or Kimera's files");
         case CalibrationKind::kCamodocal:
             root.fail(what + "give the configuration of VINS that names it, which has body_T_cam0");
+        case CalibrationKind::kRealSenseImu:
+        case CalibrationKind::kRealSensePreset:
+            root.fail(what + "it says nothing of the cameras; rs-enumerate-devices -c > FILE writes what does");
         case CalibrationKind::kCameraInfo:
-        case CalibrationKind::kOpenCvStereo:
-        case CalibrationKind::kDepthAi: root.fail(what + kNoMount);
+        case CalibrationKind::kOpenCvStereo: root.fail(what + kNoMount);
+        case CalibrationKind::kDepthAi:
         case CalibrationKind::kBasalt:
         case CalibrationKind::kOrbSlam:
         case CalibrationKind::kVins:

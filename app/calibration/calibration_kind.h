@@ -18,9 +18,11 @@ enum class CalibrationKind : std::uint8_t {
     kVins,       ///< the configuration of VINS-Mono or VINS-Fusion
     kCamodocal,  ///< one camera's lens
     kOkvis,
-    kCameraInfo,    ///< ROS's, one camera's lens
-    kOpenCvStereo,  ///< matrices of two cameras
-    kDepthAi,       ///< of an OAK camera
+    kCameraInfo,       ///< ROS's, one camera's lens
+    kOpenCvStereo,     ///< matrices of two cameras
+    kDepthAi,          ///< of an OAK camera
+    kRealSenseImu,     ///< of rs-imu-calibration
+    kRealSensePreset,  ///< settings of realsense-viewer
     kUnknown,
 };
 

@@ -185,6 +185,43 @@ CameraModel camodocal_camera(const std::string& path) {
     return make_camera(lens);
 }
 
+/// body_T_cam0, or VINS-Mono's extrinsicRotation and extrinsicTranslation: camera to IMU.
+Se3 vins_mount(const YamlNode& root) {
+    if (root.has("body_T_cam0")) {
+        return read_transform(root.at("body_T_cam0"));
+    }
+    if (!root.has("extrinsicRotation") || !root.has("extrinsicTranslation")) {
+        root.fail(
+            "is a configuration of VINS without body_T_cam0, or extrinsicRotation and extrinsicTranslation: write "
+            "where "
+            "the camera sits against the IMU");
+    }
+    const YamlNode rotation = root.at("extrinsicRotation");
+    const std::vector<double> p = root.at("extrinsicTranslation").numbers();
+    if (p.size() != 3) {
+        root.at("extrinsicTranslation").fail("must be three numbers");
+    }
+    return {Eigen::Quaterniond(nearest_rotation(rotation.matrix3(), rotation)).normalized(), {p[0], p[1], p[2]}};
+}
+
+/// Stereo.T_c1_c2, or Tlr of older files, three rows of four: right camera to left.
+Se3 orb_right_to_left(const YamlNode& root) {
+    if (root.has("Stereo.T_c1_c2")) {
+        return read_transform(root.at("Stereo.T_c1_c2"));
+    }
+    const YamlNode field = root.at("Tlr");
+    const std::vector<double> rows = field.numbers();
+    if (rows.size() == 16) {
+        return read_transform(field);
+    }
+    if (rows.size() != 12) {
+        field.fail("must be a 3x4 matrix");
+    }
+    using RowMajor = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+    const RowMajor T = Eigen::Map<const RowMajor>(rows.data());
+    return {Eigen::Quaterniond(nearest_rotation(T.leftCols<3>(), field)).normalized(), T.col(3)};
+}
+
 CameraModel okvis_camera(const YamlNode& camera) {
     const YamlNode focal = camera.at("focal_length");
     const YamlNode size = camera.at("image_dimension");
@@ -243,10 +280,11 @@ ImuFigures read_orb_slam(const YamlNode& root, Calibration& calibration) {
         const double baseline = root.has("Stereo.b") ? b.number() : b.number() / left.intrinsics().fx;
         set_rig(left, T_B_C0, &left, T_B_C0 * Se3{Eigen::Quaterniond::Identity(), {baseline, 0.0, 0.0}}, b,
                 calibration);
-    } else if (root.has("Stereo.T_c1_c2")) {
-        const YamlNode extrinsics = root.at("Stereo.T_c1_c2");
+    } else if (root.has("Stereo.T_c1_c2") || root.has("Tlr")) {
         const CameraModel right = orb_camera(root, "Camera2.", type);
-        set_rig(left, T_B_C0, &right, T_B_C0 * read_transform(extrinsics), extrinsics, calibration);
+        set_rig(left, T_B_C0, &right, T_B_C0 * orb_right_to_left(root), root, calibration);
+    } else if (root.has("Camera2.fx")) {
+        root.fail("Stereo.T_c1_c2: missing: where the right camera sits against the left one");
     } else if (root.has("Camera.bf") || root.has("LEFT.K")) {
         root.fail("is a settings file of ORB-SLAM for rectified images: the lens of the right camera is missing");
     } else {
@@ -264,13 +302,15 @@ ImuFigures read_vins(const YamlNode& root, Calibration& calibration) {
         const std::filesystem::path folder = std::filesystem::path(root.file()).parent_path();
         return camodocal_camera((folder / root.at(key).text()).string());
     };
-    if (!root.has("body_T_cam0")) {
-        root.fail("is a configuration of VINS without body_T_cam0: write where the camera sits against the IMU");
-    }
-    const Se3 T_B_C0 = read_transform(root.at("body_T_cam0"));
+    const Se3 T_B_C0 = vins_mount(root);
     // VINS-Mono's configuration is the lens as well.
     const CameraModel left = root.has("cam0_calib") ? lens_of("cam0_calib") : camodocal_camera(root.file());
-    if (root.has("cam1_calib")) {
+    const bool uses_right = !root.has("num_of_cam") || root.at("num_of_cam").integer() > 1;
+    if (root.has("cam1_calib") && !uses_right) {
+        calibration.remarks.push_back(fmt::format("{}:{}: cam1_calib: is not used, since num_of_cam is 1", root.file(),
+                                                  root.at("cam1_calib").line()));
+    }
+    if (root.has("cam1_calib") && uses_right) {
         const YamlNode extrinsics = root.at("body_T_cam1");
         const CameraModel right = lens_of("cam1_calib");
         set_rig(left, T_B_C0, &right, read_transform(extrinsics), extrinsics, calibration);

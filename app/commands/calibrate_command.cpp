@@ -13,6 +13,7 @@
 #include "app/config/config_file.h"
 #include "app/lab/calibrate/batch.h"
 #include "app/lab/calibrate/calibrate.h"
+#include "app/lab/convert/opened_log.h"
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/faults/fault.h"
 #include "app/support/console.h"
@@ -44,7 +45,8 @@ Calibration given_calibration(const CalibrateArguments& args) {
     if (root.empty()) {
         throw InputError(args.dataset + ": no such folder");
     }
-    Calibration calibration = load_calibration(root, args.cameras, args.imu);
+    Calibration calibration = load_calibration(
+        root, args.cameras, args.imu, args.cameras.empty() ? ImageExtent{} : extent_of_images(args.dataset, nullptr));
     for (const std::string& remark : calibration.remarks) {
         print_err("warning: {}\n", remark);
     }

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 
@@ -20,6 +21,7 @@ namespace {
 struct CalibrationArguments {
     std::string file;
     std::string imu;
+    std::string image_size;
     std::string to;
     std::string out;
 };
@@ -54,6 +56,20 @@ void print_calibration(const Calibration& c) {
     }
 }
 
+/// "640x480"; nothing: not known.
+ImageExtent parse_extent(const std::string& text) {
+    if (text.empty()) {
+        return {};
+    }
+    int width = 0;
+    int height = 0;
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%5dx%5d%c", &width, &height, &rest) != 2 || width <= 0 || height <= 0) {
+        throw InputError("--image-size " + text + ": must be WIDTHxHEIGHT, such as 640x480");
+    }
+    return {width, height};
+}
+
 int show_or_convert(const CalibrationArguments& args) {
     if (args.to.empty() != args.out.empty()) {
         throw InputError("--to and --out belong together: --to kalibr --out FOLDER");
@@ -61,7 +77,7 @@ int show_or_convert(const CalibrationArguments& args) {
     if (!std::filesystem::exists(args.file)) {
         throw InputError(args.file + ": does not exist");
     }
-    const Calibration calibration = load_calibration(args.file, args.file, args.imu);
+    const Calibration calibration = load_calibration(args.file, args.file, args.imu, parse_extent(args.image_size));
     for (const std::string& remark : calibration.remarks) {
         print_err("warning: {}\n", remark);
     }
@@ -87,10 +103,13 @@ void add_calibration_command(CLI::App& app, int& exit_code) {
     auto args = std::make_shared<CalibrationArguments>();
     command
         ->add_option("FILE", args->file,
-                     "Calibration of cameras against an IMU: of Kalibr, OpenVINS, Basalt, ORB-SLAM3, OKVIS2 or "
-                     "VINS-Fusion, or a folder of EuRoC's or Kimera's files")
+                     "Calibration of cameras against an IMU: of Kalibr, OpenVINS, Basalt, ORB-SLAM3, OKVIS2, "
+                     "VINS-Fusion, RealSense (what rs-enumerate-devices -c prints) or OAK (DepthAI's JSON), or a "
+                     "folder of EuRoC's or Kimera's files")
         ->required();
     command->add_option("--imu-calibration", args->imu, "Kalibr's or OpenVINS's imu.yaml beside it");
+    command->add_option("--image-size", args->image_size,
+                        "WIDTHxHEIGHT of the images (px): chooses among RealSense's resolutions, scales OAK's lenses");
     command
         ->add_option("--to", args->to,
                      "kalibr: camchain-imucam.yaml and imu.yaml; euroc: cam0, cam1 and imu0/sensor.yaml; opencv: "

@@ -27,7 +27,9 @@ int run_check(const CheckArguments& args) {
     CheckOptions options;
     options.dataset = args.dataset;
     options.files = log.files();
-    options.calibration = load_calibration(log.root(), args.cameras, args.imu);
+    options.calibration =
+        load_calibration(log.root(), args.cameras, args.imu,
+                         args.cameras.empty() ? ImageExtent{} : extent_of_images(args.dataset, log.files()));
     for (const std::string& remark : options.calibration.remarks) {
         print_err("warning: {}\n", remark);
     }

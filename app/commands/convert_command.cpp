@@ -9,67 +9,22 @@
 #include <memory>
 #include <string>
 
+#include "app/commands/convert_arguments.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
 #include "app/lab/convert/bag.h"
+#include "app/lab/convert/image_list.h"
 #include "app/lab/convert/import_bag.h"
+#include "app/lab/convert/import_files.h"
 #include "app/lab/convert/mcap_log.h"
 #include "app/lab/convert/pack_log.h"
 #include "app/lab/convert/unpack_log.h"
-#include "app/support/console.h"
+#include "app/lab/convert/video_file.h"
 #include "app/support/input_error.h"
-#include "app/support/progress.h"
 #include "drivers/replay_asl/asl_dataset.h"
 
 namespace facet {
 namespace {
-
-/// What the user typed.
-struct ConvertArguments {
-    std::string input;
-    std::string output;
-    std::string compression = "zstd";
-    std::array<std::string, 4> topics;  ///< by LogTable
-    std::string cameras;
-    std::string imu;
-    int bits = 0;
-    bool is_side_by_side = false;
-    bool align_clocks = false;
-    bool quiet = false;
-};
-
-constexpr std::size_t kPermille = 1000;  // of the work, for the progress
-
-/// Progress and warnings on stderr; warnings beyond kMost are only counted.
-class Narrator {
-public:
-    explicit Narrator(bool quiet) : progress_("convert", "permille", kPermille), quiet_(quiet) {}
-
-    void update(std::size_t done) {
-        if (!quiet_) {
-            progress_.update(done);
-        }
-    }
-    void warn(const std::string& line) {
-        if (++warnings_ <= kMost) {
-            progress_.note("warning: " + line);
-        }
-    }
-    void finish() {
-        if (!quiet_) {
-            progress_.finish();
-        }
-        if (warnings_ > kMost) {
-            print_err("warning: and {} more\n", warnings_ - kMost);
-        }
-    }
-
-private:
-    static constexpr std::size_t kMost = 20;
-    Progress progress_;
-    bool quiet_;
-    std::size_t warnings_ = 0;
-};
 
 int interrupted() {
     print_error("interrupted");
@@ -192,7 +147,27 @@ int convert_mcap(const ConvertArguments& args, const std::atomic<bool>& stop) {
     return import(args, stop);
 }
 
-int convert(const ConvertArguments& args) {
+/// --video stands for the first argument, and a second one for --right.
+ConvertArguments with_videos(ConvertArguments args) {
+    if (args.videos.empty()) {
+        return args;
+    }
+    if (args.videos.size() > 2 || (!args.input.empty() && !args.output.empty())) {
+        throw InputError("--video: one or two files, and the folder for the log alone besides");
+    }
+    args.output = args.output.empty() ? args.input : args.output;
+    args.input = args.videos[0];
+    if (args.videos.size() == 2) {
+        args.topics[static_cast<std::size_t>(LogTable::kRight)] = args.videos[1];
+    }
+    return args;
+}
+
+int convert(const ConvertArguments& typed) {
+    const ConvertArguments args = with_videos(typed);
+    if (args.input.empty() || args.output.empty()) {
+        throw InputError("what to convert and where to, both are needed: facet convert INPUT OUTPUT");
+    }
     const std::optional<Compression> compression = find_compression(args.compression);
     if (!compression.has_value() || *compression == Compression::kBz2) {
         throw InputError("--compression " + args.compression + ": unknown; must be one of: none, lz4, zstd");
@@ -209,8 +184,19 @@ int convert(const ConvertArguments& args) {
     if (!is_log && is_bag(args.input)) {
         return import(args, stop);
     }
+    if (!is_log && (is_image_source(args.input) || is_text_file(args.input))) {
+        return convert_files(args, stop);
+    }
     if (!is_folder) {
-        throw InputError(args.input + ": is neither a log folder, nor an MCAP file, nor a ROS bag");
+        throw InputError(args.input +
+                         ": is neither a log folder, nor an MCAP file, nor a ROS bag, nor a list of images, nor a "
+                         "video" +
+                         (VideoFile::is_built_in() ? "" : " (which this build does not read)"));
+    }
+    if (!is_log) {
+        const std::string inner = image_source_in(args.input);
+        throw InputError(args.input + ": is no log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv" +
+                         (inner.empty() ? "" : "; " + inner + " can be converted, with --imu FILE"));
     }
     if (!args.output.ends_with(".mcap")) {
         throw InputError(args.output + ": a folder becomes a file; its name must end in .mcap");
@@ -222,28 +208,37 @@ int convert(const ConvertArguments& args) {
 
 void add_convert_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand(
-        "convert", "Make an MCAP file of a log folder, the folder of the file, or a log folder of a ROS bag");
+        "convert",
+        "Make an MCAP file of a log folder, the folder of the file, or a log folder of a ROS bag, of images or videos");
     auto args = std::make_shared<ConvertArguments>();
-    command
-        ->add_option(
-            "INPUT", args->input,
-            "Log folder (EuRoC/ASL), an MCAP file made of one, or a bag of ROS 1 (2.0) or ROS 2 (MCAP, sqlite3; also "
-            "compressed): a file, or the folder with its metadata.yaml")
-        ->required();
-    command->add_option("OUTPUT", args->output, "FILE.mcap, or for a file a folder that is new or empty")->required();
+    command->add_option(
+        "INPUT", args->input,
+        "Log folder (EuRoC/ASL), an MCAP file made of one, or a bag of ROS 1 (2.0) or ROS 2 (MCAP, sqlite3; also "
+        "compressed): a file, or the folder with its metadata.yaml; or the left camera's images: a list of files "
+        "with stamps (TUM's rgb.txt, a CSV), a folder of files named by their stamps, or a video");
+    command->add_option("OUTPUT", args->output, "FILE.mcap, or for a file a folder that is new or empty");
+    command->add_option("--video", args->videos, "Instead of INPUT; twice: left and right")
+        ->expected(1)
+        ->allow_extra_args(false)
+        ->take_all();
+    command->add_option(
+        "--stamps", args->stamps,
+        "Table with a stamp for each frame of a video, or image of a folder; LEFT,RIGHT if they differ");
     command->add_option("--compression", args->compression, "Of an MCAP file's chunks: none, lz4 or zstd")
         ->capture_default_str();
     const auto add_topic = [&](const char* option, LogTable table, const char* what) {
         command->add_option(option, args->topics[static_cast<std::size_t>(table)],
-                            std::string("Topic of a bag: ") + what + "; found by its type by default");
+                            std::string("Topic of a bag, found by its type by default; or file: ") + what);
     };
-    add_topic("--left", LogTable::kLeft, "images of the left camera");
+    add_topic("--left", LogTable::kLeft, "images of the left camera (bags only)");
     add_topic("--right", LogTable::kRight, "images of the right camera");
-    add_topic("--imu", LogTable::kImu, "inertial samples, or GYROSCOPE,ACCELEROMETER if they have a topic each");
-    add_topic("--groundtruth", LogTable::kTruth, "true poses of the body");
-    command->add_option("--calibration", args->cameras,
-                        "For the log of a bag: a calibration of any kind that facet replay takes; without it that of "
-                        "the bag, if it has camera_info and /tf_static");
+    add_topic("--imu", LogTable::kImu,
+              "inertial samples, or GYROSCOPE,ACCELEROMETER if they have a topic or file each");
+    add_topic("--groundtruth", LogTable::kTruth, "true poses of the body (bags only)");
+    command->add_option(
+        "--calibration", args->cameras,
+        "For the log of a bag, or of images: a calibration of any kind that facet replay takes; without it that of "
+        "the bag, if it has camera_info and /tf_static");
     command->add_option("--imu-calibration", args->imu, "Kalibr's imu.yaml beside it");
     command->add_flag("--side-by-side", args->is_side_by_side, "Each image of --left holds the left and the right one");
     command

@@ -142,7 +142,9 @@ ReplayOptions read_options(const ReplayArguments& args, const OpenedLog& log, bo
         throw InputError(
             fmt::format("--out is missing, the folder for the results: facet replay {} --out result", args.dataset));
     }
-    options.calibration = load_calibration(log.root(), args.cameras, args.imu);
+    options.calibration =
+        load_calibration(log.root(), args.cameras, args.imu,
+                         args.cameras.empty() ? ImageExtent{} : extent_of_images(args.dataset, log.files()));
     for (const std::string& remark : options.calibration.remarks) {
         print_err("warning: {}\n", remark);
     }

@@ -14,14 +14,19 @@ namespace facet {
 class CarriedEstimate {
 public:
     /// @param smoothing_s  see StateCarrier; a reset is a step all the same
-    explicit CarriedEstimate(const ProgramConfig& config, double smoothing_s = 0.0) : imu_model_(config.imu_model) {
+    explicit CarriedEstimate(const ProgramConfig& config, double smoothing_s = 0.0)
+        : imu_model_(config.imu_model), imu_limits_(config.imu_limits) {
         carrier_.configure(config.imu_noise, config.imu_limits, config.gravity.norm_m_per_s2(), smoothing_s);
     }
 
     /// Takes a sample. @return false if there is no estimate at its stamp: it is refused, or there has been no start
     bool add_imu(const ImuSample& sample) {
-        return ok(carrier_.add_imu(imu_model_.corrected(sample))) && carrier_.has_state();
+        newest_w_B_ = imu_model_.corrected(sample).w_B;
+        return ok(carrier_.add_imu(imu_model_.corrected(sample), imu_limits_.clipped_axes(sample))) &&
+               carrier_.has_state();
     }
+    /// Of the newest sample, corrected by the IMU's model, its bias still in it (rad/s).
+    const Eigen::Vector3d& newest_rate() const { return newest_w_B_; }
 
     /// Takes what the pipeline made of a frame, or what it says while none comes. Of a refused frame only the health
     /// counts; while LOST the last finite belief is carried on.
@@ -34,6 +39,8 @@ public:
 
 private:
     ImuModel imu_model_;
+    ImuLimits imu_limits_;
+    Eigen::Vector3d newest_w_B_ = Eigen::Vector3d::Zero();
     StateCarrier carrier_;
     Estimate newest_;  ///< of the newest frame
     /// What the reported covariance has beyond that of the belief: place and yaw when the window began.

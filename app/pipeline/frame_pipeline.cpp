@@ -60,6 +60,7 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
     }
     rig_ = calibration.rig;
     imu_model_ = config.imu_model;
+    imu_limits_ = config.imu_limits;
     waiting_.configure(rig_);
     waiting_has_view_ = false;
     last_health_ = {};
@@ -73,7 +74,7 @@ std::optional<KeptState> FramePipeline::keep() const {
 
 void FramePipeline::add_imu(const ImuSample& sample) {
     const StageTimer::Instant begin = StageTimer::now();
-    const Status status = estimator_.add_imu(imu_model_.corrected(sample));
+    const Status status = estimator_.add_imu(imu_model_.corrected(sample), imu_limits_.clipped_axes(sample));
     timer_.add_total(begin);
     ++imu_samples_;
     imu_refused_ += ok(status) ? 0 : 1;

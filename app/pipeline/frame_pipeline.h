@@ -96,7 +96,9 @@ public:
     std::optional<KeptState> keep() const;
     Status resume(const KeptState& kept, double elapsed_s) { return estimator_.resume(kept, elapsed_s); }
 
+    /// @param sample  as read: it is corrected by the calibration's model of the IMU
     void add_imu(const ImuSample& sample);
+    const ImuModel& imu_model() const { return imu_model_; }
     /// What the estimator says while frames do not come; ask after each inertial sample. @return whether it said
     /// anything (result untouched otherwise)
     bool take_carried(FrameResult& result);
@@ -155,6 +157,7 @@ private:
 
     StereoRig rig_;
     ImuModel imu_model_;
+    ImuLimits imu_limits_;
     Estimator estimator_;
     std::unique_ptr<Mesher> mesher_;
     std::unique_ptr<PlaneFinder> planes_;

@@ -39,7 +39,7 @@ void EstimatorLoop::feed_next() {
     any_fed_ = true;
     pipeline_.add_imu(fed_);
     if (pipeline_.take_carried(result_)) {
-        output_.on_estimate(result_, pipeline_.belief(), fed_.w_B);
+        output_.on_estimate(result_, pipeline_.belief(), pipeline_.imu_model().corrected(fed_).w_B);
         output_.on_frame(result_, {});
     }
 }
@@ -64,7 +64,7 @@ bool EstimatorLoop::try_frame() {
     if (result_.status == Status::kNotReady && newest_.stamp < stamp + kMaxRetry) {
         return false;
     }
-    output_.on_estimate(result_, pipeline_.belief(), fed_.w_B);
+    output_.on_estimate(result_, pipeline_.belief(), pipeline_.imu_model().corrected(fed_).w_B);
     pipeline_.finish_frame(frame, result_);
     (ok(result_.status) ? counters_.used : counters_.refused).fetch_add(1, kRelaxed);
     if (clock_.now() - begin > options_.sync.period) {

@@ -20,7 +20,7 @@ public:
     virtual ~LoopOutput() = default;
     /// The estimate is ready; mesh, planes and ranges are still to come.
     /// @param belief  see Estimator
-    /// @param w_B     the newest angular rate given to the estimator, as measured (rad/s)
+    /// @param w_B     the newest angular rate given to the estimator, its bias still in it (rad/s)
     virtual void on_estimate(const FrameResult& frame, const Belief& belief, const Eigen::Vector3d& w_B) = 0;
     /// The same frame, finished.
     /// @param departed  faces that left the horizon at this frame

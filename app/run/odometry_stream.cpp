@@ -28,7 +28,7 @@ bool OdometryStream::add_imu(const ImuSample& sample, Odometry& odometry) {
     if (is_by_frame_ || !carried_.add_imu(sample) || !is_due(sample.stamp)) {
         return false;
     }
-    odometry = to_odometry(carried_.estimate(), sample.w_B, noise_, T_body_imu_);
+    odometry = to_odometry(carried_.estimate(), carried_.newest_rate(), noise_, T_body_imu_);
     return true;
 }
 

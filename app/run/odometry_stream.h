@@ -15,7 +15,7 @@ struct FrameOutcome {
     Timestamp frame_stamp;
     Estimate estimate;
     Belief belief;                                  ///< the pipeline's
-    Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< newest angular rate given to the estimator, as measured
+    Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< newest angular rate given to the estimator, bias in it
 };
 
 /// Makes odometry of inertial samples and frames. Stamps are those of the samples and only increase: a correction by a

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/run/state_keeper.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -18,18 +19,23 @@ namespace {
 constexpr const char* kForm = "facet_state_1";
 
 /// Any change of the calibration changes it.
-std::string fingerprint(const StereoRig& rig) {
+std::string fingerprint(const Calibration& calibration) {
+    const StereoRig& rig = calibration.rig;
     std::string text = fmt::format("{}", rig.has_right);
     for (const CameraModel& camera : {rig.left, rig.right}) {
         const CameraIntrinsics& k = camera.intrinsics();
         text += fmt::format(" {} {} {} {} {} {} {}", k.width, k.height, k.fx, k.fy, k.cx, k.cy,
                             static_cast<int>(k.distortion));
-        for (const double c : k.coeffs) {
-            text += fmt::format(" {}", c);
+        for (const auto& coefficients : {k.coeffs, k.more}) {
+            text += fmt::format(" {}", fmt::join(coefficients, " "));
         }
     }
     for (const Se3& T : {rig.T_B_C0, rig.T_B_C1}) {
         text += fmt::format(" {} {} {} {} {} {} {}", T.q.w(), T.q.x(), T.q.y(), T.q.z(), T.p.x(), T.p.y(), T.p.z());
+    }
+    for (const Eigen::Matrix3d& M :
+         {calibration.imu_model.M_a(), calibration.imu_model.M_w(), calibration.imu_model.M_g()}) {
+        text += fmt::format(" {}", fmt::join(M.data(), M.data() + M.size(), " "));
     }
     std::uint64_t hash = 0xcbf29ce484222325U;  // FNV-1a
     for (const char c : text) {
@@ -92,7 +98,7 @@ bool read_state(std::istream& in, KeptState& out) {
 
 StateKeeper::StateKeeper(const std::string& folder, const Calibration& calibration, std::string boot)
     : path_(folder.empty() ? "" : folder + "/last_state"),
-      calibration_(fingerprint(calibration.rig)),
+      calibration_(fingerprint(calibration)),
       boot_(std::move(boot)) {}
 
 std::optional<StateKeeper::Found> StateKeeper::load(Timestamp now, std::string& refusal) const {

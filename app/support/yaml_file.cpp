@@ -8,19 +8,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <sstream>
 
 #include "app/support/input_error.h"
+#include "app/support/whole_text.h"
 #include "platform/base/range_check.h"
-#include "platform/base/regular_file.h"
 
 namespace facet {
 namespace {
-
-constexpr std::uintmax_t kMaxBytes = 4U << 20U;  // a thousand times what such a file has
 
 int line_of(const YAML::Node& node, int fallback) {
     return node.IsDefined() && node.Mark().line >= 0 ? node.Mark().line + 1 : fallback;
@@ -97,6 +93,17 @@ void reject_duplicates(const YAML::Node& node, const std::string& file) {
         for (const YAML::Node& item : node) {
             reject_duplicates(item, file);
         }
+    }
+}
+
+/// Makes a comment, which keeps the line numbers, of a line "%YAML:1.0", before which there are comments at most.
+void hide_directive(std::string& text) {
+    std::size_t line = 0;
+    while (line < text.size() && (text[line] == '#' || text[line] == '\r' || text[line] == '\n')) {
+        line = std::min(text.find('\n', line), text.size() - 1) + 1;
+    }
+    if (text.compare(line, 5, "%YAML") == 0) {
+        text[line] = '#';
     }
 }
 
@@ -234,18 +241,8 @@ Eigen::MatrixXd YamlNode::matrix(int side) const {
 }
 
 YamlNode load_yaml(const std::string& path) {
-    if (const std::string refusal = refuse_file(path, kMaxBytes); !refusal.empty()) {
-        throw InputError(path + ": " + refusal);
-    }
-    std::ifstream stream(path, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(stream), {}};
-    if (!stream.is_open() || stream.bad()) {
-        throw InputError(path + ": cannot be read");
-    }
-    constexpr std::string_view kDirective = "%YAML";
-    if (text.starts_with(kDirective)) {
-        text.replace(0, kDirective.size(), "#YAML");  // a comment keeps the line numbers
-    }
+    std::string text = read_whole_text(path);
+    hide_directive(text);
     try {
         check_events(text, path);
         const YAML::Node root = YAML::Load(text);

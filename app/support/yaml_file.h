@@ -67,7 +67,7 @@ private:
     int line_ = 1;
 };
 
-/// Reads a file. A first line "%YAML:1.0", which OpenCV writes and YAML forbids, is accepted.
+/// Reads a file (read_whole_text). A first line "%YAML:1.0", which OpenCV writes and YAML forbids, is accepted.
 /// An empty file is an empty map. Throws InputError if it cannot be read, is not YAML, holds a key twice, or is no map.
 YamlNode load_yaml(const std::string& path);
 

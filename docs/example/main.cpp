@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // Estimator, mesher and plane finder in a program of your own. Its vehicle stands two metres in front of a wall.
+#include <algorithm>
+#include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <random>
 #include <vector>
 
@@ -22,6 +25,28 @@ std::vector<std::uint8_t> make_wall() {
     return wall;
 }
 
+/// Copies of a frame's images. A keyframe's view comes up to two frames later, when a camera's own buffers hold others.
+struct KeptFrame {
+    facet::Timestamp stamp;
+    std::array<std::vector<std::uint8_t>, 2> pixels;  // left, right
+
+    void keep(const facet::StereoFrame& frame) {
+        stamp = frame.stamp;
+        for (const bool is_right : {false, true}) {
+            const facet::ImageView& image = is_right ? frame.right : frame.left;
+            pixels[is_right].clear();
+            for (int v = 0; v < image.height; ++v) {
+                pixels[is_right].insert(pixels[is_right].end(), image.row(v), image.row(v) + image.width);
+            }
+        }
+    }
+    /// Empty if there was no such image.
+    facet::ImageView image(bool is_right) const {
+        return pixels[is_right].empty() ? facet::ImageView{}
+                                        : facet::ImageView{pixels[is_right].data(), kWidth, kHeight, kWidth};
+    }
+};
+
 int main() {
     // Body frame (IMU): x forward, y left, z up. Camera frames: z forward, x right, y down.
     const facet::CameraModel camera({kWidth, kHeight, kFocal, kFocal, 0.5 * (kWidth - 1), 0.5 * (kHeight - 1)});
@@ -39,6 +64,8 @@ int main() {
     const facet::ImageView left{wall.data(), kWidth, kHeight, kColumns};
     const facet::ImageView right{wall.data() + kDisparity, kWidth, kHeight, kColumns};
     facet::Estimate estimate;
+    std::array<KeptFrame, 4> kept;  // the newest frames
+    std::size_t frames = 0;
     std::uint32_t last_view = 0;
     for (std::int64_t i = 0; i < 1000; ++i) {  // five seconds at rest: inertial samples at 200 Hz, frames at 20 Hz
         const facet::Timestamp now{i * 5'000'000};
@@ -47,11 +74,15 @@ int main() {
         if (!ok(sampled) || i % 10 != 0 || !ok(estimator.add_frame(frame, estimate))) {
             continue;
         }
+        kept[frames++ % kept.size()].keep(frame);
         estimator.finish_frame();
         const facet::KeyframeView& view = estimator.keyframe_view();
         if (view.number != last_view) {  // a new keyframe: landmarks give faces, faces give planes, and those go back
             last_view = view.number;
-            mesher.update(view, left);
+            const KeptFrame& seen = *std::ranges::min_element(
+                kept, {}, [&](const KeptFrame& k) { return std::abs((k.stamp - view.stamp).ns); });
+            mesher.set_camera(view.is_exchanged ? rig.right : rig.left);  // the left camera fails: the right one saw it
+            mesher.update(view, seen.image(view.is_exchanged));
             estimator.set_planes(finder.update(mesher.mesh(), view));
         }
     }

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "platform/base/image_view.h"
+#include "platform/base/status.h"
 
 namespace facet {
 
@@ -25,6 +27,34 @@ struct GreyImage {
 };
 
 inline constexpr unsigned kMostPixelsAside = 16384;  ///< that a decoder takes
+
+/// What an image must have (px); zero for any.
+struct WantedSize {
+    int width = 0;
+    int height = 0;
+};
+
+/// Makes room for an image of the size that a header states, before anything of it is decoded.
+/// @return kCorrupt if a side is longer than kMostPixelsAside; kInvalidArgument if it is not what is wanted (grey then
+///         has the size found and no pixels). `error` says so.
+inline Status take_size(unsigned width, unsigned height, const WantedSize& wanted, GreyImage& grey,
+                        std::string& error) {
+    if (width > kMostPixelsAside || height > kMostPixelsAside) {
+        error = "has more than 16384 pixels on a side";
+        return Status::kCorrupt;
+    }
+    const auto is_other = [](int want, unsigned found) { return want > 0 && found != static_cast<unsigned>(want); };
+    if (is_other(wanted.width, width) || is_other(wanted.height, height)) {
+        error = "size is " + std::to_string(width) + "x" + std::to_string(height) + ", not " +
+                std::to_string(wanted.width) + "x" + std::to_string(wanted.height);
+        grey.width = static_cast<int>(width);
+        grey.height = static_cast<int>(height);
+        grey.pixels.clear();
+        return Status::kInvalidArgument;
+    }
+    grey.resize(static_cast<int>(width), static_cast<int>(height));
+    return Status::kOk;
+}
 
 /// Luma 0.299 R + 0.587 G + 0.114 B of stored values (ITU-R BT.601), without gamma.
 constexpr std::uint8_t luma(unsigned r, unsigned g, unsigned b) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "drivers/replay_asl/image_decoder.h"
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 
@@ -12,7 +13,7 @@
 namespace facet {
 namespace {
 
-using Read = std::string (*)(std::span<const std::uint8_t>, GreyImage&);
+using Read = Status (*)(std::span<const std::uint8_t>, const WantedSize&, GreyImage&, std::string&);
 
 /// How a file of a format begins.
 struct Format {
@@ -26,7 +27,17 @@ constexpr std::array<Format, 6> kFormats{{{{"\x89PNG", 4}, nullptr},
                                           {{"II*\0", 4}, read_tiff},
                                           {{"MM\0*", 4}, read_tiff}}};
 
+/// nullptr: of none.
+const Format* find_format(std::span<const std::uint8_t> bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const auto* const format =
+        std::ranges::find_if(kFormats, [&](const Format& candidate) { return text.starts_with(candidate.begin); });
+    return format == kFormats.end() ? nullptr : format;
+}
+
 }  // namespace
+
+bool ImageDecoder::recognises(std::span<const std::uint8_t> begin) { return find_format(begin) != nullptr; }
 
 Status ImageDecoder::decode(const std::string& path, int expected_width, int expected_height, GreyImage& image) {
     std::size_t size = 0;
@@ -38,11 +49,7 @@ Status ImageDecoder::decode(const std::string& path, int expected_width, int exp
 
 Status ImageDecoder::decode(std::span<const std::uint8_t> bytes, int expected_width, int expected_height,
                             GreyImage& image) {
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const Format* format = nullptr;
-    for (const Format& candidate : kFormats) {
-        format = format == nullptr && text.starts_with(candidate.begin) ? &candidate : format;
-    }
+    const Format* const format = find_format(bytes);
     if (format == nullptr) {
         error_ = bytes.empty() ? "is empty" : "is no PNG, JPEG, PGM or TIFF image";
         return Status::kCorrupt;
@@ -52,18 +59,7 @@ Status ImageDecoder::decode(std::span<const std::uint8_t> bytes, int expected_wi
         error_ = (status == Status::kCorrupt ? "damaged PNG: " : "") + png_.error();
         return status;
     }
-    error_ = format->read(bytes, image);
-    if (!error_.empty()) {
-        return Status::kCorrupt;
-    }
-    if ((expected_width > 0 && image.width != expected_width) ||
-        (expected_height > 0 && image.height != expected_height)) {
-        error_ = "size is " + std::to_string(image.width) + "x" + std::to_string(image.height) + ", not " +
-                 std::to_string(expected_width) + "x" + std::to_string(expected_height);
-        image.pixels.clear();
-        return Status::kInvalidArgument;
-    }
-    return Status::kOk;
+    return format->read(bytes, {expected_width, expected_height}, image, error_);
 }
 
 }  // namespace facet

@@ -19,10 +19,14 @@ class ImageDecoder {
 public:
     static constexpr std::size_t kMostBytes = PngDecoder::kMostBytes;
 
+    /// Whether a file that begins so, with four bytes or more, is of one of these formats.
+    static bool recognises(std::span<const std::uint8_t> begin);
+
     /// Decodes a file; image's storage is reused.
     /// @param expected_width, expected_height  required size (px); 0 for any up to 16384
     /// @return kNotFound if the file cannot be read, is no regular file or has more than 64 MiB, kCorrupt if it is not
-    ///         a complete, intact image, kInvalidArgument if its size differs. error() has the details.
+    ///         a complete, intact image, kInvalidArgument if its size differs, by its header: nothing is decoded then
+    ///         (image has the size found and no pixels). error() has the details.
     Status decode(const std::string& path, int expected_width, int expected_height, GreyImage& image);
 
     /// Likewise for what is in memory already; never kNotFound.

@@ -51,25 +51,26 @@ bool finish_jpeg(jpeg_decompress_struct& info, JpegErrors& errors, std::uint8_t*
 
 }  // namespace
 
-std::string read_jpeg(std::span<const std::uint8_t> bytes, GreyImage& grey) {
+Status read_jpeg(std::span<const std::uint8_t> bytes, const WantedSize& wanted, GreyImage& grey, std::string& error) {
     JpegErrors errors{};
     jpeg_decompress_struct info{};
     info.err = jpeg_std_error(&errors.manager);
     errors.manager.error_exit = keep_error;
     errors.manager.emit_message = count_warning;
     bool is_read = begin_jpeg(info, errors, bytes);
-    std::string problem;
-    if (is_read && (info.image_width > kMostPixelsAside || info.image_height > kMostPixelsAside)) {
-        problem = "has more than 16384 pixels on a side";
-    } else if (is_read) {
-        grey.resize(static_cast<int>(info.image_width), static_cast<int>(info.image_height));
-        is_read = finish_jpeg(info, errors, grey.pixels.data());
+    Status status = Status::kCorrupt;
+    error.clear();
+    if (is_read) {
+        status = take_size(info.image_width, info.image_height, wanted, grey, error);
+        is_read = !ok(status) || finish_jpeg(info, errors, grey.pixels.data());
     }
     jpeg_destroy_decompress(&info);
-    if (is_read && problem.empty() && errors.manager.num_warnings > 0) {
-        problem = "damaged JPEG: data are missing or wrong";
+    if (!is_read) {
+        error = std::string("damaged JPEG: ") + errors.message;
+    } else if (ok(status) && errors.manager.num_warnings > 0) {
+        error = "damaged JPEG: data are missing or wrong";
     }
-    return is_read ? problem : std::string("damaged JPEG: ") + errors.message;
+    return is_read && !ok(status) ? status : error.empty() ? Status::kOk : Status::kCorrupt;
 }
 
 }  // namespace facet

@@ -11,7 +11,7 @@
 namespace facet {
 
 /// Decodes a JPEG image to its luma. Storage is reused. Reentrant. Heap.
-/// @return why it cannot be; empty if it has been
-std::string read_jpeg(std::span<const std::uint8_t> bytes, GreyImage& grey);
+/// @return kCorrupt, or as take_size(); `error` says why
+Status read_jpeg(std::span<const std::uint8_t> bytes, const WantedSize& wanted, GreyImage& grey, std::string& error);
 
 }  // namespace facet

@@ -31,9 +31,11 @@ bool take_number(std::span<const std::uint8_t>& rest, unsigned& number) {
 
 }  // namespace
 
-std::string read_pgm(std::span<const std::uint8_t> bytes, GreyImage& grey) {
+Status read_pgm(std::span<const std::uint8_t> bytes, const WantedSize& wanted, GreyImage& grey, std::string& error) {
+    error.clear();
     if (bytes.size() < 2 || bytes[0] != 'P' || (bytes[1] != '5' && bytes[1] != '6')) {
-        return "damaged PGM: no binary one";
+        error = "damaged PGM: no binary one";
+        return Status::kCorrupt;
     }
     const std::size_t channels = bytes[1] == '6' ? 3 : 1;
     std::span<const std::uint8_t> rest = bytes.subspan(2);
@@ -42,18 +44,17 @@ std::string read_pgm(std::span<const std::uint8_t> bytes, GreyImage& grey) {
     unsigned most = 0;
     if (!take_number(rest, width) || !take_number(rest, height) || !take_number(rest, most) || rest.empty() ||
         width == 0 || height == 0 || most == 0 || most > 0xFFFFU) {
-        return "damaged PGM: its header is wrong";
+        error = "damaged PGM: its header is wrong";
+        return Status::kCorrupt;
     }
-    if (width > kMostPixelsAside || height > kMostPixelsAside) {
-        return "has more than 16384 pixels on a side";
-    }
+    FACET_TRY(take_size(width, height, wanted, grey, error));
     rest = rest.subspan(1);  // one blank
     const std::size_t bytes_a_sample = most > 0xFFU ? 2 : 1;
     const std::size_t pixel = channels * bytes_a_sample;
     if (rest.size() / pixel / width < height) {
-        return "damaged PGM: file ends too early";
+        error = "damaged PGM: file ends too early";
+        return Status::kCorrupt;
     }
-    grey.resize(static_cast<int>(width), static_cast<int>(height));
     for (std::size_t i = 0; i < grey.pixels.size(); ++i) {
         std::array<unsigned, 3> sample{};
         for (std::size_t c = 0; c < channels; ++c) {
@@ -62,7 +63,7 @@ std::string read_pgm(std::span<const std::uint8_t> bytes, GreyImage& grey) {
         }
         grey.pixels[i] = channels == 1 ? static_cast<std::uint8_t>(sample[0]) : luma(sample[0], sample[1], sample[2]);
     }
-    return {};
+    return Status::kOk;
 }
 
 }  // namespace facet

@@ -11,7 +11,7 @@
 namespace facet {
 
 /// Binary PGM (P5) and PPM (P6) of 8 or 16 bits: grey, or luma. Storage is reused. Reentrant. Heap.
-/// @return why it cannot be decoded; empty if it has been
-std::string read_pgm(std::span<const std::uint8_t> bytes, GreyImage& grey);
+/// @return kCorrupt, or as take_size(); `error` says why
+Status read_pgm(std::span<const std::uint8_t> bytes, const WantedSize& wanted, GreyImage& grey, std::string& error);
 
 }  // namespace facet

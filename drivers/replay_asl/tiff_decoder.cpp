@@ -82,7 +82,8 @@ void be_silent() {
 
 }  // namespace
 
-std::string read_tiff(std::span<const std::uint8_t> bytes, GreyImage& grey) {
+Status read_tiff(std::span<const std::uint8_t> bytes, const WantedSize& wanted, GreyImage& grey, std::string& error) {
+    error.clear();
     be_silent();
     MemoryFile file{bytes};
     const std::unique_ptr<TIFF, Closer> tiff(
@@ -91,27 +92,27 @@ std::string read_tiff(std::span<const std::uint8_t> bytes, GreyImage& grey) {
     std::uint32_t height = 0;
     if (tiff == nullptr || TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width) != 1 ||
         TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height) != 1 || width == 0 || height == 0) {
-        return "damaged TIFF: its header is wrong";
+        error = "damaged TIFF: its header is wrong";
+        return Status::kCorrupt;
     }
-    if (width > kMostPixelsAside || height > kMostPixelsAside) {
-        return "has more than 16384 pixels on a side";
-    }
+    FACET_TRY(take_size(width, height, wanted, grey, error));
     std::uint16_t bits = 1;
     std::uint16_t samples = 1;
     std::uint16_t meaning = 0;
     TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_BITSPERSAMPLE, &bits);
     TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLESPERPIXEL, &samples);
     TIFFGetField(tiff.get(), TIFFTAG_PHOTOMETRIC, &meaning);
-    grey.resize(static_cast<int>(width), static_cast<int>(height));
     const bool is_grey = samples == 1 && (bits == 8 || bits == 16) && TIFFIsTiled(tiff.get()) == 0 &&
                          (meaning == PHOTOMETRIC_MINISBLACK || meaning == PHOTOMETRIC_MINISWHITE);
     constexpr std::size_t kMostColoured = std::size_t{64} << 20U;  // pixels: four bytes each while they are read
     if (!is_grey && grey.pixels.size() > kMostColoured) {
-        return "has more than 64 million pixels in colour";
+        error = "has more than 64 million pixels in colour";
+        return Status::kCorrupt;
     }
     const bool is_read = is_grey ? read_grey_rows(tiff.get(), bits == 16, meaning == PHOTOMETRIC_MINISWHITE, grey)
                                  : read_colours(tiff.get(), grey);
-    return is_read ? "" : "damaged TIFF, or of a kind that libtiff does not read";
+    error = is_read ? "" : "damaged TIFF, or of a kind that libtiff does not read";
+    return is_read ? Status::kOk : Status::kCorrupt;
 }
 
 }  // namespace facet

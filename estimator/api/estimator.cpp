@@ -316,12 +316,16 @@ const KeyframeView& Estimator::keyframe_view() const { return impl_->view; }
 const VisionResiduals& Estimator::residuals() const { return impl_->window.residuals(); }
 
 Status Estimator::add_imu(const ImuSample& sample) {
-    const Status status = impl_->imu.push(sample);
+    return add_imu(sample, impl_->config.imu_limits.clipped_axes(sample));
+}
+
+Status Estimator::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
+    const Status status = impl_->imu.push(sample, clipped);
     if (status == Status::kOutOfOrder && !impl_->imu.has(sample)) {
         impl_->refused_samples.add(sample.stamp);
         if (impl_->is_on_new_clock()) {
             impl_->begin_on_new_clock();
-            return impl_->imu.push(sample);
+            return impl_->imu.push(sample, clipped);
         }
     }
     FACET_TRY(status);

@@ -55,7 +55,10 @@ public:
     /// Buffers one inertial sample. If no frame has come for half a second, carries the estimate on, ten times a second
     /// and up to 0.2 s before the newest sample; a frame that comes later than that is refused once, then waited for
     /// (up to 1 s).
+    /// @param clipped  of a sample that was corrected for scale and misalignment: the axes at their range as read
+    ///                 (ImuLimits::clipped_axes); else the sample's own
     /// @return kOutOfOrder or kInvalidArgument (not finite): dropped and counted in Health.
+    Status add_imu(const ImuSample& sample, ImuAxisMask clipped);
     Status add_imu(const ImuSample& sample);
 
     /// The newest estimate that add_imu() has carried on without frames: DEGRADED with kReasonNoImages at first, LOST

@@ -9,6 +9,7 @@ void StateCarrier::configure(const ImuNoise& noise, const ImuLimits& limits, dou
                              double smoothing_s) {
     imu_.clear(noise.rate_hz, limits);
     noise_ = noise;
+    limits_ = limits;
     smoothing_s_ = smoothing_s;
     refused_ = {};
     has_state_ = false;
@@ -18,14 +19,14 @@ void StateCarrier::configure(const ImuNoise& noise, const ImuLimits& limits, dou
     taken_back_.setZero();
 }
 
-Status StateCarrier::add_imu(const ImuSample& sample) {
-    Status status = imu_.push(sample);
+Status StateCarrier::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
+    Status status = imu_.push(sample, clipped);
     if (status == Status::kOutOfOrder && !imu_.has(sample)) {
         refused_.add(sample.stamp);
         if (refused_.is_clock()) {
             imu_.restart();
             has_state_ = false;
-            status = imu_.push(sample);
+            status = imu_.push(sample, clipped);
         }
     }
     FACET_TRY(status);

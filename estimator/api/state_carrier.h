@@ -32,8 +32,10 @@ public:
     void configure(const ImuNoise& noise, const ImuLimits& limits, double gravity_m_per_s2, double smoothing_s = 0.0);
 
     /// Takes the next sample and carries the state on to it.
+    /// @param clipped  its axes at their range as read
     /// @return as ImuBuffer::push: a refused sample changes nothing
-    Status add_imu(const ImuSample& sample);
+    Status add_imu(const ImuSample& sample, ImuAxisMask clipped);
+    Status add_imu(const ImuSample& sample) { return add_imu(sample, limits_.clipped_axes(sample)); }
 
     /// Replaces the belief that is carried on.
     /// @return kNotReady if samples do not reach its stamp, kNotFound if they do not reach back to it, kOutOfOrder if
@@ -62,6 +64,7 @@ private:
     NavState unsmoothed() const { return since_.predict(belief_.state); }
 
     ImuBuffer imu_;
+    ImuLimits limits_;
     RefusedRun refused_;  ///< since the last sample that was taken
     ImuNoise noise_;
     double smoothing_s_ = 0.0;

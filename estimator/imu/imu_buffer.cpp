@@ -118,7 +118,7 @@ void ImuBuffer::restart() {
     size_ = 0;
 }
 
-Status ImuBuffer::push(const ImuSample& sample) {
+Status ImuBuffer::push(const ImuSample& sample, ImuAxisMask clipped) {
     if (!sample.w_B.allFinite() || !sample.a_B.allFinite() || !is_sane(sample.stamp)) {
         ++counters_.not_finite;
         return Status::kInvalidArgument;
@@ -141,7 +141,8 @@ Status ImuBuffer::push(const ImuSample& sample) {
     Entry& newest = entry(size_ - 1);
     newest = {};
     newest.sample = sample;
-    mark_clipped(newest);
+    newest.clipped = clipped;
+    count_clipped(newest);
     if (newest.clipped == 0) {
         vibration_.add(sample);
     } else {
@@ -206,13 +207,11 @@ const ImuBuffer::Entry& ImuBuffer::entry(int index) const {
     return ring_[static_cast<std::size_t>((begin_ + index) % kMaxImuSamples)];
 }
 
-void ImuBuffer::mark_clipped(Entry& entry) {
+void ImuBuffer::count_clipped(Entry& entry) {
     for (int axis = 0; axis < kAxes; ++axis) {
-        const double value = axis_value(entry.sample, axis);
         const auto bit = static_cast<ImuAxisMask>(1U << static_cast<unsigned>(axis));
-        if (std::abs(value) >= kClipShare * range(axis)) {
-            entry.clipped |= bit;
-            entry.negative |= value < 0.0 ? bit : ImuAxisMask{0};
+        if (axis_value(entry.sample, axis) < 0.0) {
+            entry.negative |= static_cast<ImuAxisMask>(entry.clipped & bit);
         }
     }
     counters_.clipped_gyro += (entry.clipped & kGyroAxes) != 0 ? 1 : 0;

@@ -105,9 +105,6 @@ public:
     static constexpr std::int64_t kMostStamp_ns = std::int64_t{1} << 62U;
     static constexpr bool is_sane(Timestamp t) { return t.ns > -kMostStamp_ns && t.ns < kMostStamp_ns; }
 
-    /// An axis at this share of its range is clipped: analogue stages saturate somewhat before the digital full scale.
-    static constexpr double kClipShare = 0.9;
-
     explicit ImuBuffer(double rate_hz = 200.0, const ImuLimits& limits = {}) { clear(rate_hz, limits); }
 
     /// Forgets samples and counters.
@@ -130,7 +127,10 @@ public:
     /// Appends a sample, even a clipped one. Constant time, except for runs of clipped samples, which are bridged anew.
     /// @return kInvalidArgument if not finite or the stamp is beyond kMostStamp_ns, kOutOfOrder if the stamp is not
     ///         after the newest: dropped and counted.
-    Status push(const ImuSample& sample);
+    Status push(const ImuSample& sample) { return push(sample, limits_.clipped_axes(sample)); }
+
+    /// Likewise of a sample that was corrected; `clipped` are the axes that were at their range as read.
+    Status push(const ImuSample& sample, ImuAxisMask clipped);
 
     /// Replaces the readings of these axes after t0 up to t1; the other axes are as read. What is integrated over them
     /// from now on has the noise of set_doubt_noise() in place of nothing. @param motion  from t0 on
@@ -228,7 +228,7 @@ private:
     ImuStepQuality quality(int index) const;
     /// Index of the first sample with a stamp after t; size() if there is none.
     int first_after(Timestamp t) const;
-    void mark_clipped(Entry& entry);
+    void count_clipped(Entry& entry);
     /// Updates the axis's run with the newest sample.
     void follow_run(int axis);
     /// Writes values and noise of a run. @param is_over  the newest sample is the good one after it

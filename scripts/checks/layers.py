@@ -79,6 +79,7 @@ THIRD_PARTY = (
     (re.compile(r"^opencv2/"), ("estimator/frontend",)),
     (re.compile(r"^ceres/"), ("app/lab/calibrate",)),
     (re.compile(r"^boost/(asio|beast)"), ("app/view",)),
+    (re.compile(r"^lib(avcodec|avformat|avutil)/"), ("app/lab/convert",)),
     (re.compile(r"^sqlite3\.h$"), ("app/lab/convert",)),
     (re.compile(r"^(jpeglib|tiffio)\.h$"), ("drivers/replay_asl",)),
     (re.compile(r"^(zlib|bzlib|zstd|lz4frame)\.h$"), ("app/mcap",)),

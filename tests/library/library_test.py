@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
 """Installs the library, moves it elsewhere, and builds and runs docs/example with it: the estimator by itself, and the
-planner at the end of a replay's stream.
+planner at the end of a replay's stream; and configures the library alone.
 
 Usage: library_test.py --build FOLDER --facet PATH --work FOLDER --compiler PATH [--launcher PATH] --build-type TYPE
        --flags FLAGS
@@ -80,6 +80,18 @@ def check_planner(planner, facet, work):
     assert not socket.exists()
 
 
+def check_library_only(work, compiler):
+    """Without the program, nothing that only the program needs is looked for."""
+    build = work / "only"
+    program_only = ("PNG", "yaml-cpp", "CLI11", "nlohmann_json", "fmt", "Gpiod", "BZip2", "JPEG", "Lz4", "SQLite3",
+                    "TIFF", "ZLIB", "Zstd", "Catch2", "Ceres", "Libav", "OpenCVModules", "Python3")
+    run("cmake", "-S", ROOT, "-B", build, "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}", "-DFACET_LIBRARY_ONLY=ON",
+        *(f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in program_only))
+    targets = set(re.findall(r"^(facet\w*): phony$", run("cmake", "--build", build, "--target", "help"), re.MULTILINE))
+    assert {"facet_estimator", "facet_mesh", "facet_depth", "facet_planes", "facet_world_reader"} <= targets, targets
+    assert not {"facet", "facet_commands", "facet_replay_asl"} & targets, targets
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=Path, required=True)
@@ -105,6 +117,7 @@ def main():
     run("cmake", "--build", build)
     check_output(run(build / "facet_example"))
     check_planner(build / "facet_planner", arguments.facet, arguments.work)
+    check_library_only(arguments.work, arguments.compiler)
     return 0
 
 

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "tests/support/asl_folder.h"
 
+#include <jpeglib.h>
+#include <cstdio>  // jpeglib.h needs it before it
+
 #include <png.h>
 
+#include <cstdlib>
 #include <sstream>
 #include <stdexcept>
 
@@ -48,6 +52,32 @@ std::string encode_png(int width, int height, int channels, int bits, const std:
     }
     png_write_end(png, nullptr);
     png_destroy_write_struct(&png, &info);
+    return bytes;
+}
+
+std::string encode_jpeg(int width, int height, int channels, std::uint8_t value) {
+    jpeg_compress_struct info{};
+    jpeg_error_mgr errors{};
+    info.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&info);
+    unsigned char* memory = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&info, &memory, &size);
+    info.image_width = static_cast<JDIMENSION>(width);
+    info.image_height = static_cast<JDIMENSION>(height);
+    info.input_components = channels;
+    info.in_color_space = channels == 3 ? JCS_RGB : JCS_GRAYSCALE;
+    jpeg_set_defaults(&info);
+    jpeg_start_compress(&info, TRUE);
+    std::vector<std::uint8_t> row(static_cast<std::size_t>(channels * width), value);
+    for (int v = 0; v < height; ++v) {
+        JSAMPROW rows = row.data();
+        jpeg_write_scanlines(&info, &rows, 1);
+    }
+    jpeg_finish_compress(&info);
+    std::string bytes(reinterpret_cast<char*>(memory), size);
+    std::free(memory);
+    jpeg_destroy_compress(&info);
     return bytes;
 }
 

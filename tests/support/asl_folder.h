@@ -21,6 +21,9 @@ inline constexpr std::int64_t kAslImuStep = 5'000'000;                // 200 Hz
 /// @param bits      8 or 16; values are taken as they are
 std::string encode_png(int width, int height, int channels, int bits, const std::vector<std::uint16_t>& samples);
 
+/// Encodes an image of one value with libjpeg. @param channels  1 grey, 3 RGB
+std::string encode_jpeg(int width, int height, int channels, std::uint8_t value);
+
 /// Grey value of pixel (u, v) of frame k in the log below; differs between frames and cameras.
 std::uint8_t asl_pixel(int camera, int frame, int u, int v);
 

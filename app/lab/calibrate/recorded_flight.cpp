@@ -45,7 +45,8 @@ AslOptions log_options(const RecordingOptions& options) {
 /// Takes the log to the estimator and keeps its keyframes, a stretch at a time.
 class Recording {
 public:
-    explicit Recording(const RecordingOptions& options) : imu_model_(options.calibration.imu_model) {
+    explicit Recording(const RecordingOptions& options)
+        : imu_model_(options.calibration.imu_model), imu_limits_(options.config.imu_limits) {
         if (!ok(estimator_.configure(options.config, options.calibration.rig))) {
             throw InputError(fmt::format("calibration ({}): the estimator refuses these cameras or the parameters",
                                          options.calibration.source));
@@ -55,7 +56,7 @@ public:
 
     void add(const ImuSample& measured) {
         const ImuSample sample = imu_model_.corrected(measured);
-        if (ok(estimator_.add_imu(sample))) {
+        if (ok(estimator_.add_imu(sample, imu_limits_.clipped_axes(measured)))) {
             flight_.imu.push_back(sample);
         }
     }
@@ -90,6 +91,7 @@ private:
     }
 
     ImuModel imu_model_;
+    ImuLimits imu_limits_;
     Estimator estimator_;
     SightingRecorder recorder_;
     RecordedFlight flight_;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "app/lab/convert/grey_image.h"
+#include "drivers/replay_asl/image_decoder.h"
 
 namespace facet {
 namespace {
@@ -58,17 +59,27 @@ private:
             note_stamp(message, pose.stamp_ns, topic);
         }
     }
-    static void add_image(const BagMessage& message, TopicSurvey& topic) {
+    /// Of the first image that can be decoded.
+    void find_size(const RosImage& image, TopicSurvey& topic) {
+        if (topic.width == 0 && ok(decoder_.decode(image.data, 0, 0, grey_))) {
+            topic.width = static_cast<std::uint32_t>(grey_.width);
+            topic.height = static_cast<std::uint32_t>(grey_.height);
+        }
+    }
+    void add_image(const BagMessage& message, TopicSurvey& topic) {
         RosImage image;
         if (!read_message(message, image)) {
             return;
+        }
+        if (topic.kind == RosKind::kCompressedImage) {
+            find_size(image, topic);
         }
         topic.greatest_sample = std::max(topic.greatest_sample, greatest_wide_sample(image));
         if (topic.encoding.empty()) {
             topic.frame = frame_of(image.frame);
             topic.encoding = std::string(image.encoding.substr(0, 40));
-            topic.width = image.width;
-            topic.height = image.height;
+            topic.width = topic.width > 0 ? topic.width : image.width;
+            topic.height = topic.height > 0 ? topic.height : image.height;
         }
         note_stamp(message, image.stamp_ns, topic);
     }
@@ -94,6 +105,8 @@ private:
     }
 
     BagSurvey& survey_;
+    ImageDecoder decoder_;
+    GreyImage grey_;
     std::vector<RosTransform> transforms_;
 };
 

@@ -27,7 +27,7 @@ struct TopicSurvey {
     bool has_rates = false;        ///< inertial: some angular rate is not zero
     bool has_forces = false;       ///< inertial: some specific force is not zero
     unsigned greatest_sample = 0;  ///< images of 16 bits: of all
-    std::uint32_t width = 0;       ///< images that are not compressed (px)
+    std::uint32_t width = 0;       ///< of the first image (px)
     std::uint32_t height = 0;
     std::string encoding;
 

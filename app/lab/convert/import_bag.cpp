@@ -16,56 +16,31 @@
 #include "app/lab/convert/bag_calibration.h"
 #include "app/lab/convert/bag_survey.h"
 #include "app/lab/convert/grey_image.h"
+#include "app/lab/convert/log_table.h"
 #include "app/lab/convert/ros_messages.h"
-#include "app/lab/convert/sorted_rows.h"
 #include "app/lab/convert/split_imu.h"
 #include "app/lab/convert/topic_choice.h"
 #include "app/lab/convert/unpack_log.h"
 #include "app/mcap/bytes.h"
 #include "app/support/input_error.h"
-#include "app/support/png_writer.h"
-#include "app/support/text_file.h"
-#include "drivers/replay_asl/jpeg_decoder.h"
-#include "drivers/replay_asl/png_decoder.h"
+#include "drivers/replay_asl/image_decoder.h"
 
 namespace facet {
 namespace {
 
 constexpr std::string_view kPngBegin = "\x89PNG";
-constexpr std::string_view kJpegBegin = "\xFF\xD8\xFF";
-
-const char* header_of(LogTable table) {
-    switch (table) {
-        case LogTable::kImu:
-            return "#timestamp [ns],w_x [rad s^-1],w_y [rad s^-1],w_z [rad s^-1],a_x [m s^-2],a_y [m s^-2],"
-                   "a_z [m s^-2]\n";
-        case LogTable::kTruth: return "#timestamp [ns],p_x [m],p_y [m],p_z [m],q_w [],q_x [],q_y [],q_z []\n";
-        default: return "#timestamp [ns],filename\n";
-    }
-}
-
-/// A table that is being written.
-struct Table {
-    Table(const std::string& folder, LogTable which)
-        : kind(which),
-          file(folder + "/data.csv"),
-          images(folder + "/data/"),
-          rows(kSorted, [this](auto stamp, auto& row) { file.print("{},{}\n", stamp, row); }) {
-        file.write(header_of(which));
-    }
-
-    LogTable kind;
-    TextFile file;
-    std::string images;  ///< folder of them
-    SortedRows rows;
-    bool is_warned = false;
-};
 
 /// What the survey has decided.
 struct ImportPlan {
     ChosenTopics topics;
     unsigned bits = 16;
     std::int64_t inertial_shift_ns = 0;
+};
+
+/// A table, and whether something of its topic had to be left out.
+struct Table : LogTableFile {
+    using LogTableFile::LogTableFile;
+    bool is_warned = false;
 };
 
 class Importer {
@@ -80,9 +55,7 @@ public:
             if (account_.topics[static_cast<std::size_t>(kind)].empty() && !is_other_half) {
                 continue;
             }
-            const std::string folder = root() + "/" + names_of(kind).folder;
-            make_folder(is_camera(kind) ? folder + "/data" : folder);
-            tables_.push_back(std::make_unique<Table>(folder, kind));
+            tables_.push_back(std::make_unique<Table>(root(), kind));
         }
     }
 
@@ -108,7 +81,7 @@ private:
     const ImportOptions& options_;
     const ImportPlan& plan_;
     std::vector<std::unique_ptr<Table>> tables_;
-    PngDecoder png_;
+    ImageDecoder decoder_;
     GreyImage grey_;
     GreyImage half_;
     SplitImu split_imu_;
@@ -119,27 +92,27 @@ void Importer::keep_calibration_of(const BagSurvey& survey) {
     if (options_.cameras.empty() && !options_.imu.empty()) {
         throw InputError("--imu-calibration: needs --calibration with the cameras' file");
     }
+    if (!options_.cameras.empty()) {
+        const TopicSurvey& left = survey.topics.at(account_.topics[static_cast<std::size_t>(LogTable::kLeft)]);
+        const int abreast = options_.is_side_by_side ? 2 : 1;
+        const ImageExtent images{static_cast<int>(left.width) / abreast, static_cast<int>(left.height)};
+        account_.remarks = give_calibration(options_.cameras, options_.imu, images, has_right(), root());
+        account_.has_calibration = true;
+        return;
+    }
     Calibration calibration;
-    if (options_.cameras.empty()) {
-        try {
-            const std::optional<Calibration> own = calibration_of_bag(survey, plan_.topics, account_.calibration_lack);
-            if (!own.has_value() || options_.is_side_by_side) {
-                return;
-            }
-            calibration = *own;
-            account_.is_own_calibration = true;
-        } catch (const InputError& e) {  // it is there and of no use, which does not make the log so
-            account_.calibration_lack = e.what();
+    try {
+        const std::optional<Calibration> own = calibration_of_bag(survey, plan_.topics, account_.calibration_lack);
+        if (!own.has_value() || options_.is_side_by_side) {
             return;
         }
-    } else {
-        calibration = load_calibration(options_.cameras, options_.cameras, options_.imu);
+        calibration = *own;
+        account_.is_own_calibration = true;
+    } catch (const InputError& e) {  // it is there and of no use, which does not make the log so
+        account_.calibration_lack = e.what();
+        return;
     }
-    if (calibration.rig.has_right != has_right()) {
-        throw InputError(fmt::format("{}: is a calibration of {}, but the log gets {}", options_.cameras,
-                                     calibration.rig.has_right ? "two cameras" : "one camera",
-                                     has_right() ? "two" : "one"));
-    }
+    check_cameras(calibration, options_.bag, has_right());
     keep_calibration(calibration, root());
     account_.remarks = calibration.remarks;
     account_.has_calibration = true;
@@ -150,17 +123,14 @@ std::string Importer::add_row(Table& table, std::int64_t stamp_ns, const std::st
     if (stamp_ns <= 0) {
         return "has no stamp";
     }
-    return table.rows.add(stamp_ns, row) ? "" : "has a stamp that was there before, or is far out of order";
+    return table.add(stamp_ns, row) ? "" : "has a stamp that was there before, or is far out of order";
 }
 
 std::string Importer::read_grey(const RosImage& image, bool is_compressed) {
     if (!is_compressed) {
         return to_grey(image, plan_.bits, grey_);
     }
-    if (text_of(image.data).starts_with(kPngBegin)) {
-        return ok(png_.decode(image.data, 0, 0, grey_)) ? "" : "damaged PNG: " + png_.error();
-    }
-    return text_of(image.data).starts_with(kJpegBegin) ? read_jpeg(image.data, grey_) : "is neither PNG nor JPEG";
+    return ok(decoder_.decode(image.data, 0, 0, grey_)) ? "" : decoder_.error();
 }
 
 std::string Importer::write_image_file(const RosImage& image, bool is_compressed, const std::string& path) {
@@ -169,8 +139,8 @@ std::string Importer::write_image_file(const RosImage& image, bool is_compressed
         return "";
     }
     std::string problem = read_grey(image, is_compressed);
-    if (problem.empty() && !ok(write_png(path, grey_.view()))) {
-        throw InputError(path + ": cannot be written");
+    if (problem.empty()) {
+        write_grey_png(path, grey_);
     }
     return problem;
 }
@@ -185,7 +155,7 @@ std::string Importer::add_image(const BagMessage& message, Table& table) {
         return problem;
     }
     // A row whose image could not be made stays: the log lacks an image then, which its reader says.
-    return write_image_file(image, kind_of(message.topic->type) == RosKind::kCompressedImage, table.images + name);
+    return write_image_file(image, kind_of(message.topic->type) == RosKind::kCompressedImage, table.images() + name);
 }
 
 /// Both images of one message.
@@ -206,17 +176,9 @@ std::string Importer::add_halves(const BagMessage& message, Table& left, Table& 
     if (grey_.width % 2 != 0) {
         return "has an odd width: it does not hold two images";
     }
-    const int width = grey_.width / 2;
     for (const bool is_left : {true, false}) {
-        half_.resize(width, grey_.height);
-        for (int v = 0; v < grey_.height; ++v) {
-            const auto row = grey_.pixels.begin() + std::ptrdiff_t{v} * grey_.width + (is_left ? 0 : width);
-            std::copy(row, row + width, half_.pixels.begin() + std::ptrdiff_t{v} * width);
-        }
-        const std::string path = (is_left ? left : right).images + name;
-        if (!ok(write_png(path, half_.view()))) {
-            throw InputError(path + ": cannot be written");
-        }
+        take_half(grey_, is_left, half_);
+        write_grey_png((is_left ? left : right).images() + name, half_);
     }
     return "";
 }
@@ -268,7 +230,7 @@ std::string Importer::add_pose(const BagMessage& message, Table& table) {
 
 void Importer::add(const BagMessage& message, Table& table) {
     const bool is_split = !account_.accelerometer.empty();
-    switch (table.kind) {
+    switch (table.kind()) {
         case LogTable::kImu:
             note(message,
                  is_split ? add_half_imu(message, message.topic->name != account_.accelerometer)
@@ -281,7 +243,7 @@ void Importer::add(const BagMessage& message, Table& table) {
 }
 
 void Importer::note(const BagMessage& message, const std::string& problem, Table& table) {
-    const auto number = static_cast<std::size_t>(table.kind);
+    const auto number = static_cast<std::size_t>(table.kind());
     ++(problem.empty() ? account_.rows : account_.left_out)[number];
     if (!problem.empty() && !table.is_warned) {
         table.is_warned = true;
@@ -299,20 +261,20 @@ ImportAccount Importer::run(const std::atomic<bool>& stop) {
     for (BagMessage message; !stop.load() && bag->next(message);) {
         for (const std::unique_ptr<Table>& table : tables_) {
             const std::string& name = message.topic->name;
-            const bool is_its = name == account_.topics[static_cast<std::size_t>(table->kind)];
-            if (is_its && options_.is_side_by_side && table->kind == LogTable::kLeft) {
+            const bool is_its = name == account_.topics[static_cast<std::size_t>(table->kind())];
+            if (is_its && options_.is_side_by_side && table->kind() == LogTable::kLeft) {
                 note(message, add_halves(message, *table, *tables_[kRight]), *table);
-            } else if (is_its || (table->kind == LogTable::kImu && name == account_.accelerometer && !name.empty())) {
+            } else if (is_its || (table->kind() == LogTable::kImu && name == account_.accelerometer && !name.empty())) {
                 add(message, *table);
             }
         }
         options_.progress(0.5 + 0.5 * bag->share());
     }
     if (!account_.accelerometer.empty()) {
-        const auto table = std::ranges::find(tables_, LogTable::kImu, [](const auto& t) { return t->kind; });
+        const auto table = std::ranges::find(tables_, LogTable::kImu, [](const auto& t) { return t->kind(); });
         account_.rows[kImu] = 0;
         account_.left_out[kImu] += split_imu_.finish([&](std::int64_t stamp_ns, const std::array<double, 6>& values) {
-            (*table)->file.print("{},{}\n", stamp_ns, fmt::join(values, ","));
+            (*table)->add_next(stamp_ns, values);
             ++account_.rows[kImu];
         });
     }
@@ -320,8 +282,7 @@ ImportAccount Importer::run(const std::atomic<bool>& stop) {
         account_.rows[kRight] = account_.rows[static_cast<std::size_t>(LogTable::kLeft)];
     }
     for (const std::unique_ptr<Table>& table : tables_) {
-        table->rows.finish();
-        table->file.close();
+        table->close();
     }
     return account_;
 }
@@ -350,11 +311,7 @@ std::int64_t inertial_shift_ns(const ImportOptions& options, const BagSurvey& su
         return 0;
     }
     if (!options.align_clocks) {
-        const auto s = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
-        throw InputError(fmt::format(
-            "{}: images run from {:.3f} to {:.3f} s and inertial samples from {:.3f} to {:.3f} s: their clocks differ, "
-            "or they were not recorded together; --align-clocks shifts the inertial samples to the images",
-            options.bag, s(images.first_ns), s(images.last_ns), s(imu.first_ns), s(imu.last_ns)));
+        throw InputError(no_common_time_text(options.bag, images.first_ns, images.last_ns, imu.first_ns, imu.last_ns));
     }
     // Both were recorded by one clock, if by that they overlap; the quickest message has the least of its delay.
     const std::int64_t by_recorder = imu.least_delay_ns - images.least_delay_ns;

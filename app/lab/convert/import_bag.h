@@ -51,7 +51,4 @@ struct ImportAccount {
 /// in common; if the calibration cannot be used; or if a file cannot be written.
 ImportAccount import_bag(const ImportOptions& options, const std::atomic<bool>& stop);
 
-/// Rows that are held back to be put in order.
-inline constexpr std::size_t kSorted = 512;
-
 }  // namespace facet

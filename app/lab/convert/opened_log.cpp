@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/lab/convert/bag.h"
+#include "app/lab/convert/import_files.h"
 #include "app/lab/convert/mcap_log.h"
 #include "app/lab/convert/unpack_log.h"
 #include "app/support/input_error.h"
@@ -71,20 +72,45 @@ std::string first_log_below(const std::string& path) {
     return first;
 }
 
+/// "X_log" beside X.
+std::string log_beside(const std::string& path) {
+    const fs::path whole = fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path();
+    return whole.stem().string() + "_log";
+}
+
+[[noreturn]] void refuse_images(const std::string& path) {
+    const std::string log = log_beside(path);
+    throw InputError(path +
+                     ": holds images, of which facet convert makes a log together with a table of inertial "
+                     "samples: facet convert " +
+                     path + " " + log +
+                     " --imu imu.csv (--right FILE for the other "
+                     "camera) && facet replay " +
+                     log + " --out result");
+}
+
 /// What is no log says what it is instead, and what to type.
 [[noreturn]] void refuse(const std::string& path) {
     if (is_bag(path)) {
-        const fs::path whole = fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path();
-        const std::string log = whole.stem().string() + "_log";
+        const std::string log = log_beside(path);
         throw InputError(path + ": is a bag, of which facet convert makes a log: facet convert " + path + " " + log +
                          " && facet replay " + log + " --out result");
     }
     std::error_code ignored;
     if (!fs::is_directory(path, ignored)) {
+        if (fs::exists(path, ignored) && is_image_source(path)) {
+            refuse_images(path);
+        }
         throw InputError(path + ": is no log: neither a folder, nor an MCAP file of one, nor a bag of ROS");
     }
     if (const std::string below = first_log_below(path); !below.empty()) {
         throw InputError(path + ": is no log but holds some: " + below + " is one");
+    }
+    if (is_image_source(path)) {
+        refuse_images(path);
+    }
+    if (const std::string inner = image_source_in(path); !inner.empty()) {
+        refuse_images(inner);
     }
     throw InputError(path +
                      ": is no log: it has neither cam0/data.csv nor mav0/cam0/data.csv (docs/use.md, Your own data)");
@@ -145,6 +171,26 @@ void OpenedLog::extract(const std::string& path, const McapFile::Warn& warn) {
     }
     root_ = AslDataset::find_root(folder);
     files_ = std::move(files);
+}
+
+ImageExtent extent_of_images(const std::string& path, LogFiles* files) {
+    AslDataset log;
+    AslOptions options;
+    options.files = files;
+    options.left_only = true;
+    std::string ignored;
+    if (!ok(log.open(path, options, nullptr, ignored))) {
+        return {};
+    }
+    ImuSample imu;
+    StereoFrame frame;
+    for (;;) {
+        switch (log.next(imu, frame)) {
+            case AslDataset::Event::kFrame: return {frame.left.width, frame.left.height};
+            case AslDataset::Event::kEnd: return {};
+            default: break;
+        }
+    }
 }
 
 }  // namespace facet

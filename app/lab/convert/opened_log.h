@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "app/calibration/calibration.h"
 #include "app/lab/mcap/mcap_file.h"
 #include "drivers/replay_asl/log_files.h"
 
@@ -36,5 +37,9 @@ private:
     std::string folder_;
     std::string root_;
 };
+
+/// Size of the first left image of a log that can be read; zero if none can, or it is no log.
+/// @param files  as OpenedLog has them
+ImageExtent extent_of_images(const std::string& path, LogFiles* files);
 
 }  // namespace facet

@@ -354,6 +354,37 @@ TEST_CASE("VINS-Fusion: a configuration and the lenses that it names") {
           std::string::npos);
 }
 
+TEST_CASE("older forms: VINS-Mono's one file, ORB-SLAM3's Tlr, CRLF, a byte order mark, comments first") {
+    const test::TempDir dir;
+    const std::string vins =
+        "\xEF\xBB\xBF# a comment\r\n%YAML:1.0\r\n---\r\nextrinsicTranslation: " +
+        std::string("!!opencv-matrix\r\n   rows: 3\r\n   cols: 1\r\n   dt: d\r\n   data: [0.05, 0, 0]\r\n") +
+        "extrinsicRotation: !!opencv-matrix\r\n   data: [0, 0, 1, -1, 0, 0, 0, -1, 0]\r\n   rows: 3\r\n   cols: 3\r\n"
+        "projection_parameters:\r\n   cy: 239.0\r\n   cx: 319.0\r\n   fx: 400.0\r\n   fy: 401.0\r\n"
+        "distortion_parameters:\r\n   k1: -0.28\r\n   k2: 0.07\r\n   p1: 0.0002\r\n   p2: 0.00001\r\n"
+        "model_type: PINHOLE\r\nimage_width: 640\r\nimage_height: 480\r\n";
+    const Calibration mono = load_calibration(dir.path(), dir.write("euroc_config.yaml", vins), "");
+    CHECK_FALSE(mono.rig.has_right);
+    check_radtan(mono.rig.left);
+    CHECK((mono.rig.T_B_C0 * Eigen::Vector3d(0.1, 0.2, 1.0) - Eigen::Vector3d(1.05, -0.1, -0.2)).norm() < 1e-9);
+    const std::string unplaced = dir.write("unplaced.yaml", replaced(vins, "extrinsicTranslation", "other"));
+    CHECK(input_error_text([&] { load_calibration(dir.path(), unplaced, ""); }).find("without body_T_cam0") !=
+          std::string::npos);
+    std::string orb =
+        "%YAML:1.0\nCamera.type: \"KannalaBrandt8\"\nCamera.width: 640\nCamera.height: 480\nCamera.bf: 19.3\n";
+    for (const char* prefix : {"Camera.", "Camera2."}) {
+        for (const char* field : {"fx: 400.0", "fy: 401.0", "cx: 319.0", "cy: 239.0", "k1: 0.003", "k2: 0.0007"}) {
+            orb += std::string(prefix) + field + "\n";
+        }
+    }
+    orb += "Tbc: " + opencv(kImuCam0) +
+           "Tlr: !!opencv-matrix\n   rows: 3\n   cols: 4\n   dt: f\n   data: [1, 0, 0, 0.1, 0, 1, 0, 0, 0, 0, 1, 0]\n";
+    check_rig(load_calibration(dir.path(), dir.write("TUM_512.yaml", orb), ""));
+    const std::string lost = dir.write("lost.yaml", replaced(orb, "Tlr", "other"));
+    CHECK(input_error_text([&] { load_calibration(dir.path(), lost, ""); }).find("Stereo.T_c1_c2: missing") !=
+          std::string::npos);
+}
+
 TEST_CASE("OKVIS2: cameras with T_SC, and the IMU's figures without a rate") {
     const test::TempDir dir;
     const auto camera = [](const char* T) {
@@ -407,7 +438,7 @@ TEST_CASE("a file that is no calibration of cameras against an IMU says what it 
                "left.yaml:1: is the lens of one camera as ROS's camera_info has it: it "
                "does not say where the camera sits against the IMU"));
     CHECK(says(complaint("stereo.yaml", "M1: 1\nD1: 2\nR: 3\n"), "is a stereo calibration of OpenCV: it does not say"));
-    CHECK(says(complaint("oak.json", "{\"cameraData\": []}"), "is the calibration of an OAK camera"));
+    CHECK(says(complaint("oak.json", "{\"cameraData\": []}"), "cameraData: none of the cameras is calibrated"));
     CHECK(says(complaint("imu.yaml", kNoise), "is the calibration of an IMU: give it as --imu-calibration"));
     CHECK(says(complaint("sensor.yaml", test::asl_camera_yaml(0)), "is a sensor.yaml of one camera: give the folder"));
     CHECK(says(complaint("params.yaml", "frontend:\n  a: 1\nwindow:\n  b: 2\n"),

@@ -340,6 +340,36 @@ TEST_CASE("a log without sensor.yaml is replayed and checked with a calibration 
     CHECK(run(dir, "check-calibration " + dir.path() + chain).code != 2);
 }
 
+TEST_CASE("lists of images become a log that is replayed, under the first argument or --video") {
+    const test::TempDir dir;
+    write_uncalibrated(dir);
+    const std::string imu = dir.file("mav0/imu0/data.csv");
+    const std::string left = dir.file("mav0/cam0/data.csv");
+    const std::string right = dir.file("mav0/cam1/data.csv");
+    const std::string cameras = " --calibration " + dir.file("kalibr/camchain-imucam.yaml") + " --imu-calibration " +
+                                dir.file("kalibr/imu.yaml");
+    const Outcome made = run(
+        dir, "convert " + left + " " + dir.file("log") + " --right " + right + " --imu " + imu + cameras + " --quiet");
+    CHECK(made.err == "");
+    CHECK(made.code == 0);
+    CHECK(contains(made.out, "left         " + left + ": "));
+    CHECK(contains(made.out, "calibration  as given"));
+    const Outcome flown =
+        run(dir, "replay " + dir.file("log") + " --quiet --min-coverage 0 --out " + dir.file("result"));
+    CHECK(flown.code != 2);
+    CHECK(run(dir, "convert " + left + " " + dir.file("no")).code == 2);
+    CHECK(contains(run(dir, "convert " + left + " " + dir.file("no")).err, "--imu FILE"));
+    CHECK(contains(run(dir, "convert " + imu + " " + dir.file("no") + " --imu " + imu).err,
+                   "has no column with names of image files"));
+    CHECK(run(dir, "convert --video " + left + " --video " + right + " " + dir.file("video") + " --imu " + imu).code ==
+          0);
+    CHECK(contains(run(dir, "convert " + dir.file("mav0/cam0") + " " + dir.file("no")).err,
+                   "is no log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv; " +
+                       dir.file("mav0/cam0/data") + " can be converted, with --imu FILE"));
+    CHECK(contains(run(dir, "convert --video " + left).err, "both are needed"));
+    CHECK(contains(run(dir, "convert " + left + " " + dir.file("no") + " --left /cam0").err, "--left: names a topic"));
+}
+
 TEST_CASE("calibration says what a file holds, and writes it for others") {
     const test::TempDir dir;
     write_uncalibrated(dir);

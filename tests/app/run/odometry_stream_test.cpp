@@ -198,5 +198,18 @@ TEST_CASE("carrying on and sending use no heap") {
     CHECK(odometry.stamp == Timestamp{55'000'000});
 }
 
+TEST_CASE("the angular rate is that of an ideal IMU, its bias taken off") {
+    ProgramConfig config;
+    config.imu_model =
+        ImuModel(Eigen::Matrix3d::Identity(), 2.0 * Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero());
+    const auto stream = std::make_unique<OdometryStream>(config, VehicleOdometry{200.0, 0.0, {}});
+    Odometry odometry;
+    FrameOutcome outcome = frame_at(0);
+    stream->add_imu(sample_at(0), odometry);
+    stream->add_frame(outcome, odometry);
+    REQUIRE(stream->add_imu(sample_at(kImuStep_ns), odometry));
+    CHECK(odometry.w_B.z() == Approx(0.05 - 0.1));  // reads 0.1, which is 0.05
+}
+
 }  // namespace
 }  // namespace facet

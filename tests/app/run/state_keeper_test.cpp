@@ -33,6 +33,24 @@ KeptState some_state() {
     return s;
 }
 
+TEST_CASE("a state of another lens or another model of the IMU does not count") {
+    const test::TempDir dir;
+    const Calibration given = calibration_of(400.0);
+    StateKeeper keeper(dir.path(), given, "boot-1");
+    REQUIRE(keeper.keep(some_state(), Timestamp{5'000'000'000}).empty());
+    Calibration lens = given;
+    CameraIntrinsics k = lens.rig.right.intrinsics();
+    k.more[3] = 1e-6;
+    lens.rig.right = CameraModel(k);
+    Calibration imu = given;
+    imu.imu_model = ImuModel(1.001 * Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero());
+    for (const Calibration& other : {lens, imu}) {
+        std::string refusal;
+        CHECK_FALSE(StateKeeper(dir.path(), other, "boot-1").load(Timestamp{5'100'000'000}, refusal));
+        CHECK(refusal.find("of another calibration") != std::string::npos);
+    }
+}
+
 constexpr Timestamp kNow{5'000'000'000};
 
 TEST_CASE("a state that is kept is found again, to the last bit but for the calibration's rounding") {

@@ -2,9 +2,7 @@
 // Image files of several formats, told by how they begin.
 #include "drivers/replay_asl/image_decoder.h"
 
-#include <jpeglib.h>
 #include <tiffio.h>
-#include <cstdio>  // jpeglib.h needs it before it
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -20,32 +18,6 @@ namespace {
 
 constexpr int kWidth = 20;
 constexpr int kHeight = 10;
-
-std::string jpeg_of(int width, int height, std::uint8_t grey) {
-    jpeg_compress_struct info{};
-    jpeg_error_mgr errors{};
-    info.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&info);
-    unsigned char* memory = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&info, &memory, &size);
-    info.image_width = static_cast<JDIMENSION>(width);
-    info.image_height = static_cast<JDIMENSION>(height);
-    info.input_components = 1;
-    info.in_color_space = JCS_GRAYSCALE;
-    jpeg_set_defaults(&info);
-    jpeg_start_compress(&info, TRUE);
-    std::vector<std::uint8_t> row(static_cast<std::size_t>(width), grey);
-    for (int v = 0; v < height; ++v) {
-        JSAMPROW rows = row.data();
-        jpeg_write_scanlines(&info, &rows, 1);
-    }
-    jpeg_finish_compress(&info);
-    std::string bytes(reinterpret_cast<char*>(memory), size);
-    std::free(memory);
-    jpeg_destroy_compress(&info);
-    return bytes;
-}
 
 /// @param channels  1 or 3; samples of 8 bits are `grey`, of 16 bits 257 times that
 std::string tiff_of(const test::TempDir& dir, std::uint16_t channels, std::uint16_t bits, std::uint16_t compression,
@@ -82,7 +54,7 @@ TEST_CASE("PNG, JPEG, PGM, PPM and TIFF become grey, whatever the file is called
     const test::TempDir dir;
     const std::string images[] = {
         png_of(),
-        jpeg_of(kWidth, kHeight, 140),
+        test::encode_jpeg(kWidth, kHeight, 1, 140),
         pgm_of("P5\n# a camera\n20 10\n255\n", 200, 140),
         pgm_of("P5 20 10 65535\n", 400, 140),
         pgm_of("P5 20 10 65535 ", 400, 140),
@@ -106,6 +78,13 @@ TEST_CASE("PNG, JPEG, PGM, PPM and TIFF become grey, whatever the file is called
         }
         CHECK(decoder.decode(path, kWidth + 1, kHeight, image) == Status::kInvalidArgument);
         CHECK(decoder.error() == "size is 20x10, not 21x10");
+        CHECK(image.pixels.empty());
+        // The header is enough for that: nothing is decoded.
+        if (!bytes.starts_with("II")) {  // libtiff's directory is at the end
+            dir.write("image.png", bytes.substr(0, bytes.size() - 4));
+            CHECK(decoder.decode(path, kWidth, kHeight + 1, image) == Status::kInvalidArgument);
+            CHECK(decoder.error() == "size is 20x10, not 20x11");
+        }
         // Cut off anywhere it is refused, and nothing else happens.
         for (const std::size_t size : {bytes.size() - 40, bytes.size() / 2, std::size_t{12}, std::size_t{5}}) {
             dir.write("image.png", bytes.substr(0, size));
@@ -134,7 +113,7 @@ TEST_CASE("what is no image says so, and not that it is a damaged PNG") {
 TEST_CASE("a log's images are read where they lie, whatever their format") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 4);
-    const std::string jpeg = jpeg_of(test::kAslWidth, test::kAslHeight, 90);
+    const std::string jpeg = test::encode_jpeg(test::kAslWidth, test::kAslHeight, 1, 90);
     for (const int camera : {0, 1}) {
         const std::string folder = "mav0/cam" + std::to_string(camera);
         std::filesystem::remove_all(dir.file(folder + "/data"));

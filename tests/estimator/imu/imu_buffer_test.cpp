@@ -234,6 +234,18 @@ TEST_CASE("an axis is clipped from 90 % of its range on, at both ends") {
     CHECK(clipped(-50.0, -1e4) == std::array<int, 2>{1, 1});
 }
 
+TEST_CASE("of a corrected sample the axes count that were clipped as read") {
+    auto buffer = std::make_unique<ImuBuffer>();
+    const ImuLimits limits;
+    const double beyond = 1.2 * limits.accel_range_m_per_s2;
+    CHECK(ok(buffer->push({{5'000'000}, {}, {beyond, 0.0, 9.8}}, 0)));
+    CHECK(buffer->counters().clipped_accel == 0);
+    CHECK(ok(buffer->push({{10'000'000}, {}, {0.5 * beyond, 0.0, 9.8}}, 0x08)));
+    CHECK(buffer->counters().clipped_accel == 1);
+    CHECK(ok(buffer->push({{15'000'000}, {}, {beyond, 0.0, 9.8}})));
+    CHECK(buffer->counters().clipped_accel == 2);
+}
+
 TEST_CASE("a clipped axis is bridged between its good neighbours, the others are kept") {
     // GIVEN a linear signal whose forces along x read full scale for three samples
     const ImuLimits limits;

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/lab/convert/grey_image.h"
 
-#include <jpeglib.h>
-#include <cstdio>  // jpeglib.h needs it before it
-
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
 #include "drivers/replay_asl/jpeg_decoder.h"
+#include "tests/support/asl_folder.h"
 
 using namespace facet;
 
@@ -30,32 +28,6 @@ Bytes grey_of(const RosImage& image) {
     GreyImage grey;
     REQUIRE(to_grey(image, 16, grey).empty());
     return grey.pixels;
-}
-
-Bytes jpeg_of(int width, int height, std::uint8_t value, bool is_colour) {
-    jpeg_compress_struct info{};
-    jpeg_error_mgr errors{};
-    info.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&info);
-    unsigned char* memory = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&info, &memory, &size);
-    info.image_width = static_cast<JDIMENSION>(width);
-    info.image_height = static_cast<JDIMENSION>(height);
-    info.input_components = is_colour ? 3 : 1;
-    info.in_color_space = is_colour ? JCS_RGB : JCS_GRAYSCALE;
-    jpeg_set_defaults(&info);
-    jpeg_start_compress(&info, TRUE);
-    Bytes row(static_cast<std::size_t>(3 * width), value);
-    for (int v = 0; v < height; ++v) {
-        JSAMPROW rows = row.data();
-        jpeg_write_scanlines(&info, &rows, 1);
-    }
-    jpeg_finish_compress(&info);
-    Bytes bytes(memory, memory + size);
-    std::free(memory);
-    jpeg_destroy_compress(&info);
-    return bytes;
 }
 
 }  // namespace
@@ -131,18 +103,26 @@ TEST_CASE("images that are not what they say are refused with a reason") {
 }
 
 TEST_CASE("JPEG images are decoded, damaged ones refused") {
-    const bool is_colour = GENERATE(true, false);
-    Bytes bytes = jpeg_of(20, 10, 140, is_colour);
+    const int channels = GENERATE(3, 1);
+    std::string bytes = test::encode_jpeg(20, 10, channels, 140);
     GreyImage grey;
-    REQUIRE(read_jpeg(bytes, grey).empty());
+    std::string error;
+    const auto read = [&](std::string_view text) {
+        return read_jpeg({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, {}, grey, error);
+    };
+    REQUIRE(ok(read(bytes)));
     CHECK(grey.width == 20);
     CHECK(grey.height == 10);
     for (const std::uint8_t pixel : grey.pixels) {
         CHECK(std::abs(pixel - 140) <= 1);
     }
-    CHECK(read_jpeg(std::span(bytes).first(20), grey).find("damaged JPEG") != std::string::npos);
-    CHECK(read_jpeg({}, grey).find("damaged JPEG") != std::string::npos);
-    CHECK(read_jpeg(std::span(bytes).first(bytes.size() - 8), grey).find("damaged JPEG") != std::string::npos);
+    const std::string_view whole = bytes;
+    for (const std::string_view damaged :
+         {whole.substr(0, 20), std::string_view{}, whole.substr(0, whole.size() - 8)}) {
+        CHECK(read(damaged) == Status::kCorrupt);
+        CHECK(error.find("damaged JPEG") != std::string::npos);
+    }
     bytes[3] = 0;
-    CHECK(read_jpeg(bytes, grey).find("damaged JPEG") != std::string::npos);
+    CHECK(read(bytes) == Status::kCorrupt);
+    CHECK(error.find("damaged JPEG") != std::string::npos);
 }

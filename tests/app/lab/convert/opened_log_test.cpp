@@ -128,6 +128,26 @@ TEST_CASE("small files lie in a folder that goes with the object") {
     CHECK_FALSE(fs::exists(folder));
 }
 
+TEST_CASE("images say the command that makes a log of them, and a log the size of its own") {
+    const test::TempDir dir;
+    const auto open = [&](const std::string& path) {
+        return test::input_error_text([&] { OpenedLog(path, [](const std::string&) {}); });
+    };
+    const std::string list = dir.write("rgb.txt", "# timestamp filename\n1.0 rgb/1.png\n");
+    CHECK(open(list).find("facet convert " + list + " rgb_log --imu imu.csv") != std::string::npos);
+    dir.write("shots/1.jpg", test::encode_jpeg(20, 10, 1, 90));
+    CHECK(open(dir.file("shots")).find("shots: holds images, of which facet convert makes a log") != std::string::npos);
+    CHECK(extent_of_images(dir.file("shots"), nullptr) == ImageExtent{});
+    dir.write("desk/rgb.txt", "# timestamp filename\n1.0 rgb/1.png\n");
+    CHECK(open(dir.file("desk")).find("facet convert " + dir.file("desk/rgb.txt") + " rgb_log") != std::string::npos);
+    test::write_asl_folder(dir, 3);
+    std::filesystem::remove(dir.file("mav0/cam0/data/" + std::to_string(test::kAslBegin) + ".png"));
+    CHECK(extent_of_images(dir.path(), nullptr) == ImageExtent{test::kAslWidth, test::kAslHeight});
+    pack(dir.path(), dir.file("log.mcap"));
+    const OpenedLog packed(dir.file("log.mcap"), [](const std::string&) {});
+    CHECK(extent_of_images(dir.file("log.mcap"), packed.files()) == ImageExtent{test::kAslWidth, test::kAslHeight});
+}
+
 TEST_CASE("what is no log is refused in one line") {
     const test::TempDir dir;
     const auto open = [&](const std::string& path) {

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "app/lab/replay/calibration_log.h"
+#include "drivers/replay_asl/csv_file.h"
 #include "tests/support/asl_folder.h"
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
@@ -281,6 +282,33 @@ TEST_CASE("an IMU's scale and misalignment are taken out of its samples") {
     scaled.out = dir.file("dropped");
     run_replay(scaled, std::atomic<bool>{false});
     CHECK(test::read_file(dir.file("dropped/health.csv")) != test::read_file(dir.file("plain/health.csv")));
+}
+
+TEST_CASE("a reading is clipped by what the sensor gave, not by what is made of it") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, kFrames);  // 9.81 m/s^2 upwards
+    const auto clipped = [&](const char* out, double scale, double range) {
+        ReplayOptions options = options_for(dir, out);
+        options.config.imu_model =
+            ImuModel(scale * Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero());
+        options.config.imu_limits.accel_range_m_per_s2 = range;
+        run_replay(options, std::atomic<bool>{false});
+        CsvFile health;
+        REQUIRE(health.open(dir.file(std::string(out) + "/health.csv"),
+                            std::make_unique<std::istringstream>(
+                                test::read_file(dir.file(std::string(out) + "/health.csv")).substr(1))));
+        std::vector<std::string_view> fields;
+        REQUIRE(health.next(fields));
+        const auto column = std::find(fields.begin(), fields.end(), "imu_clipped") - fields.begin();
+        std::string last;
+        while (health.next(fields)) {
+            last = std::string(fields.at(static_cast<std::size_t>(column)));
+        }
+        return last != "0";
+    };
+    CHECK_FALSE(clipped("a", 1.0, 12.0));
+    CHECK_FALSE(clipped("b", 0.8, 12.0));  // stands for 12.3 m/s^2
+    CHECK(clipped("c", 1.25, 10.0));       // stands for 7.8 m/s^2
 }
 
 }  // namespace
