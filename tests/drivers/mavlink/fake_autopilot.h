@@ -33,6 +33,22 @@ struct Autopilot {
     std::int64_t time_ns(Timestamp own) const { return std::llround((own.seconds() - boot_s) * (1.0 + drift) * 1e9); }
 };
 
+/// HIGHRES_IMU with these values in the message's own axes.
+inline MavlinkPayload highres(std::uint64_t time_us, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro,
+                              std::uint16_t fields = 0x3F, std::uint8_t id = 0) {
+    MavlinkPayload payload;
+    MavlinkWriter out(payload);
+    out.put(time_us);
+    out.put_vector(accel);
+    out.put_vector(gyro);
+    for (int i = 0; i < 7; ++i) {
+        out.put_float(40.0 + i);
+    }
+    out.put(fields);
+    out.put(id);
+    return payload;
+}
+
 /// A datagram socket, or a serial line if `is_serial`, with the controller at its other end.
 class AutopilotKernel final : public FakeKernel {
 public:
@@ -43,6 +59,7 @@ public:
     int opened = 0;
     std::vector<MavCommand> commands;  ///< that were received
     int poses = 0;                     ///< ODOMETRY that was received
+    Duration sends_every;              ///< HIGHRES_IMU of a vehicle at rest, while somebody waits; zero: not
     bool is_deaf = false;              ///< what is written is not looked at: no heap
 
     int socket(int, int, int) override { return open_port(); }
@@ -79,7 +96,15 @@ public:
         if (!arriving_.empty()) {
             until = std::min(until, std::max(arriving_.begin()->first, clock_.now()));
         }
+        if (sends_every.ns > 0) {
+            until = std::min(until, std::max(next_reading_, clock_.now()));
+        }
         clock_.sleep_until(until);
+        if (sends_every.ns > 0 && clock_.now() >= next_reading_) {
+            const auto now_us = static_cast<std::uint64_t>(autopilot.time_ns(clock_.now()) / 1000);
+            say(highres(now_us, {0, 0, -9.8}, {0, 0, 0}), MavlinkImuMessage::kHighresImu);
+            next_reading_ = std::max(next_reading_ + sends_every, clock_.now());
+        }
         return 1;
     }
 
@@ -131,23 +156,8 @@ private:
     std::multimap<Timestamp, std::vector<std::uint8_t>> arriving_;
     std::mt19937 random_{7};
     std::uint8_t sequence_ = 0;
+    Timestamp next_reading_;
 };
-
-/// HIGHRES_IMU with these values in the message's own axes.
-inline MavlinkPayload highres(std::uint64_t time_us, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro,
-                              std::uint16_t fields = 0x3F, std::uint8_t id = 0) {
-    MavlinkPayload payload;
-    MavlinkWriter out(payload);
-    out.put(time_us);
-    out.put_vector(accel);
-    out.put_vector(gyro);
-    for (int i = 0; i < 7; ++i) {
-        out.put_float(40.0 + i);
-    }
-    out.put(fields);
-    out.put(id);
-    return payload;
-}
 
 /// An inertial source on such a kernel, and what a flight at rest looks like.
 struct AutopilotScene {

@@ -21,12 +21,13 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 SKIPPED = 77
 RATE_HZ = 200
+MOST_M = 0.03  # between two poses of the trajectories
 
 FLIGHTS = (
-    # message, drift, jitter (ms), loss, rounding of rates and forces, difference of the trajectories (m)
-    ("highres_imu", 40e-6, 3, 0.0, 0.0, 0.0, 0.003),
+    # message, drift, jitter (ms), loss, rounding of rates and forces, median difference of the trajectories (m)
+    ("highres_imu", 40e-6, 3, 0.0, 0.0, 0.0, 0.0005),
     ("highres_imu", -60e-6, 12, 0.02, 0.0, 0.0, 0.01),
-    ("raw_imu", 40e-6, 3, 0.0, 0.5e-3, 0.5 * 9.80665e-3, 0.02),
+    ("raw_imu", 40e-6, 3, 0.0, 0.5e-3, 0.5 * 9.80665e-3, 0.005),
 )
 
 
@@ -82,7 +83,7 @@ def compare_samples(sent, received, counted, flight):
     assert counted["refused"] == 0 and counted["delivered"] == len(received)
     missing = len(sent) - len(received)
     # What is overtaken is left out; on a busy machine more of it is.
-    assert missing <= (0.5 if jitter_ms > 5 else 0.15) * len(sent), missing
+    assert missing <= (0.5 * len(sent) if loss > 0 else 1), missing
     inner = used[-1] - used[0] + 1 - len(used)  # between the first and the last
     assert abs(counted["lost"] - inner) <= 0.1 * inner + 2, (counted, inner)
 
@@ -128,10 +129,13 @@ def main():
             # Stamps follow the time offset that the estimator finds, which is that of the link.
             pairs = [(min(flown, key=lambda t: abs(t - stamp)), stamp) for stamp in expected]
             pairs = [(mine, stamp) for mine, stamp in pairs if abs(mine - stamp) < 2_000_000]
-            worst_m = max(math.dist(flown[mine], expected[stamp]) for mine, stamp in pairs)
-            print(f"  {len(pairs)} of {len(expected)} poses, {1e3 * worst_m:.2f} mm from those of the log at most")
+            apart_m = sorted(math.dist(flown[mine], expected[stamp]) for mine, stamp in pairs)
+            median_m, worst_m = apart_m[len(apart_m) // 2], apart_m[-1]
+            print(f"  {len(pairs)} of {len(expected)} poses, {1e3 * median_m:.2f} mm from those of the log (median), "
+                  f"{1e3 * worst_m:.2f} mm at most")
             assert len(pairs) >= len(expected) - 3
-            assert worst_m < flight[6]
+            # Stamps that are off by 50 us already move some frames of this flight by 3 mm, for a tenth of a second.
+            assert median_m < flight[6] and worst_m < MOST_M
     return 0
 
 

@@ -3,9 +3,9 @@
 //
 // node node_autopilot.cjs DATA_CSV MESSAGE DRIFT JITTER_MS LOSS
 // Plays the inertial samples of a log (data.csv as EuRoC has it, in axes x forward, y left, z up) once they are asked
-// for by SET_MESSAGE_INTERVAL, three seconds later, each at its time; its clock drifts, each reading waits up to
-// JITTER_MS, so that some overtake others, and a share of LOSS never comes. Prints the port, then the monotonic time
-// of the first sample.
+// for by SET_MESSAGE_INTERVAL, three seconds later, each at its time. Its clock drifts, and each reading waits up to
+// JITTER_MS. Without LOSS readings stay in order, as on a serial line; else that share of them never comes, and some
+// overtake others. Prints the port, then the monotonic time of the first sample.
 'use strict'
 
 const dgram = require('dgram')
@@ -51,13 +51,20 @@ function reading({ ns, values: [wx, wy, wz, ax, ay, az] }) {
 }
 
 let next = 0
+const line = []  // readings on their way, in order
 function play() {
   const now = process.hrtime.bigint()
   for (; next < samples.length && beginNs + (samples[next].ns - samples[0].ns) <= now; ++next) {
     const message = reading(samples[next])
-    if (random() >= loss) {
-      setTimeout(() => send(message), random() * jitterMs)
+    const delayMs = random() * jitterMs
+    if (loss === 0) {
+      line.push({ message, due: now + BigInt(Math.round(delayMs * 1e6)) })
+    } else if (random() >= loss) {
+      setTimeout(() => send(message), delayMs)
     }
+  }
+  while (line.length > 0 && line[0].due <= now) {
+    send(line.shift().message)
   }
   setTimeout(play, 1)
 }
