@@ -11,14 +11,36 @@
 
 namespace facet {
 
-void begin_pulses(Hardware& hardware, const Vehicle& vehicle, std::vector<std::string> refusals) {
-    if (PulseOutput* const pulses = hardware.pulses()) {
-        refusals.push_back(pulses->start(vehicle.realtime.trigger));
+void PulseStarter::begin(std::vector<std::string> refusals, bool is_in_flight) {
+    try {
+        if (PulseOutput* const pulses = hardware_.pulses()) {
+            refusals.push_back(pulses->start(vehicle_.realtime.trigger));
+        }
+    } catch (const InputError& e) {
+        if (!is_in_flight) {
+            throw;
+        }
+        refusals.push_back(fmt::format("{}; begun without it in flight", e.what()));
+        is_awaited_ = true;
+        retry_.close(clock_.now());
     }
     for (const std::string& refusal : refusals) {
         if (!refusal.empty()) {
             print_err("warning: {}\n", refusal);
         }
+    }
+}
+
+void PulseStarter::tick() {
+    if (!is_awaited_ || !retry_.pass(clock_.now())) {
+        return;
+    }
+    try {
+        (void)hardware_.pulses()->start(vehicle_.realtime.trigger);
+        is_awaited_ = false;
+        print_err("trigger_output: works\n");
+    } catch (const InputError&) {
+        // Reported already; tried again.
     }
 }
 

@@ -10,6 +10,7 @@
 #include "app/config/vehicle.h"
 #include "app/run/flight_log.h"
 #include "app/run/hardware.h"
+#include "drivers/common/retry_gate.h"
 #include "platform/port/clock.h"
 
 namespace facet {
@@ -17,10 +18,27 @@ namespace facet {
 /// The time between two calls of what a live command does beside its threads.
 inline constexpr Duration kLiveTick = Duration::from_seconds(0.05);
 
-/// Starts the trigger pulses, if this computer makes them, now that the cameras are ready, and prints what the system
-/// has refused as warnings. Throws InputError if the pulses cannot be made.
-/// @param refusals  of the threads
-void begin_pulses(Hardware& hardware, const Vehicle& vehicle, std::vector<std::string> refusals);
+/// Starts the trigger pulses, if this computer makes them. Thread-bound.
+class PulseStarter {
+public:
+    /// Everything is borrowed.
+    PulseStarter(Hardware& hardware, const Vehicle& vehicle, const Clock& clock)
+        : hardware_(hardware), vehicle_(vehicle), clock_(clock) {}
+
+    /// To be called when the cameras are ready. Prints what the system has refused as warnings. Throws InputError if
+    /// the pulses cannot be made, unless the program was restarted in flight: then tick() tries again.
+    /// @param refusals  of the threads
+    void begin(std::vector<std::string> refusals, bool is_in_flight = false);
+    /// Tries once a second if that is needed, and says when it works.
+    void tick();
+
+private:
+    Hardware& hardware_;
+    const Vehicle& vehicle_;
+    const Clock& clock_;
+    bool is_awaited_ = false;
+    RetryGate retry_{Duration::from_seconds(1.0)};
+};
 
 /// Ends them, and warns of those that were skipped.
 void end_pulses(Hardware& hardware);

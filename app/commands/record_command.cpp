@@ -74,7 +74,7 @@ int record(const RecordArguments& args) {
     const std::atomic<bool>& stop = stop_on_signals({SIGINT, SIGTERM, SIGHUP});
     RecordRun run(clock, vehicle, hardware.sources(), folder, form);
     run.start();
-    begin_pulses(hardware, vehicle, run.refusals());
+    PulseStarter(hardware, vehicle, clock).begin(run.refusals());
     Timestamp next_line = clock.now() + kRecordLinePeriod;
     wait_live(clock, stop, args.duration_s, [&] {
         print_warnings(run);

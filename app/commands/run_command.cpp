@@ -13,6 +13,7 @@
 
 #include "app/commands/live_command.h"
 #include "app/commands/run_guarded.h"
+#include "app/commands/run_sinks.h"
 #include "app/commands/stop_signal.h"
 #include "app/commands/stream_argument.h"
 #include "app/commands/view_argument.h"
@@ -114,33 +115,6 @@ int report(const RunSummary& run, const LiveRun& live) {
     return exit_code_for(live.failure().empty() ? lack : live.failure());
 }
 
-/// After the sinks' thread has ended.
-void print_mavlink(const MavlinkLink& link) {
-    const MavlinkCounters& out = link.counters();
-    const MavlinkParserCounters& in = link.received();
-    print_out("mavlink      {} sent, {} dropped; {} received, {} lost, {} corrupt; commands {} obeyed, {} refused\n",
-              out.sent, out.dropped, in.packets + in.unknown, in.lost, in.corrupt, out.commands, out.commands_refused);
-    if (link.timesync().ready()) {
-        print_out("             autopilot's time known to {:.2f} ms\n", link.timesync().sigma_s() * 1e3);
-    }
-}
-
-/// After the sinks' thread has ended.
-void print_can_out(const CanOut& can) {
-    const CanOutCounters& out = can.counters();
-    print_out("can out      {} estimates in {} frames, {} dropped; queue full {} times, off the bus {}, down {}\n",
-              out.estimates, out.frames, out.estimates_dropped, out.queue_full, out.bus_off, out.failures);
-}
-
-void print_sinks(Hardware& hardware) {
-    if (hardware.mavlink() != nullptr) {
-        print_mavlink(*hardware.mavlink());
-    }
-    if (hardware.can_out() != nullptr) {
-        print_can_out(*hardware.can_out());
-    }
-}
-
 /// The first of the folders that systemd gives under a name; empty if it gives none.
 std::string given_folder(const char* variable) {
     const std::string given = environment(variable);
@@ -160,57 +134,6 @@ void leave_out_self_test(Vehicle& vehicle) {
         vehicle.imu_spi->icm42688.self_test = false;
         vehicle.imu_spi->bmi088.self_test = false;
     }
-}
-
-/// Keeps the counter of poses that are sent, so that a restarted program can announce its jump.
-void keep_resets(Hardware& hardware, ResetCount& resets) {
-    if (hardware.mavlink() == nullptr && hardware.can_out() == nullptr) {
-        return;
-    }
-    // With both it is the one that also counts changes of home and heading.
-    const std::uint8_t sent =
-        hardware.mavlink() != nullptr ? hardware.mavlink()->sent_resets() : hardware.can_out()->sent_resets();
-    if (const std::string problem = resets.keep(sent); !problem.empty()) {
-        print_err("warning: the reset counter will begin anew after a restart: {}\n", problem);
-    }
-}
-
-/// Keeps the time of signatures, and says once if the autopilot cannot understand what is sent.
-void look_after(MavlinkLink& link, SigningTime& signing, bool& is_said) {
-    if (const std::string problem = signing.keep(link.signing_time()); !problem.empty()) {
-        print_err("warning: signatures will be refused after a reboot without a clock: {}\n", problem);
-    }
-    if (link.hears_version_1() && !is_said) {
-        is_said = true;
-        print_err(
-            "warning: {}: the other side speaks MAVLink 1; set its port to version 2 (ArduPilot: "
-            "SERIALn_PROTOCOL 2, PX4: MAV_PROTO_VER 2)\n",
-            link.name());
-    }
-}
-
-/// Opens one, if it is there; its first pose has the counter that announces the jump.
-template <class Sink>
-void open_sink(Sink* sink, std::uint8_t first_reset, std::vector<OdometrySink*>& sinks) {
-    if (sink == nullptr) {
-        return;
-    }
-    std::string problem;
-    if (!ok(sink->open(problem))) {
-        throw InputError(problem);
-    }
-    sink->begin_resets_at(first_reset);
-    sinks.push_back(sink);
-}
-
-std::vector<OdometrySink*> open_sinks(Hardware& hardware, const ResetCount& resets) {
-    std::vector<OdometrySink*> sinks;
-    open_sink(hardware.mavlink(), resets.first(), sinks);
-    open_sink(hardware.can_out(), resets.first(), sinks);
-    if (!sinks.empty() && resets.is_restart()) {
-        print_err("reset counter begins at {}: the pose begins anew\n", resets.first());
-    }
-    return sinks;
 }
 
 /// As the option says, else as the vehicle file does.
@@ -288,7 +211,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
         mavlink->begin_signing_at(signing.first());
     }
     bool is_version_said = false;
-    const std::vector<OdometrySink*> sinks = open_sinks(hardware, resets);
+    const std::vector<OdometrySink*> sinks = open_sinks(hardware, resets, keeper.is_in_flight());
     const bool is_terminal = isatty(STDOUT_FILENO) != 0 && !args.quiet;
     ServiceNotifier notifier(io, clock, environment("NOTIFY_SOCKET"), environment("WATCHDOG_USEC"),
                              environment("WATCHDOG_PID"), getpid());
@@ -305,7 +228,8 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     }
     resume(run, keeper, clock);
     run.start();
-    begin_pulses(hardware, vehicle, run.refusals());
+    PulseStarter pulses(hardware, vehicle, clock);
+    pulses.begin(run.refusals(), keeper.is_in_flight());
     notifier.ready();
     StatusPrinter printer(clock, args.vehicle, is_terminal, args.quiet);
     SilenceTeller silences(clock);
@@ -317,6 +241,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
         silences.tell(silent);
         keep_resets(hardware, resets);
         keep_state(run, keeper, clock);
+        pulses.tick();
         if (const char* const hangs = run.hanging_thread(); hangs != nullptr && notifier.is_watched()) {
             end_stalled(hangs);
         }

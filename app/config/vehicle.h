@@ -17,6 +17,7 @@
 #include "drivers/imu_spi/bmi088.h"
 #include "drivers/imu_spi/icm42688.h"
 #include "drivers/imu_spi/imu_spi.h"
+#include "drivers/mavlink/imu_mavlink.h"
 #include "drivers/mavlink/mavlink_link.h"
 #include "drivers/trigger_gpio/trigger_gpio.h"
 #include "drivers/trigger_gpio/trigger_output.h"
@@ -119,8 +120,9 @@ struct Vehicle {
     VehicleCameras cameras;
     std::optional<VehicleTrigger> trigger;
     std::optional<VehiclePulses> pulses;
-    std::optional<VehicleImuSpi> imu_spi;  ///< one of the two
+    std::optional<VehicleImuSpi> imu_spi;  ///< one of the three
     std::optional<VehicleImuCan> imu_can;
+    std::optional<ImuMavlinkOptions> imu_mavlink;  ///< over the link of `mavlink`
     VehicleOdometry odometry;
     std::optional<MavlinkOptions> mavlink;
     std::optional<ObstacleOptions> obstacles;  ///< sent by mavlink

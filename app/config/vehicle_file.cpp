@@ -156,6 +156,13 @@ void require_valid(const Vehicle& vehicle) {
     }
 }
 
+/// Cameras that nobody triggers are set to their rate.
+void set_rates(Vehicle& vehicle) {
+    if (!vehicle.trigger && !vehicle.pulses) {
+        vehicle.cameras.left.capture.rate_hz = vehicle.cameras.right.capture.rate_hz = vehicle.cameras.rate_hz;
+    }
+}
+
 /// A device without data for ten of its periods is opened anew.
 void set_silences(Vehicle& vehicle) {
     constexpr double kPeriods = 10.0;
@@ -172,6 +179,11 @@ void set_silences(Vehicle& vehicle) {
     }
     if (vehicle.imu_can) {
         vehicle.imu_can->source.silence = samples;
+    }
+    if (vehicle.imu_mavlink) {
+        constexpr double kLeastForLink_s = 0.25;  // a flight controller sends when it has nothing better to do
+        vehicle.imu_mavlink->silence =
+            Duration::from_seconds(std::max(kLeastForLink_s, kPeriods / vehicle.imu_mavlink->rate_hz));
     }
 }
 
@@ -229,9 +241,20 @@ std::vector<std::string> check_vehicle(const YamlNode& file, const Calibration* 
     attempt_if_there("trigger_output",
                      [&](const YamlNode& node) { vehicle.pulses = read_pulses(node, vehicle.cameras.rate_hz); });
     attempt([&] { read_imu(root.at("imu"), vehicle); });
-    attempt_if_there("sinks", [&](const YamlNode& node) { read_sinks(node, vehicle); });
+    bool has_link = false;
+    attempt_if_there("sinks", [&](const YamlNode& node) {
+        has_link = node.has("mavlink");
+        read_sinks(node, vehicle);
+    });
+    attempt([&] {
+        if (vehicle.imu_mavlink && !has_link) {
+            throw InputError(vehicle.source +
+                             ": imu.mavlink needs sinks.mavlink, which says where the flight controller is");
+        }
+    });
     attempt_if_there("realtime", [&](const YamlNode& node) { vehicle.realtime = read_realtime(node); });
     attempt([&] { root.finish(); });
+    set_rates(vehicle);
     set_silences(vehicle);
     return errors;
 }

@@ -38,7 +38,9 @@ constexpr std::array kKeys{
     VehicleKey{"cameras.auto_exposure.latency_frames", "frames",
                "From setting a value to the first frame exposed with it."},
     VehicleKey{"cameras.format", "",
-               "Pixels as the driver names them: GREY, Y10, Y10P, Y12, Y012, Y16 or YUYV; GREY if it is left out."},
+               "Pixels as the driver names them: GREY, Y10, Y10P, Y12, Y012, Y16, YUYV, UYVY, NV12, MJPG, or, of both "
+               "views at "
+               "once, Y8I or Y12I; auto, also if it is left out: the best that the camera has at this size and rate."},
     VehicleKey{"cameras.significant_bits", "bits", "Of Y16, how many count; 0: all."},
     VehicleKey{"cameras.msb_aligned", "", "Y10, Y12 and Y16 stand in the high bits of their 16."},
     VehicleKey{"cameras.controls_device", "", "The sensor's own node, if the camera's has no controls."},
@@ -77,7 +79,7 @@ constexpr std::array kKeys{
     VehicleKey{"trigger_output.pwm.channel", "", "Which of the chip's outputs."},
     VehicleKey{"trigger_output.gpio", "", "A line that a thread switches."},
 
-    VehicleKey{"imu", "", "The inertial sensor: on spi or can."},
+    VehicleKey{"imu", "", "The inertial sensor: on spi or can, or the flight controller's by mavlink."},
     VehicleKey{"imu.axes", "",
                "Which sensor axis each of the body's x, y, z is, such as \"y -x z\"; \"x y z\" if it is left out."},
     VehicleKey{"imu.latency_s", "s", "Delay of the sensor's filter."},
@@ -113,6 +115,15 @@ constexpr std::array kKeys{
     VehicleKey{"imu.can.map.counter", "", "[message, signal] of a count of samples, by which lost ones are seen."},
     VehicleKey{"imu.can.map.j1939", "", "Frames are told apart by their parameter group alone."},
     VehicleKey{"imu.can.map.source_address", "", "With j1939, the sender that counts; -1: any."},
+
+    VehicleKey{"imu.mavlink", "", "The flight controller's own, over the link of sinks.mavlink."},
+    VehicleKey{"imu.mavlink.message", "", "Which of its messages; RAW_IMU and SCALED_IMU round to mg and mrad/s."},
+    VehicleKey{"imu.mavlink.rate_hz", "Hz",
+               "Messages a second that are asked for; the calibration's rate if left out."},
+    VehicleKey{"imu.mavlink.id", "", "Which of its sensors, of messages that have several."},
+    VehicleKey{"imu.mavlink.gyro_filter_hz", "Hz",
+               "Cut-off of its second-order low-pass, whose delay is taken off the stamps; 0: none."},
+    VehicleKey{"imu.mavlink.accel_filter_hz", "Hz", "The same of accelerations."},
 
     VehicleKey{"sinks", "", "Where estimates go."},
     VehicleKey{"sinks.rate_hz", "Hz",

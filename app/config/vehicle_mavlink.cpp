@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/config/vehicle_mavlink.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <fstream>
@@ -102,6 +103,28 @@ void read_mavlink(const YamlNode& node, Vehicle& vehicle) {
     }
     section.finish();
     vehicle.mavlink = options;
+}
+
+ImuMavlinkOptions read_imu_mavlink(const YamlNode& node, double rate_hz) {
+    constexpr double kLeastRate_hz = 20.0;
+    constexpr double kMostRate_hz = 1000.0;
+    ImuMavlinkOptions imu;
+    YamlSection section(node);
+    constexpr std::array<std::string_view, 5> kMessages{"highres_imu", "raw_imu", "scaled_imu", "scaled_imu2",
+                                                        "scaled_imu3"};
+    imu.message = static_cast<MavlinkImuMessage>(section.choice("message", kMessages, 0));
+    imu.rate_hz = std::clamp(rate_hz, kLeastRate_hz, kMostRate_hz);
+    section.read("rate_hz", imu.rate_hz, kLeastRate_hz, kMostRate_hz);
+    read_byte(section, "id", imu.id, 0, 255);
+    section.read("gyro_filter_hz", imu.gyro_filter_hz, 0.0, 1000.0);
+    section.read("accel_filter_hz", imu.accel_filter_hz, 0.0, 1000.0);
+    section.finish();
+    for (const double cutoff_hz : {imu.gyro_filter_hz, imu.accel_filter_hz}) {
+        if (cutoff_hz != 0.0 && cutoff_hz < 1.0) {
+            node.fail("a filter's cut-off must be 1 Hz at least, or 0: none");
+        }
+    }
+    return imu;
 }
 
 }  // namespace facet

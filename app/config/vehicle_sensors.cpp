@@ -8,6 +8,8 @@
 #include <optional>
 #include <sstream>
 
+#include "app/config/read_duration.h"
+#include "app/config/vehicle_mavlink.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
 #include "drivers/imu_can/openimu300.h"
@@ -16,51 +18,6 @@ namespace facet {
 namespace {
 
 using Choices = std::span<const std::string_view>;
-
-void read_duration(YamlSection& section, const std::string& key, Duration& value, double low_s, double high_s) {
-    double seconds = value.seconds();
-    section.read(key, seconds, low_s, high_s);
-    if (section.node().has(key)) {  // what is not given keeps its last nanosecond
-        value = Duration::from_seconds(seconds);
-    }
-}
-
-/// What all cameras may have in common, and each may have otherwise.
-void read_camera(YamlSection& section, CameraV4l2Options& camera) {
-    if (const auto format = section.find("format")) {
-        const auto known = pixel_format(format->text());
-        if (!known) {
-            format->fail(fmt::format("'{}' is unknown; one of: GREY, Y10, Y10P, Y12, Y012, Y16, YUYV", format->text()));
-        }
-        camera.capture.format = *known;
-    }
-    section.read("significant_bits", camera.significant_bits, 0, 16);
-    section.read("msb_aligned", camera.msb_aligned);
-    section.read("controls_device", camera.controls_device);
-    section.read("buffers", camera.capture.buffers, 2, 8);
-    section.read("heap", camera.capture.heap);
-    read_duration(section, "exposure_s", camera.exposure, 0.0, 1.0);
-    read_duration(section, "readout_s", camera.readout, 0.0, 1.0);
-    constexpr std::array<std::string_view, 4> kStamps{"as_flagged", "start_of_exposure", "end_of_frame",
-                                                      "mid_exposure"};
-    camera.stamp_source =
-        static_cast<StampSource>(section.choice("stamps", kStamps, static_cast<std::size_t>(camera.stamp_source)));
-    if (const auto controls = section.find("controls")) {
-        YamlSection list(*controls);
-        camera.controls.clear();
-        for (const auto& item : controls->raw()) {
-            const std::string name = item.first.Scalar();
-            camera.controls.push_back({name, list.at(name).integer()});
-        }
-    }
-}
-
-void read_node(const YamlNode& node, CameraV4l2Options& camera) {
-    YamlSection section(node);
-    section.read("device", camera.capture.device);
-    read_camera(section, camera);
-    section.finish();
-}
 
 /// gpiochip and line, by number or name, and how its edges are taken.
 GpioLineName read_line_name(YamlSection& section) {
@@ -249,83 +206,6 @@ VehicleImuCan read_imu_can(const YamlNode& node) {
 
 }  // namespace
 
-namespace {
-
-AutoExposureOptions read_auto_exposure(const YamlNode& node) {
-    constexpr int kMost = 1'000'000;
-    AutoExposureOptions options;
-    YamlSection section(node);
-    section.read("exposure_control", options.exposure_control);
-    section.read("gain_control", options.gain_control);
-    (void)section.at("exposure_step_s");
-    section.read("exposure_step_s", options.exposure_step_s, 1e-7, 0.1);
-    section.read("gain_one", options.gain_one, 1, kMost);
-    section.read("least_exposure", options.least_exposure, 1, kMost);
-    (void)section.at("most_exposure");
-    section.read("most_exposure", options.most_exposure, options.least_exposure, kMost);
-    options.least_gain = options.gain_one;
-    section.read("least_gain", options.least_gain, 1, kMost);
-    options.most_gain = options.least_gain;
-    section.read("most_gain", options.most_gain, options.least_gain, kMost);
-    section.read("target", options.target, 20.0, 200.0);
-    section.read("latency_frames", options.latency_frames, 0, 8);
-    section.finish();
-    return options;
-}
-
-}  // namespace
-
-VehicleCameras read_cameras(const YamlNode& node, const Calibration& calibration) {
-    VehicleCameras cameras;
-    YamlSection section(node);
-    section.read("rate_hz", cameras.rate_hz, 1.0, 200.0);
-    section.read("use_sequence", cameras.use_sequence);
-    section.read("lag_frames", cameras.lag_frames, 0, 8);
-    if (const auto automatic = section.find("auto_exposure")) {
-        cameras.auto_exposure = read_auto_exposure(*automatic);
-    }
-    CameraV4l2Options common;
-    read_camera(section, common);
-    cameras.left = cameras.right = common;
-    cameras.left.capture.device = "/dev/video0";
-    cameras.right.capture.device = "/dev/video1";
-    const auto both = section.find("side_by_side");
-    const auto left = section.find("left");
-    const auto right = section.find("right");
-    section.finish();
-    if (!calibration.rig.has_right && (both || right)) {
-        (both ? *both : *right).fail("the calibration has one camera: say 'left' only");
-    }
-    if (both && (left || right)) {
-        node.fail("has 'side_by_side' and 'left' or 'right'; choose one node or two");
-    }
-    const auto set_size = [](CameraV4l2Options& camera, const CameraIntrinsics& k) {
-        camera.capture.width = k.width;
-        camera.capture.height = k.height;
-    };
-    set_size(cameras.left, calibration.rig.left.intrinsics());
-    set_size(cameras.right, calibration.rig.right.intrinsics());
-    if (both) {
-        cameras.side_by_side = true;
-        if (cameras.left.capture.width != cameras.right.capture.width ||
-            cameras.left.capture.height != cameras.right.capture.height) {
-            both->fail("the calibration has cameras of different sizes: they cannot be side by side");
-        }
-        cameras.left.capture.width *= 2;
-        read_node(*both, cameras.left);
-    }
-    if (left) {
-        read_node(*left, cameras.left);
-    }
-    if (right) {
-        read_node(*right, cameras.right);
-    }
-    if (!both && calibration.rig.has_right && cameras.left.capture.device == cameras.right.capture.device) {
-        node.fail("left and right are the same device; an image of both is 'side_by_side'");
-    }
-    return cameras;
-}
-
 VehicleTrigger read_trigger(const YamlNode& node) {
     VehicleTrigger trigger;
     YamlSection section(node);
@@ -374,14 +254,19 @@ void read_imu(const YamlNode& node, Vehicle& vehicle) {
     read_duration(section, "latency_s", latency, 0.0, 0.1);
     const auto spi = section.find("spi");
     const auto can = section.find("can");
+    const auto mavlink = section.find("mavlink");
     section.finish();
-    if (spi.has_value() == can.has_value()) {
-        node.fail("must have either 'spi' or 'can'");
+    if (int{spi.has_value()} + int{can.has_value()} + int{mavlink.has_value()} != 1) {
+        node.fail("must have one of 'spi', 'can' and 'mavlink'");
     }
     if (spi) {
         vehicle.imu_spi = read_imu_spi(*spi);
         vehicle.imu_spi->source.axes = axes;
         vehicle.imu_spi->source.latency = latency;
+    } else if (mavlink) {
+        vehicle.imu_mavlink = read_imu_mavlink(*mavlink, vehicle.calibration.noise.rate_hz);
+        vehicle.imu_mavlink->axes = axes;
+        vehicle.imu_mavlink->latency = latency;
     } else {
         vehicle.imu_can = read_imu_can(*can);
         vehicle.imu_can->source.axes = axes;

@@ -17,7 +17,7 @@ VehicleCameras read_cameras(const YamlNode& node, const Calibration& calibration
 /// Throws InputError.
 VehicleTrigger read_trigger(const YamlNode& node);
 VehiclePulses read_pulses(const YamlNode& node, double rate_hz);
-/// Sets imu_spi or imu_can; checks the database and its map. Throws InputError.
+/// Sets imu_spi, imu_can or imu_mavlink; checks the database and its map. Throws InputError.
 void read_imu(const YamlNode& node, Vehicle& vehicle);
 
 }  // namespace facet

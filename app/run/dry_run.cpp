@@ -17,6 +17,7 @@ namespace facet {
 namespace {
 
 constexpr Duration kWait = Duration::from_seconds(0.05);
+constexpr Duration kTimeOfAutopilot = Duration::from_seconds(2.0);  // until it is known
 constexpr Duration kPause = Duration::from_seconds(0.005);
 
 /// What a source has delivered.
@@ -89,6 +90,7 @@ public:
     void pairing(const PairingSources& sources, PulseOutput& pulses);
     void judge_pairing(const PairingProof& proof, const std::vector<Timestamp>& frames, const std::string& device);
     void imu(ImuSource& source, const std::string& device, bool has_data_ready);
+    void imu_rounding(const ImuMavlinkOptions& imu);
     template <class Sink>
     void sink(Sink& sink, const char* device);
     void sinks(MavlinkLink* mavlink, CanOut* can);
@@ -202,6 +204,10 @@ void Probe::imu(ImuSource& source, const std::string& device, bool has_data_read
         force += sample.a_B;
         ++count;
     };
+    const Duration usual = listen_;
+    if (vehicle_.imu_mavlink) {
+        listen_ = listen_ + kTimeOfAutopilot;
+    }
     this->source<ImuSource, ImuSample>(source, device, sum, [&](const Heard& heard) {
         const Eigen::Vector3d mean = force / std::max(count, 1);
         const double wanted = vehicle_.calibration.noise.rate_hz;
@@ -222,6 +228,20 @@ void Probe::imu(ImuSource& source, const std::string& device, bool has_data_read
             add(Finding::kGood, device, what);
         }
     });
+    listen_ = usual;
+}
+
+/// What a message rounds to is noise, which the calibration has to know of.
+void Probe::imu_rounding(const ImuMavlinkOptions& imu) {
+    const double rates = rounding_of_rates(imu.message, imu.rate_hz);
+    const double forces = rounding_of_forces(imu.message, imu.rate_hz);
+    const ImuNoise& noise = vehicle_.calibration.noise;
+    if (noise.gyro_noise_rad_per_s_per_sqrt_hz < rates || noise.accel_noise_m_per_s2_per_sqrt_hz < forces) {
+        add(Finding::kDoubtful, "imu noise",
+            fmt::format("{} rounds; at {:g} Hz the calibration's noise densities must be {:.1e} rad/s/sqrt(Hz) and "
+                        "{:.1e} m/s^2/sqrt(Hz) at least",
+                        to_string(imu.message), imu.rate_hz, rates, forces));
+    }
 }
 
 template <class Sink>
@@ -282,6 +302,9 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
         probe.trigger(*sources.trigger, "trigger");
     }
     probe.imu(*sources.imu, "imu", !vehicle.imu_spi || hardware.data_ready() != nullptr);
+    if (vehicle.imu_mavlink) {
+        probe.imu_rounding(*vehicle.imu_mavlink);
+    }
     if (hardware.pulses() != nullptr) {
         if (sources.trigger != nullptr && vehicle.trigger && probe.is_good_so_far()) {
             probe.pairing({sources.trigger, sources.left, sources.right}, *hardware.pulses());

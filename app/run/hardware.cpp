@@ -22,18 +22,26 @@ Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
     if (vehicle.pulses) {
         pulses_ = std::make_unique<PulseOutput>(io, clock, *vehicle.pulses);
     }
+    if (vehicle.mavlink) {
+        mavlink_ = std::make_unique<MavlinkLink>(io, clock, *vehicle.mavlink);
+    }
     if (vehicle.imu_spi) {
         make_spi(io, clock, *vehicle.imu_spi);
+    } else if (vehicle.imu_mavlink) {
+        auto imu = std::make_unique<ImuMavlink>(*mavlink_, clock, *vehicle.imu_mavlink);
+        imu_mavlink_ = imu.get();
+        imu_ = std::move(imu);
     } else {
         make_can(io, clock, *vehicle.imu_can);
     }
     sources_.imu = imu_.get();
-    if (vehicle.mavlink) {
-        mavlink_ = std::make_unique<MavlinkLink>(io, clock, *vehicle.mavlink);
-    }
     if (vehicle.can_out) {
         can_out_ = std::make_unique<CanOut>(io, clock, *vehicle.can_out);
     }
+}
+
+OdometrySink* Hardware::mavlink_sink() {
+    return imu_mavlink_ != nullptr ? static_cast<OdometrySink*>(&imu_mavlink_->outbox()) : mavlink_.get();
 }
 
 void Hardware::make_spi(KernelIo& io, Clock& clock, const VehicleImuSpi& spi) {

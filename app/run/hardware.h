@@ -21,6 +21,10 @@ public:
 
     const RunSources& sources() const { return sources_; }
     MavlinkLink* mavlink() { return mavlink_.get(); }
+    /// What estimates for the flight controller are given to: the link, or, if it is its inertial sensor's, the outbox.
+    OdometrySink* mavlink_sink();
+    /// nullptr if the inertial sensor is another.
+    const ImuMavlink* imu_mavlink() const { return imu_mavlink_; }
     /// nullptr if no estimates go onto a CAN bus.
     CanOut* can_out() { return can_out_.get(); }
     /// nullptr if something else triggers the cameras.
@@ -42,8 +46,9 @@ private:
     std::unique_ptr<Spidev> accel_bus_;
     std::unique_ptr<SpiImuChip> chip_;
     std::unique_ptr<CanDecoder> decoder_;
-    std::unique_ptr<ImuSource> imu_;
     std::unique_ptr<MavlinkLink> mavlink_;
+    std::unique_ptr<ImuSource> imu_;
+    ImuMavlink* imu_mavlink_ = nullptr;  ///< imu_, if it is one
     std::unique_ptr<CanOut> can_out_;
     RunSources sources_;
 };

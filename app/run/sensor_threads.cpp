@@ -64,7 +64,7 @@ void SensorThreads::open(ThreadStarter& starter, bool in_flight) {
             return false;
         }
     };
-    open_source(*sources_.imu, "imu", starter);
+    (void)open(sources_.imu, "imu", imu_);
     (void)open(sources_.trigger, "trigger", trigger_);
     cameras += open(sources_.left, vehicle_.cameras.side_by_side ? "cameras" : "left camera", left_) ? 1 : 0;
     cameras += open(sources_.right, "right camera", right_) ? 1 : 0;

@@ -40,13 +40,16 @@ Status CameraV4l2::open(std::string& problem) {
     any_sequence_ = false;  // drivers count from zero again
     copies_ = 0;
     FACET_TRY(capture_.prepare(options_.capture, problem));
+    if (capture_.format() == PixelFormat::kMjpg && !jpeg_) {
+        jpeg_ = std::make_unique<MjpegDecoder>(options_.capture.width, options_.capture.height);
+    }
     FACET_TRY(set_controls(problem));
     return capture_.start(problem);
 }
 
 /// Before streaming: many sensors take some of them only then, and the first image is exposed as it should be.
 Status CameraV4l2::set_controls(std::string& problem) {
-    warning_.clear();
+    warning_ = capture_.warning();
     if (options_.controls_device.empty()) {
         controls_.borrow(capture_.descriptor(), options_.capture.device);
     } else {
@@ -118,8 +121,7 @@ void CameraV4l2::follow_sequence(std::uint32_t sequence) {
 }
 
 bool CameraV4l2::is_good(const V4l2Buffer& buffer) {
-    const std::size_t needed = capture_.stride() * static_cast<std::size_t>(options_.capture.height - 1) +
-                               row_bytes(options_.capture.format, options_.capture.width);
+    const std::size_t needed = capture_.least_bytes(options_.capture.width, options_.capture.height);
     camera_counters_.error_buffers += buffer.error ? 1 : 0;
     camera_counters_.short_buffers += !buffer.error && buffer.bytes.size() < needed ? 1 : 0;
     return !buffer.error && buffer.bytes.size() >= needed;
@@ -189,6 +191,24 @@ Timestamp CameraV4l2::midpoint(const V4l2Buffer& buffer, Duration exposure) cons
     }
 }
 
+Status CameraV4l2::to_grey(const V4l2Buffer& buffer, std::uint8_t* out) {
+    if (capture_.format() == PixelFormat::kMjpg) {
+        const Status decoded = jpeg_->decode(buffer.bytes, {out, image_bytes_});
+        if (!ok(decoded)) {
+            ++counters_.corrupt;
+            ++camera_counters_.damaged;
+            life_.refuse("every JPEG is damaged, or of another size");
+        }
+        return decoded;
+    }
+    const RawImage image{buffer.bytes,      capture_.format(),         options_.capture.width, options_.capture.height,
+                         capture_.stride(), options_.significant_bits, options_.msb_aligned};
+    const Timestamp begin = clock_.now();
+    FACET_TRY(unpack(image, {out, image_bytes_}));
+    judge_copy(clock_.now() - begin, buffer.bytes.size());
+    return Status::kOk;
+}
+
 Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     camera_counters_.not_monotonic += buffer.monotonic ? 0 : 1;
     const Duration exposure = exposures_.at(buffer.sequence, options_.exposure);
@@ -211,11 +231,7 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
         return Status::kNotReady;
     }
     std::uint8_t* const out = pixels_.get() + static_cast<std::size_t>(slot.slot()) * image_bytes_;
-    const RawImage image{buffer.bytes,      options_.capture.format,   options_.capture.width, options_.capture.height,
-                         capture_.stride(), options_.significant_bits, options_.msb_aligned};
-    const Timestamp begin = clock_.now();
-    FACET_TRY(unpack(image, {out, image_bytes_}));
-    judge_copy(clock_.now() - begin, buffer.bytes.size());
+    FACET_TRY(to_grey(buffer, out));
     order_.delivered(stamp);
     frame.stamp = stamp;
     frame.sequence = buffer.sequence;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "drivers/camera_v4l2/auto_exposure.h"
+#include "drivers/camera_v4l2/mjpeg_decoder.h"
 #include "drivers/camera_v4l2/v4l2_capture.h"
 #include "drivers/camera_v4l2/v4l2_controls.h"
 #include "drivers/common/device_life.h"
@@ -45,6 +46,7 @@ struct CameraV4l2Options {
 struct CameraV4l2Counters {
     std::uint64_t error_buffers = 0;  ///< buffers that the driver marked as bad
     std::uint64_t short_buffers = 0;  ///< buffers with fewer bytes than an image
+    std::uint64_t damaged = 0;        ///< JPEGs that cannot be decoded to the end
     std::uint64_t superseded = 0;     ///< good frames dropped because a newer one was ready
     std::uint64_t no_slot = 0;        ///< good frames dropped because the caller held all slots
     std::uint64_t stamps_refused =
@@ -99,6 +101,7 @@ private:
     void note_exposure(const ExposureSetting& setting, std::uint32_t first_sequence);
     bool set_exposure(const ExposureSetting& setting, std::uint32_t first_sequence);
     void follow_exposure(const V4l2Buffer& buffer, const ImageView& image);
+    Status to_grey(const V4l2Buffer& buffer, std::uint8_t* out);
     Status deliver(const V4l2Buffer& buffer, CameraFrame& frame);
 
     CameraV4l2Options options_;
@@ -108,6 +111,7 @@ private:
     V4l2Control exposure_control_;  ///< of automatic exposure
     V4l2Control gain_control_;
     std::string warning_;
+    std::unique_ptr<MjpegDecoder> jpeg_;  ///< while images are JPEGs
     std::size_t image_bytes_ = 0;
     std::unique_ptr<std::uint8_t[]> pixels_;  ///< kSlots images
     SlotLender<kSlots> slots_;

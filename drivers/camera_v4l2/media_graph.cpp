@@ -28,6 +28,11 @@ std::vector<std::uint32_t> bus_codes(PixelFormat format) {
         case PixelFormat::kY012: return {MEDIA_BUS_FMT_Y12_1X12};
         case PixelFormat::kY16: return {kY16OnBus, MEDIA_BUS_FMT_Y12_1X12, MEDIA_BUS_FMT_Y10_1X10};
         case PixelFormat::kYuyv: return {MEDIA_BUS_FMT_YUYV8_1X16, MEDIA_BUS_FMT_YUYV8_2X8};
+        case PixelFormat::kUyvy: return {MEDIA_BUS_FMT_UYVY8_1X16, MEDIA_BUS_FMT_UYVY8_2X8};
+        case PixelFormat::kNv12: return {MEDIA_BUS_FMT_UYVY8_1X16, MEDIA_BUS_FMT_YUYV8_1X16};
+        case PixelFormat::kY8i:  // cameras on USB only
+        case PixelFormat::kY12i:
+        case PixelFormat::kMjpg: break;
     }
     return {};
 }

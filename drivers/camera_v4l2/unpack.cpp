@@ -15,13 +15,18 @@ struct Named {
     std::string_view name;
 };
 
-constexpr std::array<Named, 7> kFormats{{{PixelFormat::kGrey, V4L2_PIX_FMT_GREY, "GREY"},
-                                         {PixelFormat::kY10, V4L2_PIX_FMT_Y10, "Y10"},
-                                         {PixelFormat::kY10p, V4L2_PIX_FMT_Y10P, "Y10P"},
-                                         {PixelFormat::kY12, V4L2_PIX_FMT_Y12, "Y12"},
-                                         {PixelFormat::kY012, v4l2_fourcc('Y', '0', '1', '2'), "Y012"},
-                                         {PixelFormat::kY16, V4L2_PIX_FMT_Y16, "Y16"},
-                                         {PixelFormat::kYuyv, V4L2_PIX_FMT_YUYV, "YUYV"}}};
+constexpr std::array<Named, 12> kFormats{{{PixelFormat::kGrey, V4L2_PIX_FMT_GREY, "GREY"},
+                                          {PixelFormat::kY10, V4L2_PIX_FMT_Y10, "Y10"},
+                                          {PixelFormat::kY10p, V4L2_PIX_FMT_Y10P, "Y10P"},
+                                          {PixelFormat::kY12, V4L2_PIX_FMT_Y12, "Y12"},
+                                          {PixelFormat::kY012, v4l2_fourcc('Y', '0', '1', '2'), "Y012"},
+                                          {PixelFormat::kY16, V4L2_PIX_FMT_Y16, "Y16"},
+                                          {PixelFormat::kYuyv, V4L2_PIX_FMT_YUYV, "YUYV"},
+                                          {PixelFormat::kUyvy, V4L2_PIX_FMT_UYVY, "UYVY"},
+                                          {PixelFormat::kNv12, V4L2_PIX_FMT_NV12, "NV12"},
+                                          {PixelFormat::kY8i, V4L2_PIX_FMT_Y8I, "Y8I"},
+                                          {PixelFormat::kY12i, V4L2_PIX_FMT_Y12I, "Y12I"},
+                                          {PixelFormat::kMjpg, V4L2_PIX_FMT_MJPEG, "MJPG"}}};
 
 void unpack_words(const std::uint8_t* in, std::uint8_t* out, int width, int bits) {
     const int shift = bits - 8;
@@ -51,12 +56,39 @@ void unpack_row(const RawImage& image, const std::uint8_t* in, std::uint8_t* out
                 out[u] = in[2 * u];
             }
             break;
+        case PixelFormat::kUyvy:
+            for (int u = 0; u < image.width; ++u) {
+                out[u] = in[2 * u + 1];
+            }
+            break;
+        case PixelFormat::kNv12: std::copy_n(in, image.width, out); break;
+        case PixelFormat::kY8i: {
+            const int half = image.width / 2;
+            for (int u = 0; u < half; ++u) {
+                out[u] = in[2 * u];
+                out[half + u] = in[2 * u + 1];
+            }
+            break;
+        }
+        case PixelFormat::kY12i: {
+            // The upper 8 of the 12 bits: of the left view from two bytes, of the right one a byte of its own.
+            const int half = image.width / 2;
+            for (int u = 0; u < half; ++u) {
+                const unsigned left = static_cast<unsigned>(in[3 * u]) | (static_cast<unsigned>(in[3 * u + 1]) << 8);
+                out[u] = static_cast<std::uint8_t>((left & 0xFFFU) >> 4);
+                out[half + u] = in[3 * u + 2];
+            }
+            break;
+        }
+        case PixelFormat::kMjpg: break;
     }
 }
 
 }  // namespace
 
 std::uint32_t fourcc(PixelFormat format) { return kFormats[static_cast<std::size_t>(format)].fourcc; }
+
+std::string_view to_string(PixelFormat format) { return kFormats[static_cast<std::size_t>(format)].name; }
 
 std::optional<PixelFormat> pixel_format(std::string_view name) {
     while (name.ends_with(' ')) {
@@ -73,7 +105,11 @@ std::optional<PixelFormat> pixel_format(std::string_view name) {
 std::size_t row_bytes(PixelFormat format, int width) {
     const auto pixels = static_cast<std::size_t>(width);
     switch (format) {
-        case PixelFormat::kGrey: return pixels;
+        case PixelFormat::kGrey:
+        case PixelFormat::kNv12:
+        case PixelFormat::kY8i: return pixels;
+        case PixelFormat::kY12i: return pixels / 2 * 3;
+        case PixelFormat::kMjpg: return 1;
         case PixelFormat::kY10p: return pixels / 4 * 5;
         default: return 2 * pixels;
     }
@@ -83,6 +119,7 @@ Status unpack(const RawImage& image, std::span<std::uint8_t> out) {
     const bool shape_good =
         image.width > 0 && image.height > 0 && image.stride >= row_bytes(image.format, image.width) &&
         (image.format != PixelFormat::kY10p || image.width % 4 == 0) &&
+        (!is_interleaved(image.format) || image.width % 2 == 0) && image.format != PixelFormat::kMjpg &&
         (image.significant_bits == 0 || (image.significant_bits >= 8 && image.significant_bits <= 16));
     const std::size_t pixels =
         shape_good ? static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) : 0;

@@ -5,7 +5,10 @@
 #include <linux/videodev2.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cmath>
+#include <cstdlib>
 #include <cstring>
 
 #include "drivers/camera_v4l2/media_graph.h"
@@ -13,14 +16,31 @@
 namespace facet {
 namespace {
 
+/// The less a driver has to send for 8 bits of grey, the better; JPEG last, for its losses.
+constexpr std::array kBestFirst{PixelFormat::kGrey, PixelFormat::kY8i, PixelFormat::kNv12, PixelFormat::kYuyv,
+                                PixelFormat::kUyvy, PixelFormat::kY10, PixelFormat::kY12,  PixelFormat::kY16,
+                                PixelFormat::kY12i, PixelFormat::kMjpg};
+constexpr std::uint32_t kMostIntervals = 64;
+constexpr double kRateSlack = 0.05;
+
+double seconds_of(const v4l2_fract& fraction) {
+    return fraction.denominator == 0
+               ? 0.0
+               : static_cast<double>(fraction.numerator) / static_cast<double>(fraction.denominator);
+}
+
+/// Drivers count pairs of pixels of two views.
+std::uint32_t node_width(PixelFormat format, const V4l2CaptureOptions& options) {
+    return static_cast<std::uint32_t>(is_interleaved(format) ? options.width / 2 : options.width);
+}
+
 /// What lies before a node that does not set its sensor itself. @param can  its capabilities
 Status set_up_way(KernelIo& io, int fd, std::uint32_t can, const V4l2CaptureOptions& options, std::string& problem) {
     if ((can & V4L2_CAP_IO_MC) == 0) {
         return Status::kOk;
     }
-    const auto width = static_cast<std::uint32_t>(options.width);
     const auto height = static_cast<std::uint32_t>(options.height);
-    return MediaGraph(io).set_up(fd, {width, height, options.format}, problem);
+    return MediaGraph(io).set_up(fd, {node_width(options.format, options), height, options.format}, problem);
 }
 
 }  // namespace
@@ -89,44 +109,128 @@ Status V4l2Capture::negotiate(const V4l2CaptureOptions& options, std::string& pr
         (void)fail(words, 0, problem);
         return status;
     }
+    const bool is_choice = options.any_format && (can & V4L2_CAP_IO_MC) == 0;
+    format_ = is_choice ? choose(options) : options.format;
     v4l2_format format{};
-    format.type = type();
-    const auto width = static_cast<std::uint32_t>(options.width);
-    const auto height = static_cast<std::uint32_t>(options.height);
-    if (multiplanar_) {
-        format.fmt.pix_mp.width = width;
-        format.fmt.pix_mp.height = height;
-        format.fmt.pix_mp.pixelformat = fourcc(options.format);
-        format.fmt.pix_mp.field = V4L2_FIELD_NONE;
-        format.fmt.pix_mp.num_planes = 1;
-    } else {
-        format.fmt.pix.width = width;
-        format.fmt.pix.height = height;
-        format.fmt.pix.pixelformat = fourcc(options.format);
-        format.fmt.pix.field = V4L2_FIELD_NONE;
-    }
+    describe_format(format_, options, format);
     result = io_.ioctl(fd_, VIDIOC_S_FMT, &format);
     if (result < 0) {
         return fail("size and format refused", result, problem);
     }
-    const v4l2_pix_format_mplane& many = format.fmt.pix_mp;
-    const v4l2_pix_format& one = format.fmt.pix;
-    const std::uint32_t got_width = multiplanar_ ? many.width : one.width;
-    const std::uint32_t got_height = multiplanar_ ? many.height : one.height;
-    const std::uint32_t got_format = multiplanar_ ? many.pixelformat : one.pixelformat;
-    if (got_width != width || got_height != height || got_format != fourcc(options.format) ||
-        (multiplanar_ && many.num_planes != 1)) {
-        (void)fail("gives " + std::to_string(got_width) + "x" + std::to_string(got_height) + " " +
-                       std::string(reinterpret_cast<const char*>(&got_format), 4) +
+    if (!is_given(format, format_, options)) {
+        const v4l2_pix_format_mplane& many = format.fmt.pix_mp;
+        const v4l2_pix_format& one = format.fmt.pix;
+        const std::uint32_t got = multiplanar_ ? many.pixelformat : one.pixelformat;
+        (void)fail("gives " + std::to_string(multiplanar_ ? many.width : one.width) + "x" +
+                       std::to_string(multiplanar_ ? many.height : one.height) + " " +
+                       std::string(reinterpret_cast<const char*>(&got), 4) +
                        " instead of the size and format requested",
                    0, problem);
         return Status::kInvalidArgument;
     }
-    stride_ = multiplanar_ ? many.plane_fmt[0].bytesperline : one.bytesperline;
-    stride_ = std::max(stride_, row_bytes(options.format, options.width));
-    image_bytes_ = multiplanar_ ? many.plane_fmt[0].sizeimage : one.sizeimage;
-    image_bytes_ = std::max(image_bytes_, stride_ * static_cast<std::size_t>(options.height));
+    stride_ = multiplanar_ ? format.fmt.pix_mp.plane_fmt[0].bytesperline : format.fmt.pix.bytesperline;
+    stride_ = std::max(stride_, row_bytes(format_, options.width));
+    image_bytes_ = multiplanar_ ? format.fmt.pix_mp.plane_fmt[0].sizeimage : format.fmt.pix.sizeimage;
+    image_bytes_ = std::max(image_bytes_, least_bytes(options.width, options.height));
+    set_rate(options);
     return Status::kOk;
+}
+
+std::size_t V4l2Capture::least_bytes(int width, int height) const {
+    constexpr std::size_t kLeastJpeg = 4;  // its first and last marker
+    return format_ == PixelFormat::kMjpg ? kLeastJpeg
+                                         : stride_ * static_cast<std::size_t>(height - 1) + row_bytes(format_, width);
+}
+
+void V4l2Capture::describe_format(PixelFormat format, const V4l2CaptureOptions& options,
+                                  v4l2_format& description) const {
+    description = {};
+    description.type = type();
+    const std::uint32_t width = node_width(format, options);
+    const auto height = static_cast<std::uint32_t>(options.height);
+    if (multiplanar_) {
+        description.fmt.pix_mp.width = width;
+        description.fmt.pix_mp.height = height;
+        description.fmt.pix_mp.pixelformat = fourcc(format);
+        description.fmt.pix_mp.field = V4L2_FIELD_NONE;
+        description.fmt.pix_mp.num_planes = 1;
+    } else {
+        description.fmt.pix.width = width;
+        description.fmt.pix.height = height;
+        description.fmt.pix.pixelformat = fourcc(format);
+        description.fmt.pix.field = V4L2_FIELD_NONE;
+    }
+}
+
+bool V4l2Capture::is_given(const v4l2_format& given, PixelFormat format, const V4l2CaptureOptions& options) const {
+    const v4l2_pix_format_mplane& many = given.fmt.pix_mp;
+    const v4l2_pix_format& one = given.fmt.pix;
+    return (multiplanar_ ? many.width : one.width) == node_width(format, options) &&
+           (multiplanar_ ? many.height : one.height) == static_cast<std::uint32_t>(options.height) &&
+           (multiplanar_ ? many.pixelformat : one.pixelformat) == fourcc(format) &&
+           (!multiplanar_ || many.num_planes == 1);
+}
+
+/// Whether the node says that it can send this format at the rate; true if it says nothing.
+bool V4l2Capture::reaches(PixelFormat format, const V4l2CaptureOptions& options) {
+    v4l2_frmivalenum interval{};
+    interval.pixel_format = fourcc(format);
+    interval.width = node_width(format, options);
+    interval.height = static_cast<std::uint32_t>(options.height);
+    bool is_said = false;
+    for (; interval.index < kMostIntervals && io_.ioctl(fd_, VIDIOC_ENUM_FRAMEINTERVALS, &interval) >= 0;
+         ++interval.index) {
+        is_said = true;
+        const v4l2_fract& least =
+            interval.type == V4L2_FRMIVAL_TYPE_DISCRETE ? interval.discrete : interval.stepwise.min;
+        if (seconds_of(least) * options.rate_hz < 1.0 + kRateSlack) {
+            return true;
+        }
+    }
+    return !is_said || options.rate_hz == 0.0;
+}
+
+PixelFormat V4l2Capture::choose(const V4l2CaptureOptions& options) {
+    const auto has = [&](PixelFormat format) {
+        v4l2_format tried{};
+        describe_format(format, options, tried);
+        return io_.ioctl(fd_, VIDIOC_TRY_FMT, &tried) >= 0 && is_given(tried, format, options);
+    };
+    if (has(options.format) && reaches(options.format, options)) {
+        return options.format;
+    }
+    for (const PixelFormat format : kBestFirst) {
+        if ((options.has_two_views || !is_interleaved(format)) && has(format) && reaches(format, options)) {
+            return format;
+        }
+    }
+    for (const PixelFormat format : kBestFirst) {  // at whatever rate there is, which the dry run tells
+        if ((options.has_two_views || !is_interleaved(format)) && has(format)) {
+            return format;
+        }
+    }
+    return options.format;
+}
+
+/// Drivers that cannot have it set say so, and stay as they are; one that takes another rate tells it.
+void V4l2Capture::set_rate(const V4l2CaptureOptions& options) {
+    warning_.clear();
+    if (options.rate_hz == 0.0) {
+        return;
+    }
+    constexpr double kUnit = 1000.0;
+    v4l2_streamparm parameters{};
+    parameters.type = type();
+    parameters.parm.capture.timeperframe = {static_cast<std::uint32_t>(kUnit),
+                                            static_cast<std::uint32_t>(std::lround(kUnit * options.rate_hz))};
+    if (io_.ioctl(fd_, VIDIOC_S_PARM, &parameters) < 0) {
+        return;
+    }
+    const double period_s = seconds_of(parameters.parm.capture.timeperframe);
+    if (period_s > 0.0 && std::abs(period_s * options.rate_hz - 1.0) > kRateSlack) {
+        warning_ = device_ + ": takes " + std::to_string(std::lround(1.0 / period_s)) +
+                   " frames a second instead of cameras.rate_hz";
+    }
 }
 
 Status V4l2Capture::acquire_buffers(const V4l2CaptureOptions& options, std::string& problem) {

@@ -11,15 +11,22 @@
 #include "drivers/camera_v4l2/v4l2_memory.h"
 #include "platform/port/kernel_io.h"
 
+struct v4l2_format;
+
 namespace facet {
 
 struct V4l2CaptureOptions {
     std::string device = "/dev/video0";
-    int width = 0;
+    int width = 0;  ///< of both views, where an image holds two
     int height = 0;
     PixelFormat format = PixelFormat::kGrey;
     int buffers = 4;   ///< 2 to 8; the driver may give more or fewer
     std::string heap;  ///< DMA heap that they are of, such as /dev/dma_heap/linux,cma; empty: the driver's own memory
+    /// Of the formats that the node has in this size and at this rate, the best: `format`, else one of 8 bits or more
+    /// without loss, else MJPG. Behind a media controller it is always `format`.
+    bool any_format = false;
+    bool has_two_views = false;  ///< the image holds both, so that interleaved formats may be chosen
+    double rate_hz = 0.0;        ///< that a camera without a trigger is set to; 0: as it is
 };
 
 /// One filled buffer.
@@ -61,10 +68,21 @@ public:
     Status queue(std::uint32_t index, std::string& problem);
 
     std::size_t stride() const { return stride_; }
+    /// What was negotiated.
+    PixelFormat format() const { return format_; }
+    /// What a good buffer holds at least.
+    std::size_t least_bytes(int width, int height) const;
+    /// What the driver makes of the rate, if that is another one; empty if all is well.
+    const std::string& warning() const { return warning_; }
 
 private:
     Status fail(std::string_view what, int result, std::string& problem);
     Status negotiate(const V4l2CaptureOptions& options, std::string& problem);
+    void describe_format(PixelFormat format, const V4l2CaptureOptions& options, v4l2_format& description) const;
+    bool is_given(const v4l2_format& given, PixelFormat format, const V4l2CaptureOptions& options) const;
+    bool reaches(PixelFormat format, const V4l2CaptureOptions& options);
+    PixelFormat choose(const V4l2CaptureOptions& options);
+    void set_rate(const V4l2CaptureOptions& options);
     Status acquire_buffers(const V4l2CaptureOptions& options, std::string& problem);
     std::uint32_t type() const;
 
@@ -74,6 +92,8 @@ private:
     bool multiplanar_ = false;
     bool streaming_ = false;
     std::size_t stride_ = 0;
+    PixelFormat format_ = PixelFormat::kGrey;
+    std::string warning_;
     std::size_t image_bytes_ = 0;  ///< of a buffer
     V4l2Memory memory_;
 };

@@ -46,6 +46,13 @@ public:
     /// @return kNotReady if nothing has, kIo if the channel fails
     Status read(std::span<std::uint8_t> bytes, std::size_t& size);
 
+    /// Waits until something may be read, or the channel has failed; not at all if it is not open.
+    void wait(Duration timeout) {
+        if (fd_ >= 0) {
+            (void)io_.wait_readable(fd_, timeout);
+        }
+    }
+
     /// For messages.
     std::string name() const;
 

@@ -9,6 +9,7 @@ namespace {
 
 constexpr Duration kTextPeriod = Duration::from_seconds(0.5);  // a state that flutters does not fill the line
 constexpr Duration kQuestionPeriod = Duration::from_seconds(0.1);
+constexpr Duration kFirstQuestions = Duration::from_seconds(0.02);  // while readings cannot be used without the answers
 constexpr Duration kAutopilotSilence = Duration::from_seconds(5.0);
 constexpr int kReadsAtATime = 16;
 constexpr std::size_t kReadSize = 512;
@@ -39,14 +40,16 @@ MavlinkLink::MavlinkLink(KernelIo& io, const Clock& clock, MavlinkOptions option
 }
 
 Status MavlinkLink::open(std::string& problem) {
-    FACET_TRY(channel_.open(problem));
+    const Status status = channel_.open(problem);
+    is_wanted_ = status != Status::kInvalidArgument;
     next_heartbeat_ = next_question_ = next_text_ = clock_.now();
-    return Status::kOk;
+    retry_.close(clock_.now());
+    return status;
 }
 
-/// A serial line that was unplugged.
+/// A serial line that was unplugged, or what could not be opened at first.
 void MavlinkLink::reopen() {
-    if (!channel_.is_open() && channel_.is_serial() && retry_.pass(clock_.now())) {
+    if (!channel_.is_open() && is_wanted_ && retry_.pass(clock_.now())) {
         std::string unused;
         (void)channel_.open(unused);  // if it fails, so do the writes, which are counted
     }
@@ -141,14 +144,36 @@ void MavlinkLink::send_due() {
         encode_status_text(severity_of(state_), change_.text.data(), payload_);
         (void)send_message(MavlinkId::kStatusText);
     }
-    if (options_.time == MavlinkTime::kAutopilot && now >= next_question_) {
-        next_question_ = now + kQuestionPeriod;
-        const MavTimesync question{0, now.ns, {options_.address.system, options_.autopilot_component}};
-        encode(question, payload_);
-        if (ok(send_message(MavlinkId::kTimesync))) {
-            asked_.push(now);
-        }
+    if ((options_.time == MavlinkTime::kAutopilot || imu_message_) && now >= next_question_) {
+        ask_for_time(now);
     }
+}
+
+void MavlinkLink::ask_for_time(Timestamp now) {
+    next_question_ = now + (imu_message_ && !timesync_.ready() ? kFirstQuestions : kQuestionPeriod);
+    const MavTimesync question{0, now.ns, {options_.address.system, options_.autopilot_component}};
+    encode(question, payload_);
+    if (ok(send_message(MavlinkId::kTimesync))) {
+        asked_.push(now);
+    }
+}
+
+Status MavlinkLink::ask_for_readings(double rate_hz) {
+    MavCommand command{.command = kMavCmdSetMessageInterval,
+                       .target = {options_.address.system, options_.autopilot_component}};
+    command.param[0] = static_cast<float>(id_of(*imu_message_));
+    command.param[1] = static_cast<float>(1e6 / rate_hz);
+    encode(command, payload_);
+    return send_message(MavlinkId::kCommandLong);
+}
+
+bool MavlinkLink::take_reading(MavlinkReading& reading) {
+    if (readings_.empty()) {
+        return false;
+    }
+    reading = readings_.front();
+    readings_.pop_front();
+    return true;
 }
 
 void MavlinkLink::receive() {

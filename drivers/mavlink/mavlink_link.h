@@ -10,6 +10,7 @@
 #include "drivers/common/retry_gate.h"
 #include "drivers/mavlink/frd.h"
 #include "drivers/mavlink/mavlink_channel.h"
+#include "drivers/mavlink/mavlink_inertial.h"
 #include "drivers/mavlink/mavlink_messages.h"
 #include "drivers/mavlink/mavlink_parser.h"
 #include "drivers/mavlink/mavlink_signing.h"
@@ -50,6 +51,12 @@ struct MavlinkOptions {
     Duration retry_period = Duration::from_seconds(1.0);  ///< pause before a failed serial line is reopened
 };
 
+/// A reading of the flight controller's inertial sensor, as it came.
+struct MavlinkReading {
+    MavInertial inertial;
+    Timestamp arrival;
+};
+
 enum class Arming : std::uint8_t { kUnknown, kDisarmed, kArmed };
 
 struct MavlinkCounters {
@@ -64,14 +71,40 @@ struct MavlinkCounters {
 
 /// What is sent, what is answered and when: drivers/mavlink/README.md. A channel that is full or gone is no obstacle:
 /// what it does not take is dropped and counted, and a serial line is reopened. Thread-bound, except sent_resets(),
-/// signing_time(), hears_version_1(), arming() and take_reset_request(). Heap only if open fails.
+/// signing_time(), hears_version_1(), arming() and take_reset_request(): to its sinks' thread, or, if the flight
+/// controller's inertial sensor is used, to that of ImuMavlink. Heap only if open fails.
 class MavlinkLink final : public OdometrySink {
 public:
     MavlinkLink(KernelIo& io, const Clock& clock, MavlinkOptions options);
 
-    /// See MavlinkChannel.
+    /// See MavlinkChannel. After a failure it is tried again once every retry period, unless the address is invalid.
     Status open(std::string& problem);
-    void close() { channel_.close(); }
+    void close() {
+        channel_.close();
+        is_wanted_ = false;
+    }
+    bool is_open() const { return channel_.is_open(); }
+    /// Waits until something may have arrived.
+    void wait(Duration timeout) { channel_.wait(timeout); }
+
+    // The flight controller's inertial sensor:
+    /// From now on readings in this message are kept for take_reading(): 256 of them, of which the oldest are dropped.
+    /// TIMESYNC is asked for, more often until the offset is known, whatever clock estimates are stamped by.
+    void listen_to(MavlinkImuMessage message) { imu_message_ = message; }
+    /// Asks for that message at this rate (MAV_CMD_SET_MESSAGE_INTERVAL).
+    Status ask_for_readings(double rate_hz);
+    /// What was answered to that; nothing yet.
+    std::optional<MavResult> readings_answer() const { return readings_answer_; }
+    /// The next one in the order of arrival. @return whether there was one
+    bool take_reading(MavlinkReading& reading);
+    std::uint64_t readings_dropped() const { return readings_.dropped(); }
+    /// The controller's time has begun anew: answers to what was asked before are not used.
+    void forget_time() {
+        timesync_.restart();
+        asked_.clear();
+        next_question_ = clock_.now();
+    }
+
     /// Before the first pose: what the reset counter begins at, so that it differs from that of a program before.
     void begin_resets_at(std::uint8_t first) {
         local_changes_ = first;
@@ -119,6 +152,8 @@ private:
     void handle(const MavlinkPacket& packet, Timestamp arrival);
     void handle_timesync(const MavTimesync& timesync, const MavlinkAddress& from, Timestamp arrival);
     void handle_command(const MavCommand& command, const MavlinkPacket& packet);
+    void handle_answer(const MavCommandAck& ack, const MavlinkAddress& from);
+    void ask_for_time(Timestamp now);
     MavResult obey(const MavCommand& command);
     bool is_autopilot(const MavlinkAddress& from) const;
     Timestamp link_time(Timestamp own) const;
@@ -128,10 +163,14 @@ private:
     const Clock& clock_;
     MavlinkOptions options_;
     MavlinkChannel channel_;
+    bool is_wanted_ = false;  ///< from open() to close()
     MavlinkParser parser_;
     std::optional<MavlinkSigner> signer_;
     TimesyncFilter timesync_;
     RingBuffer<Timestamp, 8> asked_;  ///< TIMESYNC questions without an answer
+    std::optional<MavlinkImuMessage> imu_message_;
+    RingBuffer<MavlinkReading, 256> readings_;  ///< a quarter of a second at 1 kHz
+    std::optional<MavResult> readings_answer_;
     MavlinkPayload payload_;
     MavlinkFrame frame_;
     MavlinkPacket packet_;

@@ -89,6 +89,29 @@ MavCommand decode_command(const MavlinkPacket& packet) {
     return command;
 }
 
+void encode(const MavCommand& command, MavlinkPayload& payload) {
+    MavlinkWriter out(payload);
+    for (const float param : command.param) {
+        out.put_float(static_cast<double>(param));
+    }
+    out.put(command.command);
+    out.put(command.target.system);
+    out.put(command.target.component);
+    out.put(std::uint8_t{0});  // confirmation: the first transmission
+}
+
+MavCommandAck decode_command_ack(const MavlinkPayload& payload) {
+    MavlinkReader in({payload.data(), payload.size()});
+    MavCommandAck ack;
+    ack.command = in.take<std::uint16_t>();
+    ack.result = static_cast<MavResult>(in.take<std::uint8_t>());
+    (void)in.take<std::uint8_t>();
+    (void)in.take<std::int32_t>();
+    ack.target.system = in.take<std::uint8_t>();
+    ack.target.component = in.take<std::uint8_t>();
+    return ack;
+}
+
 void encode(const MavCommandAck& ack, MavlinkPayload& payload) {
     MavlinkWriter out(payload);
     out.put(ack.command);

@@ -44,9 +44,12 @@ struct MavCommand {
     MavlinkAddress target{0, 0};
 };
 inline constexpr std::uint16_t kMavCmdDoSetHome = 179;
+inline constexpr std::uint16_t kMavCmdSetMessageInterval = 511;
 inline constexpr std::uint16_t kMavCmdUser1 = 31010;
 inline constexpr std::uint16_t kMavCmdUser2 = 31011;
 MavCommand decode_command(const MavlinkPacket& packet);
+/// COMMAND_LONG.
+void encode(const MavCommand& command, MavlinkPayload& payload);
 
 enum class MavResult : std::uint8_t {
     kAccepted = 0,
@@ -61,6 +64,8 @@ struct MavCommandAck {
     MavlinkAddress target{0, 0};
 };
 void encode(const MavCommandAck& ack, MavlinkPayload& payload);
+/// The target of a sender that does not know that field is zero.
+MavCommandAck decode_command_ack(const MavlinkPayload& payload);
 
 enum class MavSeverity : std::uint8_t { kCritical = 2, kWarning = 4, kInfo = 6 };
 /// Texts of more than 50 characters are cut.

@@ -9,14 +9,19 @@ namespace {
 
 // CRC_EXTRA and sizes as in the generated headers of MAVLink's `common` set; tests/drivers/mavlink compares them with
 // those of an independent implementation.
-constexpr std::array<MavlinkMessageInfo, 10> kMessages{{
+constexpr std::array<MavlinkMessageInfo, 15> kMessages{{
     {MavlinkId::kHeartbeat, 50, 9},
+    {MavlinkId::kScaledImu, 170, 24},
+    {MavlinkId::kRawImu, 144, 29},
     {MavlinkId::kCommandInt, 158, 35},
     {MavlinkId::kCommandLong, 152, 33},
     {MavlinkId::kCommandAck, 143, 10},
     {MavlinkId::kVisionPositionEstimate, 158, 117},
     {MavlinkId::kVisionSpeedEstimate, 208, 57},
+    {MavlinkId::kHighresImu, 93, 63},
     {MavlinkId::kTimesync, 34, 18},
+    {MavlinkId::kScaledImu2, 76, 24},
+    {MavlinkId::kScaledImu3, 46, 24},
     {MavlinkId::kStatusText, 83, 54},
     {MavlinkId::kObstacleDistance, 23, 167},
     {MavlinkId::kOdometry, 91, 233},

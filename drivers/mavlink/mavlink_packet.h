@@ -24,12 +24,17 @@ struct MavlinkAddress {
 /// Messages that are sent or understood, by their number.
 enum class MavlinkId : std::uint32_t {
     kHeartbeat = 0,
+    kScaledImu = 26,
+    kRawImu = 27,
     kCommandInt = 75,
     kCommandLong = 76,
     kCommandAck = 77,
     kVisionPositionEstimate = 102,
     kVisionSpeedEstimate = 103,
+    kHighresImu = 105,
     kTimesync = 111,
+    kScaledImu2 = 116,
+    kScaledImu3 = 129,
     kStatusText = 253,
     kObstacleDistance = 330,
     kOdometry = 331,

@@ -26,7 +26,12 @@ void MavlinkLink::handle(const MavlinkPacket& packet, Timestamp arrival) {
         case MavlinkId::kTimesync: handle_timesync(decode_timesync(packet.payload), packet.from, arrival); break;
         case MavlinkId::kCommandLong:
         case MavlinkId::kCommandInt: handle_command(decode_command(packet), packet); break;
-        default: break;
+        case MavlinkId::kCommandAck: handle_answer(decode_command_ack(packet.payload), packet.from); break;
+        default:
+            if (imu_message_ && packet.id == id_of(*imu_message_) && is_autopilot(packet.from)) {
+                readings_.push({decode_inertial(packet), arrival});
+            }
+            break;
     }
 }
 
@@ -54,6 +59,13 @@ void MavlinkLink::handle_timesync(const MavTimesync& timesync, const MavlinkAddr
                        is_for_all ? MavlinkAddress{0, 0} : from},
            payload_);
     (void)send_message(MavlinkId::kTimesync);  // a failure is counted
+}
+
+void MavlinkLink::handle_answer(const MavCommandAck& ack, const MavlinkAddress& from) {
+    const bool is_for_us = ack.target == options_.address || ack.target == MavlinkAddress{0, 0};
+    if (is_autopilot(from) && is_for_us && ack.command == kMavCmdSetMessageInterval) {
+        readings_answer_ = ack.result;
+    }
 }
 
 void MavlinkLink::handle_command(const MavCommand& command, const MavlinkPacket& packet) {

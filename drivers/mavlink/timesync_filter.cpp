@@ -116,6 +116,13 @@ Timestamp TimesyncFilter::to_remote(Timestamp own) const {
     return {own.ns + base_ns_ + static_cast<std::int64_t>(std::llround(offset_s * 1e9))};
 }
 
+/// With d = own - last: remote - base - last = d + offset + drift d.
+Timestamp TimesyncFilter::to_own(Timestamp remote) const {
+    FACET_ASSERT(ready());
+    const double beyond_s = static_cast<double>(remote.ns - base_ns_ - last_.ns) * 1e-9;
+    return {last_.ns + static_cast<std::int64_t>(std::llround((beyond_s - offset_s_) / (1.0 + drift_) * 1e9))};
+}
+
 double TimesyncFilter::sigma_s() const { return is_running_ ? std::sqrt(p_oo_) : 0.0; }
 
 }  // namespace facet

@@ -33,6 +33,10 @@ public:
     bool ready() const { return is_ready_; }
     /// Contract: ready().
     Timestamp to_remote(Timestamp own) const;
+    /// The inverse. Contract: ready().
+    Timestamp to_own(Timestamp remote) const;
+    /// Forgets all, as after a step: somebody knows that the other side has begun anew.
+    void restart();
     /// Standard deviation of the offset at the last block; 0 before the first one.
     double sigma_s() const;
     double drift() const { return drift_; }
@@ -45,7 +49,6 @@ private:
         double upper_s;
     };
 
-    void restart();
     bool contradicts(const Exchange& exchange) const;
     void finish_block();
 

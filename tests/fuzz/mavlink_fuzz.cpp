@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // Bytes from the line to the flight controller, in pieces as they come.
+#include "drivers/mavlink/mavlink_inertial.h"
 #include "drivers/mavlink/mavlink_messages.h"
 #include "drivers/mavlink/mavlink_parser.h"
 #include "tests/fuzz/fuzz_input.h"
@@ -24,6 +25,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
                 case MavlinkId::kTimesync: static_cast<void>(decode_timesync(packet.payload)); break;
                 case MavlinkId::kCommandInt:
                 case MavlinkId::kCommandLong: static_cast<void>(decode_command(packet)); break;
+                case MavlinkId::kCommandAck: static_cast<void>(decode_command_ack(packet.payload)); break;
+                case MavlinkId::kHighresImu:
+                case MavlinkId::kRawImu:
+                case MavlinkId::kScaledImu:
+                case MavlinkId::kScaledImu2:
+                case MavlinkId::kScaledImu3: static_cast<void>(decode_inertial(packet)); break;
                 default: break;
             }
             ++packets;

@@ -37,28 +37,72 @@ STEPS = (
 )  # fmt: skip
 
 
+# By default vivid stamps the end of a frame that is not over yet.
+START_OF_EXPOSURE = "timestamp_source: 1"
 # Of vivid, the kernel's test driver, through the whole of videobuf2; it makes five images a second.
 HEAP = Step("dry_run_heap", ("run", "--config", "/run/share/heap.yaml", "--dry-run"),
             ("ok        left camera:  /dev/video50 640x480, 5.0 frames/s, 0 lost, 0 bad",
              "ok        right camera: /dev/video51 640x480, 5.0 frames/s, 0 lost, 0 bad"))  # fmt: skip
 
 
-def heap_files(log):
+# The same driver with its own faults, which are controls of it.
+def vivid_step(name, left, *says, exit_code=0):
+    return Step(f"dry_run_{name}", ("run", "--config", "/run/share/other.yaml", "--dry-run"), (left, *says), exit_code)
+
+
+VIVID = (
+    (vivid_step("streamon_refused", "WRONG     left camera:  /dev/video50: streaming does not start: Invalid argument",
+                "ok        right camera:", exit_code=2), "inject_vidioc_streamon_error: 0"),
+    (vivid_step("unplugged", "WRONG     left camera:  /dev/video50:", "No such device", exit_code=2), "disconnect: 0"),
+    (vivid_step("bad_buffer", "left camera:  /dev/video50 640x480, ", "0 lost, 1 bad"),
+     "inject_v4l2_buf_flag_error: 0"),
+)  # fmt: skip
+# Sensors behind a media controller: vimc, whose first nodes have a sensor each.
+MEDIA = Step("dry_run_media_graph", ("run", "--config", "/run/share/other.yaml", "--dry-run"),
+             ("ok        left camera:  /dev/video0 640x480,", "ok        right camera: /dev/video1 640x480,",
+              "0 lost, 0 bad"))  # fmt: skip
+NO_SIZE = Step("dry_run_media_size", ("run", "--config", "/run/share/other.yaml", "--dry-run"),
+               ("WRONG     left camera:  /dev/video0: /dev/media", "gives 640x480 in bus format",
+                "instead of 641x481"), 2)  # fmt: skip
+
+
+def other_cameras(log, left, right, size, keys="", right_controls="", rate=5.0):
+    """A vehicle with these nodes, and a calibration of their size."""
+    files = heap_files(log, size)
+    del files["heap.yaml"]
+    text = hil_guest.VEHICLE.format(
+        calibration="/run/share/mav0", mode="s", rate=rate, backend="libgpiod",
+        imu=hil_guest.SENSOR_CONFIG["icm42688"].replace("READY", hil_guest.READY % "libgpiod"), sinks="", realtime="",
+        pixels="")  # fmt: skip
+    text = text.replace("{device: /dev/video40}", f"{{device: {left}{', ' + keys if keys else ''}}}")
+    right += f", controls: {{{right_controls}}}" if right_controls else ""
+    files["other.yaml"] = text.replace("/dev/video41", right)
+    return files
+
+
+def heap_files(log, size="[640, 480]"):
     """A vehicle whose cameras fill buffers of a DMA heap, and a calibration of their size."""
     files = {}
     for sensor in ("cam0", "cam1", "imu0"):
         text = (log / f"mav0/{sensor}/sensor.yaml").read_text(encoding="utf-8")
-        files[f"mav0/{sensor}/sensor.yaml"] = re.sub(r"^resolution:.*$", "resolution: [640, 480]", text,
+        files[f"mav0/{sensor}/sensor.yaml"] = re.sub(r"^resolution:.*$", f"resolution: {size}", text,
                                                      flags=re.MULTILINE)  # fmt: skip
     files["heap.yaml"] = hil_guest.VEHICLE.format(
         calibration="/run/share/mav0", mode="s", rate=5.0, backend="libgpiod",
         imu=hil_guest.SENSOR_CONFIG["icm42688"].replace("READY", hil_guest.READY % "libgpiod"), sinks="", realtime="",
-        pixels="  heap: /dev/dma_heap/system\n").replace("video4", "video5")  # fmt: skip
+        pixels=f"  heap: /dev/dma_heap/system\n  controls: {{{START_OF_EXPOSURE}}}\n"
+    ).replace("video4", "video5")  # fmt: skip
     return files
 
 
 def rows(hil):
     steps = [(step, {}) for step in STEPS] + [(HEAP, heap_files(hil.log))]
+    for step, control in VIVID:
+        controls = f"controls: {{{START_OF_EXPOSURE}, {control}}}"
+        steps.append((step, other_cameras(hil.log, "/dev/video50", "/dev/video51", "[640, 480]", controls,
+                                          START_OF_EXPOSURE)))  # fmt: skip
+    steps.append((MEDIA, other_cameras(hil.log, "/dev/video0", "/dev/video1", "[640, 480]", rate=50.0)))
+    steps.append((NO_SIZE, other_cameras(hil.log, "/dev/video0", "/dev/video1", "[641, 481]")))
     with ThreadPoolExecutor(hil.args.jobs) as guests:
         results = list(guests.map(lambda step: row_of(hil, *step), steps))
     results.append(checked_calibration(hil))

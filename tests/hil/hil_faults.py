@@ -39,6 +39,9 @@ FAULTS = (
     Fault("icm42688", "torn", 0.25, "left frames torn, unflagged"),
     Fault("icm42688", "short_frames", 0.25, "left frames short"),
     Fault("icm42688", "flagged_frames", 0.25, "left frames flagged as bad"),
+    Fault("icm42688", "flagged_frames", 2.0, "left frames flagged as bad, for long"),
+    Fault("icm42688", "left_ahead", 0.05, "a left frame stamped an hour ahead"),
+    Fault("icm42688", "left_ahead", 2.0, "left frames stamped an hour ahead"),
     Fault("icm42688", "unplugged", 1.0, "left camera unplugged"),
     Fault("icm42688", "right_stalled", 1.0, "right camera stalls"),
     Fault("icm42688", "right_stalled", FOR_EVER_S, "right camera stalls", "DEGRADED", "one_camera"),
@@ -109,19 +112,24 @@ def fault_row(hil, fault, plain):
     return row
 
 
-def restart_row(hil, plain):
-    """The program hangs, and its service manager kills it and starts it again."""
-    job, report = hil.play("icm42688", "icm42688_restart", faults=[f"stopped@{BEGIN_S}+0"], watchdog_s=WATCHDOG_S)
+def restart_row(hil, plain, also="", words=""):
+    """The program hangs, and its service manager kills it and starts it again.
+
+    also: another fault from then on"""
+    name = f"icm42688_restart{'_' + also if also else ''}"
+    more = [f"{also}@{BEGIN_S}+{FOR_EVER_S}"] if also else []
+    job, report = hil.play("icm42688", name, faults=[f"stopped@{BEGIN_S}+0", *more], watchdog_s=WATCHDOG_S)
     folders = sorted((job.folder / "flights").glob("flight_*"))
-    flights = [hil.flight_in(folder, f"restart_{i}", report) for i, folder in enumerate(folders)]
+    flights = [hil.flight_in(folder, f"restart{also}_{i}", report) for i, folder in enumerate(folders)]
     row = {"sensor": "icm42688", "fault": "stopped", "length_s": WATCHDOG_S, "exit_code": report["exit_code"],
-           "words": "the program hangs; the watchdog restarts it", "ate_plain_mm": plain["ate_mm"],
+           "words": f"the program hangs; the watchdog restarts it{words}", "ate_plain_mm": plain["ate_mm"],
            "recovery_s": math.nan, "longest_gap_s": math.nan, "ate_mm": math.nan, "good": False,
            "states": [], "reasons": [], "ends": "-", "found": {"flights": len(flights)}}  # fmt: skip
     if len(flights) != 2:
         return row
     again = flights[1]
-    tracking = [stamp for stamp, state, _, _ in again["health"] if state == "TRACKING"]
+    ends = "DEGRADED" if also else "TRACKING"
+    tracking = [stamp for stamp, state, _, _ in again["health"] if state in ("TRACKING", ends)]
     if not tracking:
         return row
     first_ns = tracking[0] + report["shift_ns"]
@@ -132,7 +140,7 @@ def restart_row(hil, plain):
     ready_s = (report["ready_again_ns"] - report["killed_ns"]) / hil_compare.NANO
     counter = (job.folder / "flights/reset_counter").read_text(encoding="utf-8").strip()
     row["found"] = {"seconds until ready": round(ready_s, 2), "reset counter sent": int(counter)}
-    row["good"] = row["exit_code"] == 0 and row["ends"] == "TRACKING" and int(counter) == 1
+    row["good"] = row["exit_code"] == 0 and row["ends"] == ends and int(counter) == 1
     return row
 
 
@@ -151,6 +159,7 @@ def fault_rows(hil, faults, restart):
         flown = [guests.submit(fault_row, hil, fault, plain[fault.sensor]) for fault in faults]
         if restart:
             flown.append(guests.submit(restart_row, hil, plain["icm42688"]))
+            flown.append(guests.submit(restart_row, hil, plain["icm42688"], "unplugged", ", the left camera is gone"))
         rows = []
         for row in flown:
             rows.append(row.result())

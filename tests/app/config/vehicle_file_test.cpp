@@ -108,6 +108,66 @@ TEST_CASE("the CAN example is a whole vehicle, its paths beside the file") {
     CHECK(v.log.mesh_faces == 200'000);
 }
 
+TEST_CASE("the example with the flight controller's IMU is a whole vehicle") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const Vehicle v = load_vehicle(dir.write("vehicle.yaml", example("vehicle_mavlink.yaml")));
+    REQUIRE(v.imu_mavlink);
+    CHECK_FALSE(v.imu_can);
+    CHECK_FALSE(v.imu_spi);
+    CHECK(v.imu_mavlink->message == MavlinkImuMessage::kHighresImu);
+    CHECK(v.imu_mavlink->rate_hz == 200.0);
+    CHECK(v.imu_mavlink->silence == Duration::from_seconds(0.25));
+    REQUIRE(v.mavlink);
+    CHECK(v.mavlink->channel.serial == "/dev/ttyS1");
+}
+
+TEST_CASE("cameras have any format that fits, and their rate unless something triggers them") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& text) {
+        return load_vehicle(dir.write("v.yaml", kHead + text + kImu)).cameras;
+    };
+    const VehicleCameras usual = load("cameras: {rate_hz: 30}\n");
+    CHECK(usual.left.capture.any_format);
+    CHECK_FALSE(usual.left.capture.has_two_views);
+    CHECK(usual.right.capture.rate_hz == 30.0);
+    CHECK(load("cameras: {format: auto}\n").left.capture.any_format);
+    const VehicleCameras both = load("cameras: {side_by_side: {device: /dev/video2, format: Y8I}}\n");
+    CHECK_FALSE(both.left.capture.any_format);
+    CHECK(both.left.capture.has_two_views);
+    CHECK(both.left.capture.format == PixelFormat::kY8i);
+    CHECK(both.left.capture.width == 320);
+    const VehicleCameras triggered = load("cameras: {rate_hz: 30}\ntrigger: {line: 3}\n");
+    CHECK(triggered.left.capture.rate_hz == 0.0);
+}
+
+TEST_CASE("the flight controller's IMU has options, and needs the link") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const auto load = [&](const std::string& imu, const std::string& sinks) {
+        return load_vehicle(dir.write(
+            "v.yaml", kHead + kCameras + "imu: {axes: \"y -x z\", latency_s: 0.002, mavlink: " + imu + "}\n" + sinks));
+    };
+    const std::string link = "sinks: {mavlink: {}}\n";
+    const Vehicle usual = load("{}", link);
+    REQUIRE(usual.imu_mavlink);
+    CHECK(usual.imu_mavlink->rate_hz == usual.calibration.noise.rate_hz);
+    CHECK(usual.imu_mavlink->latency == Duration::from_seconds(0.002));
+    CHECK(usual.imu_mavlink->axes.matrix()(0, 1) == 1.0);
+    const Vehicle all = load("{message: raw_imu, rate_hz: 100, id: 1, gyro_filter_hz: 20, accel_filter_hz: 10}", link);
+    CHECK(all.imu_mavlink->message == MavlinkImuMessage::kRawImu);
+    CHECK(all.imu_mavlink->rate_hz == 100.0);
+    CHECK(all.imu_mavlink->id == 1);
+    CHECK(all.imu_mavlink->gyro_filter_hz == 20.0);
+    CHECK(all.imu_mavlink->accel_filter_hz == 10.0);
+    CHECK_THROWS_WITH(load("{}", ""), Catch::Contains("imu.mavlink needs sinks.mavlink"));
+    CHECK_THROWS_WITH(load("{message: attitude}", link), Catch::Contains("message"));
+    CHECK_THROWS_WITH(load("{rate_hz: 5}", link), Catch::Contains("rate_hz"));
+    CHECK_THROWS_WITH(load("{gyro_filter_hz: 0.5}", link), Catch::Contains("1 Hz at least"));
+    CHECK_THROWS_WITH(load("{}, can: {}", link), Catch::Contains("must have one of 'spi', 'can' and 'mavlink'"));
+}
+
 TEST_CASE("a vehicle file needs calibration, cameras and an IMU, and has defaults for the rest") {
     const test::TempDir dir;
     write_calibration(dir);
@@ -295,14 +355,17 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {"cameras: {}\n", ":1: calibration: missing"},
         {kHead + kImu, ":1: cameras: missing"},
         {kHead + kCameras, ":1: imu: missing"},
-        {kHead + kCameras + "imu: {}\n", ":3: imu: must have either 'spi' or 'can'"},
+        {kHead + kCameras + "imu: {}\n", ":3: imu: must have one of 'spi', 'can' and 'mavlink'"},
         {kHead + kCameras + kImu + "tirgger: {}\n",
          ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, trigger_output, imu, sinks, "
          "realtime"},
         {kHead + "cameras:\n  rate_hz: fast\n" + kImu, ":3: cameras.rate_hz: must be a number"},
         {kHead + "cameras:\n  rate_hz: 0\n" + kImu, ":3: cameras.rate_hz: must be within [1, 200], is 0"},
-        {kHead + "cameras:\n  format: MJPG\n" + kImu,
-         ":3: cameras.format: 'MJPG' is unknown; one of: GREY, Y10, Y10P, Y12, Y012, Y16, YUYV"},
+        {kHead + "cameras:\n  format: H264\n" + kImu,
+         ":3: cameras.format: 'H264' is unknown; one of: auto, GREY, Y10, Y10P, Y12, Y012, Y16, YUYV, UYVY, NV12, "
+         "Y8I, Y12I, MJPG"},
+        {kHead + "cameras: {format: Y8I}\n" + kImu,
+         ":2: cameras: Y8I holds both views in one image: say 'side_by_side'"},
         {kHead + "cameras:\n  left: {devise: x}\n" + kImu, ":3: cameras.left.devise: unknown key"},
         {kHead + "cameras:\n  left: {}\n  side_by_side: {}\n" + kImu, ":2: cameras: has 'side_by_side' and 'left'"},
         {kHead + "cameras: {right: {device: /dev/video0}}\n" + kImu, ":2: cameras: left and right are the same device"},

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 
+#include "tests/drivers/mavlink/fake_autopilot.h"
 #include "tests/support/fake_kernel.h"
 #include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
@@ -143,6 +144,35 @@ TEST_CASE("a CAN interface and a log folder that are not there") {
     const std::vector<ProbeLine> good = probe(kernel, vehicle);
     CHECK(line_of(good, "log").finding != Finding::kWrong);
     CHECK_FALSE(std::filesystem::exists(dir.file("log/dry_run.tmp")));
+}
+
+TEST_CASE("the flight controller's inertial sensor is heard over the link, and its rounding is judged") {
+    ManualClock clock({100'000'000'000});
+    test::AutopilotKernel kernel(clock);
+    kernel.sends_every = {5'000'000};
+    Vehicle vehicle = spi_vehicle();
+    vehicle.imu_spi.reset();
+    vehicle.trigger.reset();
+    vehicle.imu_mavlink.emplace();
+    const auto probed = [&] {
+        Hardware hardware(kernel, clock, vehicle);
+        return dry_run(hardware, clock, vehicle, Duration::from_seconds(0.5));
+    };
+    const std::vector<ProbeLine> good = probed();
+    CAPTURE(to_text(good));
+    CHECK(line_of(good, "imu").finding == Finding::kGood);
+    CHECK(line_of(good, "imu").text.find("200 samples/s, 0 lost, 0 bad; mean specific force") == 0);
+    CHECK(line_of(good, "mavlink").finding == Finding::kGood);
+    CHECK(std::none_of(good.begin(), good.end(), [](const ProbeLine& l) { return l.device == "imu noise"; }));
+    vehicle.imu_mavlink->message = MavlinkImuMessage::kRawImu;
+    vehicle.calibration.noise.accel_noise_m_per_s2_per_sqrt_hz = 1e-4;
+    const std::vector<ProbeLine> other = probed();
+    CAPTURE(to_text(other));
+    CHECK(line_of(other, "imu").finding == Finding::kWrong);
+    CHECK(line_of(other, "imu").text.find("none of the readings that were asked for has come") != std::string::npos);
+    CHECK(line_of(other, "imu noise").text ==
+          "RAW_IMU rounds; at 200 Hz the calibration's noise densities must be 2.0e-05 rad/s/sqrt(Hz) and 2.0e-04 "
+          "m/s^2/sqrt(Hz) at least");
 }
 
 TEST_CASE("threads that could hold up those of the interrupts are doubtful") {

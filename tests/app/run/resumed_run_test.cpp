@@ -130,6 +130,39 @@ TEST_CASE("a restart in the air goes on with the inertial sensor and either came
     CHECK(log.find("trigger: /dev/x") != std::string::npos);
 }
 
+/// An inertial sensor that can be started at the fourth attempt.
+class LateImu final : public ImuSource {
+public:
+    explicit LateImu(ImuSource& imu) : imu_(imu) {}
+    Status start() override { return ++attempts_ < 4 ? Status::kNotFound : imu_.start(); }
+    void stop() override { imu_.stop(); }
+    ClockDomain clock() const override { return ClockDomain::kMonotonic; }
+    SourceCounters counters() const override { return imu_.counters(); }
+    std::string_view problem() const override { return "/dev/ttyACM0: cannot be opened: No such file or directory"; }
+    Status next(Duration timeout, ImuSample& sample) override { return imu_.next(timeout, sample); }
+
+private:
+    ImuSource& imu_;
+    int attempts_ = 0;
+};
+
+TEST_CASE("a restart in the air waits for an inertial sensor that is not there") {
+    const test::TempDir dir;
+    Rig rig;
+    LateImu imu(rig.imu);
+    const Vehicle vehicle = flight().vehicle(dir.file("out"));
+    {
+        LiveRun on_the_ground(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &imu}, {});
+        CHECK_THROWS_WITH(on_the_ground.start(), Catch::Contains("imu: /dev/ttyACM0: cannot be opened"));
+    }
+    LiveRun run(rig.clock, vehicle, {&rig.camera, nullptr, nullptr, &imu}, {});
+    run.begin_in_flight();
+    const RunSummary summary = run_to_end(run);
+    CHECK(run.failure().empty());
+    CHECK(summary.frames >= 20);
+    CHECK(test::read_file(dir.file("out/warnings.txt")).find("ttyACM0") != std::string::npos);
+}
+
 TEST_CASE("without any camera there is nothing to begin with, in flight neither") {
     Rig rig;
     Absent<CameraSource, CameraFrame> left;

@@ -39,6 +39,17 @@ public:
     std::uint32_t height = 4;
     std::uint32_t stride = 8;
     std::uint32_t format = V4L2_PIX_FMT_GREY;
+    /// What the node has besides: `format` becomes whichever is set. Empty: `format` alone, whatever is asked for.
+    struct Mode {
+        std::uint32_t format;
+        std::uint32_t width;
+        std::uint32_t stride;
+        double most_hz;
+    };
+    std::vector<Mode> modes;
+    double rate_hz = 0.0;   ///< as set; 0: not yet
+    double most_hz = 60.0;  ///< more is refused and becomes this
+    bool has_rate = true;
     std::uint32_t max_buffers = 8;
     std::uint32_t plane_offset = 0;
     std::uint32_t flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
@@ -73,6 +84,15 @@ public:
         REQUIRE(reading_.count(index) == 0);
         std::fill(memory_[index].begin(), memory_[index].end(), value);
         filled_.push_back({index, sequence, stamp_ns, flags | extra_flags, plane_offset + stride * height - cut});
+    }
+    /// A frame of these bytes.
+    void expose_bytes(const std::vector<std::uint8_t>& bytes, std::int64_t stamp_ns) {
+        expose(0, stamp_ns);
+        REQUIRE_FALSE(filled_.empty());
+        Filled& frame = filled_.back();
+        REQUIRE(bytes.size() <= memory_[frame.index].size());
+        std::copy(bytes.begin(), bytes.end(), memory_[frame.index].begin());
+        frame.bytes = static_cast<std::uint32_t>(bytes.size());
     }
     std::uint32_t next_sequence = 0;
 
@@ -140,6 +160,9 @@ public:
         }
         switch (request) {
             case VIDIOC_QUERYCAP: return query(*static_cast<v4l2_capability*>(argument));
+            case VIDIOC_TRY_FMT: return try_format(*static_cast<v4l2_format*>(argument));
+            case VIDIOC_ENUM_FRAMEINTERVALS: return tell_interval(*static_cast<v4l2_frmivalenum*>(argument));
+            case VIDIOC_S_PARM: return set_rate(*static_cast<v4l2_streamparm*>(argument));
             case VIDIOC_S_FMT: return set_format(*static_cast<v4l2_format*>(argument));
             case VIDIOC_REQBUFS: return request_buffers(*static_cast<v4l2_requestbuffers*>(argument));
             case VIDIOC_QUERYBUF: return describe(*static_cast<v4l2_buffer*>(argument));
@@ -174,8 +197,53 @@ private:
                                  (multiplanar ? V4L2_CAP_VIDEO_CAPTURE_MPLANE : V4L2_CAP_VIDEO_CAPTURE);
         return 0;
     }
-    int set_format(v4l2_format& wanted) const {
+    /// The mode asked for, or the first.
+    const Mode& mode_for(const v4l2_format& wanted) const {
+        for (const Mode& mode : modes) {
+            if (mode.format == wanted.fmt.pix.pixelformat && mode.width == wanted.fmt.pix.width) {
+                return mode;
+            }
+        }
+        return modes.front();
+    }
+    int try_format(v4l2_format& wanted) const {
+        if (modes.empty()) {
+            return -ENOTTY;
+        }
+        const Mode& mode = mode_for(wanted);
+        wanted.fmt.pix.pixelformat = mode.format;
+        wanted.fmt.pix.width = mode.width;
+        wanted.fmt.pix.height = height;
+        return 0;
+    }
+    int tell_interval(v4l2_frmivalenum& interval) const {
+        for (const Mode& mode : modes) {
+            if (mode.format == interval.pixel_format && mode.width == interval.width && interval.index == 0) {
+                interval.type = V4L2_FRMIVAL_TYPE_DISCRETE;
+                interval.discrete = {1000, static_cast<std::uint32_t>(mode.most_hz * 1000.0)};
+                return 0;
+            }
+        }
+        return -EINVAL;
+    }
+    int set_rate(v4l2_streamparm& parameters) {
+        if (!has_rate) {
+            return -ENOTTY;
+        }
+        CHECK_FALSE(streaming);
+        v4l2_fract& period = parameters.parm.capture.timeperframe;
+        rate_hz = std::min(most_hz, static_cast<double>(period.denominator) / period.numerator);
+        period = {1000, static_cast<std::uint32_t>(rate_hz * 1000.0)};
+        return 0;
+    }
+    int set_format(v4l2_format& wanted) {
         REQUIRE(wanted.type == type());
+        if (!modes.empty()) {
+            const Mode& mode = mode_for(wanted);
+            format = mode.format;
+            width = mode.width;
+            stride = mode.stride;
+        }
         if (multiplanar) {
             wanted.fmt.pix_mp.width = width;
             wanted.fmt.pix_mp.height = height;

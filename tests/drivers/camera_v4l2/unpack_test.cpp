@@ -36,6 +36,16 @@ TEST_CASE("each format, worked by hand") {
     CHECK(unpacked({packed, PixelFormat::kY10p, 8, 1, 10, 0}) == Bytes{10, 20, 30, 40, 50, 60, 70, 80});
     const Bytes yuyv{16, 128, 235, 127, 100, 1, 101, 2};
     CHECK(unpacked({yuyv, PixelFormat::kYuyv, 4, 1, 8, 0}) == Bytes{16, 235, 100, 101});
+    CHECK(unpacked({yuyv, PixelFormat::kUyvy, 4, 1, 8, 0}) == Bytes{128, 127, 1, 2});
+    // Two rows of luma, padded, then what is not looked at.
+    const Bytes nv12{1, 2, 9, 3, 4, 9, 200, 201, 9};
+    CHECK(unpacked({nv12, PixelFormat::kNv12, 2, 2, 3, 0}) == Bytes{1, 2, 3, 4});
+    // Left and right of each pixel in turn; the image has both views, side by side.
+    const Bytes both{1, 101, 2, 102, 99, 3, 103, 4, 104, 99};
+    CHECK(unpacked({both, PixelFormat::kY8i, 4, 2, 5, 0}) == Bytes{1, 2, 101, 102, 3, 4, 103, 104});
+    // Left 0xABC, right 0x123; left 0x00F, right 0xFF0.
+    const Bytes packed_both{0xBC, 0x3A, 0x12, 0x0F, 0x00, 0xFF};
+    CHECK(unpacked({packed_both, PixelFormat::kY12i, 4, 1, 6, 0}) == Bytes{0xAB, 0x00, 0x12, 0xFF});
 }
 
 /// Writes pixels of `bits` bits as a camera does.
@@ -115,7 +125,8 @@ TEST_CASE("images that do not fit are refused, and nothing is written") {
 }
 
 TEST_CASE("formats by name and code") {
-    for (const std::string_view code : {"GREY", "Y10 ", "Y10P", "Y12 ", "Y16 ", "YUYV"}) {
+    for (const std::string_view code :
+         {"GREY", "Y10 ", "Y10P", "Y12 ", "Y16 ", "YUYV", "UYVY", "NV12", "Y8I ", "Y12I", "MJPG"}) {
         const auto format = pixel_format(code);
         REQUIRE(format);
         CHECK(pixel_format(code.substr(0, code.find(' '))) == format);
@@ -127,7 +138,7 @@ TEST_CASE("formats by name and code") {
         CHECK(fourcc(*format) == letters);
     }
     CHECK(pixel_format("Y10 ") == PixelFormat::kY10);
-    CHECK_FALSE(pixel_format("MJPG"));
+    CHECK_FALSE(pixel_format("H264"));
     CHECK(fourcc(PixelFormat::kGrey) == 0x59455247);
 }
 

@@ -38,11 +38,15 @@ public:
     std::deque<Bytes> arriving;
     int result = 0;  ///< a failure for every write
     int opened = 0;
+    int refusal = 0;  ///< of every socket
     std::uint16_t port = 0;
     std::uint16_t local_port = 0;
 
     int socket(int domain, int type, int) override {
         ++opened;
+        if (refusal < 0) {
+            return refusal;
+        }
         return domain == AF_INET && (type & SOCK_NONBLOCK) != 0 ? 6 : -EINVAL;
     }
     int bind(int, const void* address, std::size_t) override {

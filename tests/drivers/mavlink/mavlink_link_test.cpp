@@ -407,5 +407,33 @@ TEST_CASE("an address that is none is refused in words") {
     CHECK(problem == "mavlink: 'autopilot:14580' is not an IPv4 address and port");
 }
 
+TEST_CASE("a port that could not be opened is tried again, unless its address is a mistake") {
+    ManualClock clock({100'000'000'000});
+    test::FakeUdp kernel;
+    kernel.refusal = -ENETDOWN;
+    MavlinkLink link(kernel, clock, {});
+    std::string problem;
+    CHECK(link.open(problem) == Status::kIo);
+    link.service();
+    CHECK(kernel.opened == 1);
+    kernel.refusal = 0;
+    clock.advance(Duration::from_seconds(1.1));
+    link.service();
+    CHECK(link.is_open());
+    CHECK_FALSE(kernel.sent.empty());
+    link.close();
+    clock.advance(Duration::from_seconds(1.1));
+    link.service();
+    CHECK_FALSE(link.is_open());
+    MavlinkOptions wrong;
+    wrong.channel.udp_host = "nowhere";
+    MavlinkLink mistaken(kernel, clock, wrong);
+    CHECK(mistaken.open(problem) == Status::kInvalidArgument);
+    const int before = kernel.opened;
+    clock.advance(Duration::from_seconds(1.1));
+    mistaken.service();
+    CHECK(kernel.opened == before);
+}
+
 }  // namespace
 }  // namespace facet

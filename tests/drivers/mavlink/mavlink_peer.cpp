@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/mavlink/mavlink_inertial.h"
 #include "drivers/mavlink/mavlink_messages.h"
 #include "drivers/mavlink/mavlink_parser.h"
 #include "drivers/mavlink/mavlink_signing.h"
@@ -158,6 +159,15 @@ int emit() {
               {"resultParam2", 0},
               {"targetSystem", 255},
               {"targetComponent", 190}});
+    encode(MavCommand{{105.0F, 5000.0F}, kMavCmdSetMessageInterval, {1, 1}}, payload);
+    out.emit(MavlinkId::kCommandLong, payload,
+             {{"command", 511},
+              {"_param1", 105.0},
+              {"_param2", 5000.0},
+              {"_param7", 0.0},
+              {"confirmation", 0},
+              {"targetSystem", 1},
+              {"targetComponent", 1}});
     encode_status_text(MavSeverity::kWarning, "facet: DEGRADED few_features", payload);
     out.emit(MavlinkId::kStatusText, payload,
              {{"severity", 4}, {"text", "facet: DEGRADED few_features"}, {"id", 0}, {"chunkSeq", 0}});
@@ -209,6 +219,25 @@ Json fields_of(const MavlinkPacket& packet) {
                     {"param4", c.param[3]},
                     {"targetSystem", c.target.system},
                     {"targetComponent", c.target.component}};
+        }
+        case MavlinkId::kCommandAck: {
+            const MavCommandAck a = decode_command_ack(packet.payload);
+            return {{"command", a.command},
+                    {"result", static_cast<int>(a.result)},
+                    {"targetSystem", a.target.system},
+                    {"targetComponent", a.target.component}};
+        }
+        case MavlinkId::kHighresImu:
+        case MavlinkId::kRawImu:
+        case MavlinkId::kScaledImu:
+        case MavlinkId::kScaledImu2:
+        case MavlinkId::kScaledImu3: {
+            const MavInertial i = decode_inertial(packet);
+            return {{"timeUs", std::to_string(i.time_us)},
+                    {"force", floats(i.a_B)},
+                    {"rate", floats(i.w_B)},
+                    {"id", i.id},
+                    {"complete", i.is_complete}};
         }
         default: return {};
     }

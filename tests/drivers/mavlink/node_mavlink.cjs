@@ -60,6 +60,25 @@ function fill(message, fields) {
   return Object.assign(message, fields)
 }
 
+// A reading in every message that has one, and the same in the body's axes: x forward, y left, z up.
+function inertial() {
+  const floats = { xacc: 0.5, yacc: -0.25, zacc: -9.75, xgyro: 0.125, ygyro: 0.5, zgyro: -2.5 }
+  const integers = { xacc: 51, yacc: -25, zacc: -1002, xgyro: 125, ygyro: 500, zgyro: -2500, temperature: 3125 }
+  const scaled = { timeUs: '7654321000', force: [51, 25, 1002].map((x) => x * 9.80665e-3), rate: [0.125, -0.5, 2.5],
+    id: 0, complete: true }
+  return [
+    [fill(new common.HighresImu(), { ...floats, timeUsec: 7654321987n, fieldsUpdated: 0x3f, id: 2 }),
+      { timeUs: '7654321987', force: [0.5, 0.25, 9.75], rate: [0.125, -0.5, 2.5], id: 2, complete: true }],
+    [fill(new common.HighresImu(), { ...floats, timeUsec: 1n, fieldsUpdated: 0x1f, id: 0 }),
+      { timeUs: '1', force: [0.5, 0.25, 9.75], rate: [0.125, -0.5, 2.5], id: 0, complete: false }],
+    [fill(new common.RawImu(), { ...integers, timeUsec: 7654321987n, id: 1 }),
+      { ...scaled, timeUs: '7654321987', id: 1 }],
+    [fill(new common.ScaledImu(), { ...integers, timeBootMs: 7654321 }), scaled],
+    [fill(new common.ScaledImu2(), { ...integers, timeBootMs: 7654321 }), scaled],
+    [fill(new common.ScaledImu3(), { ...integers, timeBootMs: 7654321 }), scaled],
+  ]
+}
+
 function write() {
   const protocol = new MavLinkProtocolV2(1, 1)
   const signing = new MavLinkProtocolV2(1, 1, MavLinkProtocolV2.IFLAG_SIGNED)
@@ -74,6 +93,9 @@ function write() {
     [fill(new common.CommandLong(), command), expectedCommand],
     [fill(new common.CommandInt(), { ...command, param1: -12.5, param4: 7.25 }), expectedCommand],
     [fill(new common.Attitude(), { roll: 1, pitch: 2, yaw: 3 }), null],
+    [fill(new common.CommandAck(), { command: 511, result: 2, targetSystem: 1, targetComponent: 197 }),
+      { command: 511, result: 2, targetSystem: 1, targetComponent: 197 }],
+    ...inertial(),
     [fill(new minimal.Heartbeat(), heartbeat), heartbeat, 'ok'],
     [fill(new common.CommandLong(), command), expectedCommand, 'ok'],
   ]

@@ -21,6 +21,7 @@ enum class FaultKind : std::uint8_t {
     kTorn,          ///< the lower half of the left image is the one before's, and nobody says so
     kShort,         ///< left buffers with half of the bytes
     kFlagged,       ///< left buffers with the error flag
+    kAhead,         ///< left frames stamped an hour ahead
     kEdgesLost,     ///< trigger edges that vanish without a trace
     kEdgesExtra,    ///< a second edge half a period after each
     kUnplugged,     ///< the left camera's node goes and comes back, counting from zero
@@ -41,10 +42,10 @@ enum class FaultKind : std::uint8_t {
     kCount
 };
 inline constexpr std::array<std::string_view, static_cast<std::size_t>(FaultKind::kCount)> kFaultNames{
-    "left_dropped",   "right_dropped", "right_stalled", "right_late", "both_dropped", "torn",        "short_frames",
-    "flagged_frames", "edges_lost",    "edges_extra",   "unplugged",  "imu_silent",   "imu_damaged", "imu_dead",
-    "imu_brown_out",  "ready_merged",  "can_loss",      "bus_off",    "can_down",     "clock_30s",   "clock_1h",
-    "clock_back_10s", "stopped",       "killed",        "power_cut"};
+    "left_dropped",   "right_dropped",  "right_stalled", "right_late",  "both_dropped", "torn",       "short_frames",
+    "flagged_frames", "left_ahead",     "edges_lost",    "edges_extra", "unplugged",    "imu_silent", "imu_damaged",
+    "imu_dead",       "imu_brown_out",  "ready_merged",  "can_loss",    "bus_off",      "can_down",   "clock_30s",
+    "clock_1h",       "clock_back_10s", "stopped",       "killed",      "power_cut"};
 
 struct Fault {
     FaultKind kind = FaultKind::kCount;

@@ -15,6 +15,7 @@ namespace {
 /// From the call of play() to the first sample.
 constexpr Duration kStart = Duration::from_seconds(0.2);
 constexpr std::uint32_t kBurst = 10;
+constexpr Duration kHourAhead = Duration::from_seconds(3600.0);
 constexpr Duration kRightLate = Duration::from_seconds(0.02);
 
 void step_wall_clock(std::int64_t seconds) {
@@ -109,6 +110,7 @@ void Injector::send_left(std::size_t index, OutgoingFrame outgoing) {
         outgoing.bytes = outgoing.bytes.first(outgoing.bytes.size() / 2);
     }
     outgoing.error = active(FaultKind::kFlagged, played.stamp);
+    outgoing.stamp = outgoing.stamp + (active(FaultKind::kAhead, played.stamp) ? kHourAhead : Duration{});
     if (options_.pixels.format != PixelFormat::kGrey) {
         packed_ = pack(options_.pixels, outgoing.bytes);
         outgoing.bytes = packed_;
