@@ -267,8 +267,8 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_option(
         "--calibration", args->cameras,
         "Instead of the log's: a file of Kalibr or OpenVINS (camera chain with T_cam_imu or T_imu_cam), Basalt, "
-        "ORB-SLAM3, OKVIS2 or VINS-Fusion; or a folder with cam0, cam1 and imu0/sensor.yaml, such as facet calibrate "
-        "leaves, or with Kimera's files");
+        "ORB-SLAM3, OKVIS2, VINS-Fusion, RealSense or OAK; or a folder with cam0, cam1 and imu0/sensor.yaml, such as "
+        "facet calibrate leaves, or with Kimera's files");
     command->add_option("--imu-calibration", args->imu,
                         "Kalibr or OpenVINS imu.yaml instead of the log's imu0/sensor.yaml");
     command
