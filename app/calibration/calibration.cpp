@@ -12,7 +12,6 @@
 
 #include "app/calibration/calibration_fields.h"
 #include "app/calibration/calibration_kind.h"
-#include "app/calibration/calibration_writer.h"
 #include "app/calibration/depthai_cameras.h"
 #include "app/calibration/imu_fields.h"
 #include "app/calibration/other_cameras.h"
@@ -380,19 +379,6 @@ Calibration load_calibration(const std::string& root, const std::string& cameras
         calibration.remarks.push_back("the calibration has one camera, the log two: its cam1 is not used");
     }
     return calibration;
-}
-
-void keep_calibration(const Calibration& calibration, const std::string& root) {
-    if (calibration.files.empty()) {
-        write_sensor_files(calibration, root);
-    }
-    for (const CalibrationFile& file : calibration.files) {
-        std::error_code error;
-        fs::copy_file(file.path, root + "/" + file.place, error);
-        if (error) {
-            throw InputError(root + "/" + file.place + ": cannot be copied from " + file.path + ": " + error.message());
-        }
-    }
 }
 
 Calibration load_kalibr_calibration(const std::string& camchain_path, const std::string& imu_path) {

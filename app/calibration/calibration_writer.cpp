@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <filesystem>
 #include <string_view>
+#include <system_error>
 
 #include "app/support/input_error.h"
 
@@ -188,6 +190,19 @@ void write_opencv_file(const Calibration& calibration, const std::string& folder
     write_data(file, "R", rig.T_C1_C0().R(), kTag);
     write_data(file, "T", rig.T_C1_C0().p, kTag);
     file.close();
+}
+
+void keep_calibration(const Calibration& calibration, const std::string& root) {
+    if (calibration.files.empty()) {
+        write_sensor_files(calibration, root);
+    }
+    for (const CalibrationFile& file : calibration.files) {
+        std::error_code error;
+        std::filesystem::copy_file(file.path, root + "/" + file.place, error);
+        if (error) {
+            throw InputError(root + "/" + file.place + ": cannot be copied from " + file.path + ": " + error.message());
+        }
+    }
 }
 
 }  // namespace facet

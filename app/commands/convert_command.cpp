@@ -216,7 +216,7 @@ void add_convert_command(CLI::App& app, int& exit_code) {
         "Log folder (EuRoC/ASL), an MCAP file made of one, or a bag of ROS 1 (2.0) or ROS 2 (MCAP, sqlite3; also "
         "compressed): a file, or the folder with its metadata.yaml; or the left camera's images: a list of files "
         "with stamps (TUM's rgb.txt, a CSV), a folder of files named by their stamps, or a video");
-    command->add_option("OUTPUT", args->output, "FILE.mcap, or for a file a folder that is new or empty");
+    command->add_option("OUTPUT,--out", args->output, "FILE.mcap, or for a file a folder that is new or empty");
     command->add_option("--video", args->videos, "Instead of INPUT; twice: left and right")
         ->expected(1)
         ->allow_extra_args(false)

@@ -348,8 +348,8 @@ TEST_CASE("lists of images become a log that is replayed, under the first argume
     const std::string right = dir.file("mav0/cam1/data.csv");
     const std::string cameras = " --calibration " + dir.file("kalibr/camchain-imucam.yaml") + " --imu-calibration " +
                                 dir.file("kalibr/imu.yaml");
-    const Outcome made = run(
-        dir, "convert " + left + " " + dir.file("log") + " --right " + right + " --imu " + imu + cameras + " --quiet");
+    const Outcome made = run(dir, "convert " + left + " --out " + dir.file("log") + " --right " + right + " --imu " +
+                                      imu + cameras + " --quiet");
     CHECK(made.err == "");
     CHECK(made.code == 0);
     CHECK(contains(made.out, "left         " + left + ": "));
