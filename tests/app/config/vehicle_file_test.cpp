@@ -142,6 +142,24 @@ TEST_CASE("cameras have any format that fits, and their rate unless something tr
     CHECK(triggered.left.capture.rate_hz == 0.0);
 }
 
+TEST_CASE("the shortest vehicle files of the bring-up are whole vehicles") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const std::string document = test::read_file(FACET_BRING_UP);
+    const std::string begin = "```\ncalibration: ";
+    int files = 0;
+    for (std::size_t at = document.find(begin); at != std::string::npos; at = document.find(begin, at + 1)) {
+        const std::size_t from = at + 4;
+        const Vehicle v = load_vehicle(dir.write("v.yaml", document.substr(from, document.find("```", from) - from)));
+        CHECK(v.imu_mavlink);
+        CHECK(v.mavlink);
+        CHECK(v.cameras.side_by_side);
+        CHECK(v.cameras.left.capture.rate_hz == 30.0);
+        ++files;
+    }
+    CHECK(files == 2);
+}
+
 TEST_CASE("the flight controller's IMU has options, and needs the link") {
     const test::TempDir dir;
     write_calibration(dir);
