@@ -244,7 +244,7 @@ TEST_CASE("images that are 80 ms late are found out by how the vehicle turns, in
     sim::SimOptions sim;
     sim.out = dir.file("log");
     sim.flight = sim::FlightKind::kTurn;
-    sim.duration_s = 6.0;
+    sim.duration_s = 9.0;
     sim.stand_s = 0.0;
     sim.samples = 1;
     sim.texture_size = 512;
