@@ -247,7 +247,6 @@ TEST_CASE("images that are 80 ms late are found out by how the vehicle turns, in
     sim.duration_s = 9.0;
     sim.stand_s = 0.0;
     sim.samples = 1;
-    sim.texture_size = 512;
     sim::SimSummary summary;
     std::string error;
     REQUIRE(ok(sim::simulate(
