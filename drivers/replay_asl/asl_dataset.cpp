@@ -230,7 +230,7 @@ std::string AslDataset::nearest_text(Timestamp stamp, const std::vector<ImageRow
     }
     std::array<char, 96> text{};
     std::snprintf(text.data(), text.size(), ", the nearest is %.3f ms %s and a pair's differ by %g ms at most",
-                  std::abs(1e3 * off->seconds()), off->ns < 0 ? "before it" : "after it",
+                  std::fabs(1e3 * off->seconds()), off->ns < 0 ? "before it" : "after it",
                   1e3 * options_.pair_tolerance.seconds());
     return text.data();
 }
