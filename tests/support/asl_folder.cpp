@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "tests/support/asl_folder.h"
 
-#include <jpeglib.h>
-#include <cstdio>  // jpeglib.h needs it before it
-
 #include <png.h>
 
-#include <cstdlib>
 #include <sstream>
 #include <stdexcept>
+
+#include "tests/support/jpeg_writer.h"
 
 namespace facet::test {
 namespace {
@@ -56,29 +54,10 @@ std::string encode_png(int width, int height, int channels, int bits, const std:
 }
 
 std::string encode_jpeg(int width, int height, int channels, std::uint8_t value) {
-    jpeg_compress_struct info{};
-    jpeg_error_mgr errors{};
-    info.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&info);
-    unsigned char* memory = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&info, &memory, &size);
-    info.image_width = static_cast<JDIMENSION>(width);
-    info.image_height = static_cast<JDIMENSION>(height);
-    info.input_components = channels;
-    info.in_color_space = channels == 3 ? JCS_RGB : JCS_GRAYSCALE;
-    jpeg_set_defaults(&info);
-    jpeg_start_compress(&info, TRUE);
-    std::vector<std::uint8_t> row(static_cast<std::size_t>(channels * width), value);
-    for (int v = 0; v < height; ++v) {
-        JSAMPROW rows = row.data();
-        jpeg_write_scanlines(&info, &rows, 1);
-    }
-    jpeg_finish_compress(&info);
-    std::string bytes(reinterpret_cast<char*>(memory), size);
-    std::free(memory);
-    jpeg_destroy_compress(&info);
-    return bytes;
+    const std::vector<std::uint8_t> bytes = write_jpeg(
+        width, height, channels == 3 ? JCS_RGB : JCS_GRAYSCALE, [](jpeg_compress_struct&) {},
+        [&](int) { return std::vector<std::uint8_t>(static_cast<std::size_t>(channels * width), value); });
+    return {bytes.begin(), bytes.end()};
 }
 
 std::uint8_t asl_pixel(int camera, int frame, int u, int v) {

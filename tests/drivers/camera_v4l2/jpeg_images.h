@@ -2,13 +2,11 @@
 // JPEGs as cameras make them.
 #pragma once
 
-#include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
-#include <jpeglib.h>
+#include "tests/support/jpeg_writer.h"
 
 namespace facet::test {
 
@@ -41,44 +39,29 @@ inline std::vector<std::uint8_t> without_tables(const std::vector<std::uint8_t>&
 }
 
 inline std::vector<std::uint8_t> jpeg_of(int width, int height, const Jpeg& kind, int brighter = 0) {
-    jpeg_compress_struct info{};
-    jpeg_error_mgr errors{};
-    info.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&info);
-    unsigned char* bytes = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&info, &bytes, &size);
-    info.image_width = static_cast<JDIMENSION>(width);
-    info.image_height = static_cast<JDIMENSION>(height);
-    info.input_components = kind.is_grey ? 1 : 3;
-    info.in_color_space = kind.is_grey ? JCS_GRAYSCALE : JCS_YCbCr;
-    jpeg_set_defaults(&info);
-    jpeg_set_quality(&info, 85, TRUE);
-    info.comp_info[0].h_samp_factor = kind.h;
-    info.comp_info[0].v_samp_factor = kind.v;
-    info.restart_in_rows = kind.restart_rows;
-    if (kind.is_progressive) {
-        jpeg_simple_progression(&info);
-    }
-    jpeg_start_compress(&info, TRUE);
-    std::vector<std::uint8_t> row;
-    while (info.next_scanline < info.image_height) {
-        row.clear();
+    const auto tune = [&kind](jpeg_compress_struct& info) {
+        jpeg_set_quality(&info, 85, TRUE);
+        info.comp_info[0].h_samp_factor = kind.h;
+        info.comp_info[0].v_samp_factor = kind.v;
+        info.restart_in_rows = kind.restart_rows;
+        if (kind.is_progressive) {
+            jpeg_simple_progression(&info);
+        }
+    };
+    const auto row = [&](int v) {
+        std::vector<std::uint8_t> samples;
         for (int u = 0; u < width; ++u) {
-            row.push_back(static_cast<std::uint8_t>(luma_at(u, static_cast<int>(info.next_scanline)) + brighter));
+            samples.push_back(static_cast<std::uint8_t>(luma_at(u, v) + brighter));
             if (!kind.is_grey) {
-                row.push_back(static_cast<std::uint8_t>(90 + u % 100));
-                row.push_back(140);
+                samples.push_back(static_cast<std::uint8_t>(90 + u % 100));
+                samples.push_back(140);
             }
         }
-        JSAMPROW rows = row.data();
-        jpeg_write_scanlines(&info, &rows, 1);
-    }
-    jpeg_finish_compress(&info);
-    std::vector<std::uint8_t> result(bytes, bytes + size);
-    jpeg_destroy_compress(&info);
-    std::free(bytes);
-    return kind.has_tables ? result : without_tables(result);
+        return samples;
+    };
+    const std::vector<std::uint8_t> bytes =
+        write_jpeg(width, height, kind.is_grey ? JCS_GRAYSCALE : JCS_YCbCr, tune, row);
+    return kind.has_tables ? bytes : without_tables(bytes);
 }
 
 }  // namespace facet::test
