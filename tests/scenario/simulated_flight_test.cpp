@@ -22,6 +22,16 @@ namespace fs = std::filesystem;
 
 namespace {
 
+sim::SimSummary simulate(const sim::SimOptions& options) {
+    sim::SimSummary summary;
+    std::string error;
+    const Status status = sim::simulate(
+        options, [](int, int) {}, summary, error);
+    INFO(error);
+    REQUIRE(ok(status));
+    return summary;
+}
+
 /// Five seconds of flight in the room, one of them standing; coarse rendering, so that the test is quick.
 void simulate_log(const std::string& folder, sim::LensKind camera = sim::LensKind::kPinhole) {
     sim::SimOptions options;
@@ -31,12 +41,7 @@ void simulate_log(const std::string& folder, sim::LensKind camera = sim::LensKin
     options.stand_s = 1.0;
     options.samples = 2;
     options.texture_size = 512;
-    sim::SimSummary summary;
-    std::string error;
-    INFO(error);
-    REQUIRE(ok(sim::simulate(
-        options, [](int, int) {}, summary, error)));
-    REQUIRE(summary.frames == 101);
+    REQUIRE(simulate(options).frames == 101);
 }
 
 /// The same, rendered once for all tests behind pinhole lenses, to be left as it is.
@@ -50,10 +55,12 @@ std::string pinhole_log() {
 }
 
 RunSummary replay(const std::string& dataset, const std::string& out, const std::vector<std::string>& faults = {},
-                  RegularityMode mode = RegularityMode::kS, FrontendBackend backend = FrontendBackend::kOwn) {
+                  RegularityMode mode = RegularityMode::kS, FrontendBackend backend = FrontendBackend::kOwn,
+                  double start_s = 0.0) {
     ReplayOptions options;
     options.dataset = dataset;
     options.out = out;
+    options.start_s = start_s;
     options.calibration = load_euroc_calibration(dataset + "/mav0");
     options.config.imu_noise = options.calibration.noise;
     options.config.regularity.mode = mode;
@@ -241,25 +248,15 @@ TEST_CASE("a vibration that images show, too, is another one than that of sample
 
 TEST_CASE("images that are 80 ms late are found out by how the vehicle turns, in motion", "[scenario]") {
     const test::TempDir dir;
-    sim::SimOptions sim;
-    sim.out = dir.file("log");
-    sim.flight = sim::FlightKind::kTurn;
-    sim.duration_s = 9.0;
-    sim.stand_s = 0.0;
-    sim.samples = 1;
-    sim::SimSummary summary;
-    std::string error;
-    REQUIRE(ok(sim::simulate(
-        sim, [](int, int) {}, summary, error)));
-    ReplayOptions options;
-    options.dataset = sim.out;
-    options.out = dir.file("late");
-    options.calibration = load_euroc_calibration(sim.out + "/mav0");
-    options.config.imu_noise = options.calibration.noise;
-    options.show_progress = false;
-    options.start_s = 1.5;
-    options.faults.push_back(parse_fault("time_offset=0.08"));
-    const RunSummary run = run_replay(options, false);
+    sim::SimOptions options;
+    options.out = dir.file("log");
+    options.flight = sim::FlightKind::kTurn;
+    options.duration_s = 9.0;
+    options.stand_s = 0.0;
+    options.samples = 1;
+    CHECK(simulate(options).frames == 181);
+    const RunSummary run =
+        replay(options.out, dir.file("late"), {"time_offset=0.08"}, RegularityMode::kS, FrontendBackend::kOwn, 1.5);
     CHECK(run.last.health.time_offset_s == Approx(-0.08).margin(0.004));
     CHECK(run.last.health.state == TrackingState::kTracking);
 }
