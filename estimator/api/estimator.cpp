@@ -101,7 +101,7 @@ Status Estimator::Impl::track(const StereoFrame& frame, Timestamp before, bool w
     WindowLandmarks landmarks(window, now.state);
     hints.landmarks = &landmarks;
     FACET_TRY(frontend.process(frame, hints, tracks));
-    if (tracks.has_turn_error && has_frame && phase != Phase::kEmpty) {
+    if (tracks.has_turn_error && phase != Phase::kEmpty) {
         delay_search.add(last_image, frame.stamp, so3_log(hints.q_Bp_B) + tracks.turn_error_B);
     }
     q_Bf_B.setIdentity();
@@ -353,7 +353,7 @@ Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     if (!s.waits_at_newest_frame() || s.reset_wanted || s.monitor.state() != TrackingState::kTracking) {
         s.take_waiting();  // first of all: it may move the clocks' offset
     }
-    if (!s.is_delay_settled && s.tracks.is_keyframe && has_window(s.phase)) {
+    if (!s.is_delay_settled && s.delay_search.is_ready() && s.tracks.is_keyframe && has_window(s.phase)) {
         s.settle_delay();
     }
     const Timestamp stamp = s.imu_stamp(frame.stamp);

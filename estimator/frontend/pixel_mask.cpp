@@ -15,7 +15,7 @@ void PixelMask::configure(int width, int height) {
     const int rows = (height + kBlock_px - 1) / kBlock_px;
     drawn_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
     blocks_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows), {});
-    forget();
+    last_until_ = 0;
 }
 
 Status PixelMask::draw(const ImageView& drawn) {
@@ -32,11 +32,6 @@ Status PixelMask::draw(const ImageView& drawn) {
                        [](std::uint8_t pixel) { return static_cast<std::uint8_t>(pixel == 0 ? 1 : 0); });
     }
     return Status::kOk;
-}
-
-void PixelMask::forget() {
-    std::fill(blocks_.begin(), blocks_.end(), Block{});
-    last_until_ = 0;
 }
 
 std::size_t PixelMask::block_of(int u, int v) const {
@@ -72,11 +67,6 @@ bool PixelMask::is_drawn(const Eigen::Vector2d& uv) const {
     const Eigen::Vector2i pixel = pixel_of(uv);
     return drawn_[static_cast<std::size_t>(pixel.y()) * static_cast<std::size_t>(width_) +
                   static_cast<std::size_t>(pixel.x())] != 0;
-}
-
-bool PixelMask::covers(const Eigen::Vector2d& uv, Timestamp now) const {
-    const Eigen::Vector2i pixel = pixel_of(uv);
-    return is_drawn(uv) || is_covered(block_of(pixel.x(), pixel.y()), now);
 }
 
 void PixelMask::write(Timestamp now, std::span<std::uint8_t> flags) const {

@@ -29,15 +29,12 @@ public:
     /// Pixels of `drawn` that are zero are covered; an empty view covers nothing.
     /// @return kInvalidArgument on another size (nothing changed)
     Status draw(const ImageView& drawn);
-    /// Forgets what has been found.
-    void forget();
 
     /// The block around a pixel moves with the vehicle.
     void cover(const Eigen::Vector2d& uv, Timestamp now);
     /// It seems to: covered at the kStrikes-th time within kMemory_s from one to the next.
     void suspect(const Eigen::Vector2d& uv, Timestamp now);
     bool is_drawn(const Eigen::Vector2d& uv) const;
-    bool covers(const Eigen::Vector2d& uv, Timestamp now) const;
     /// Writes 1 for each covered pixel and 0 for the others, row by row. @param flags  width x height or more
     void write(Timestamp now, std::span<std::uint8_t> flags) const;
     /// Share of the image that is covered by what has been found.

@@ -30,12 +30,13 @@ void DelaySearch::reset() { turns_.clear(); }
 
 void DelaySearch::add(Timestamp begin, Timestamp end, const Eigen::Vector3d& turn_B) {
     const double length_s = (end - begin).seconds();
+    const bool is_usable = length_s > 0.0 && length_s < kLongestTurn_s && turn_B.allFinite();
     const bool goes_on = turns_.empty() || turns_.back().end == begin;
-    if (!goes_on || !(length_s > 0.0 && length_s < kLongestTurn_s) || !turn_B.allFinite()) {
+    if (!is_usable || !goes_on) {
         turns_.clear();
-        if (!(length_s > 0.0 && length_s < kLongestTurn_s) || !turn_B.allFinite()) {
-            return;
-        }
+    }
+    if (!is_usable) {
+        return;
     }
     while (turns_.size() == turns_.capacity() ||
            (!turns_.empty() && (end - turns_.front().begin).seconds() > kSpan_s)) {
@@ -44,7 +45,7 @@ void DelaySearch::add(Timestamp begin, Timestamp end, const Eigen::Vector3d& tur
     turns_.push_back({begin, end, turn_B});
 }
 
-double DelaySearch::misfit(const Turns& turns, const Angles& angles, double delay_s) {
+double DelaySearch::misfit(Turns turns, const Angles& angles, double delay_s) {
     const Duration delay = Duration::from_seconds(delay_s);
     Eigen::Vector3d moment = Eigen::Vector3d::Zero();
     double time2 = 0.0;
@@ -79,7 +80,7 @@ Status DelaySearch::integrate(const ImuBuffer& imu, Timestamp begin, Timestamp e
     return is_whole && out.size() > 2 ? Status::kOk : Status::kNotReady;
 }
 
-double DelaySearch::spread(const Turns& turns) {
+double DelaySearch::spread(Turns turns) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const Turn& turn : turns) {
         mean += turn.turn_B / static_cast<double>(turns.size());
@@ -93,9 +94,9 @@ double DelaySearch::spread(const Turns& turns) {
 
 Status DelaySearch::solve(const ImuBuffer& imu, ImageDelay& found) {
     const Duration range = Duration::from_seconds(kRange_s + kStep_s);
-    Turns turns = turns_;
+    Turns turns(turns_.data(), turns_.size());
     while (!turns.empty() && (imu.empty() || turns.back().end + range > imu.newest())) {
-        turns.pop_back();
+        turns = turns.first(turns.size() - 1);
     }
     if (turns.size() < kFewestTurns || turns.front().begin - range < imu.oldest()) {
         return Status::kNotReady;

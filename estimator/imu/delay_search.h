@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <boost/container/static_vector.hpp>
+#include <span>
 
 #include "estimator/imu/imu_buffer.h"
 #include "platform/base/status.h"
@@ -32,6 +33,8 @@ public:
     /// not begin where the last one ended begins a new series.
     void add(Timestamp begin, Timestamp end, const Eigen::Vector3d& turn_B);
     std::size_t size() const { return turns_.size(); }
+    /// There may be turns enough for solve().
+    bool is_ready() const { return turns_.size() >= kFewestTurns; }
 
     /// @param found  written on kOk
     /// @return kNotReady if the turns are too few or too steady to tell the delay to kMostSigma_s, or the samples do
@@ -48,7 +51,7 @@ private:
         Timestamp end;
         Eigen::Vector3d turn_B = Eigen::Vector3d::Zero();
     };
-    using Turns = boost::container::static_vector<Turn, kCapacity>;
+    using Turns = std::span<const Turn>;
 
     /// Integral of the rate since the first turn's earliest begin, at increasing times.
     struct Angle {
@@ -62,11 +65,11 @@ private:
     /// kNotReady if samples are missing or clipped; else as ImuBuffer::for_each_step.
     static Status integrate(const ImuBuffer& imu, Timestamp begin, Timestamp end, Angles& out);
     /// Sum of the squared differences of the turns from their mean.
-    static double spread(const Turns& turns);
-    static double misfit(const Turns& turns, const Angles& angles, double delay_s);
+    static double spread(Turns turns);
+    static double misfit(Turns turns, const Angles& angles, double delay_s);
     static Eigen::Vector3d at(const Angles& angles, Timestamp t);
 
-    Turns turns_;
+    boost::container::static_vector<Turn, kCapacity> turns_;
     Angles angles_;  ///< of the search at hand
 };
 
