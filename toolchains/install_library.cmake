@@ -6,13 +6,14 @@ include(CMakePackageConfigHelpers)
 
 # All that facet::estimator, facet::mesh, facet::depth, facet::planes and facet::world_reader consist of; CMake refuses
 # a list that lacks one of them.
-foreach(_part flags flags_pure platform_base geometry values imu frontend factors solver window estimator mesh depth
-    planes world_reader)
+foreach(_part flags flags_pure platform_base geometry values imu frontend factors solver window estimator_api estimator
+    mesh depth planes world_reader)
   set_target_properties(facet_${_part} PROPERTIES EXPORT_NAME ${_part})
   install(TARGETS facet_${_part} EXPORT facet_library ARCHIVE DESTINATION lib COMPONENT development)
 endforeach()
 install(DIRECTORY platform/base DESTINATION include/facet/platform COMPONENT development FILES_MATCHING PATTERN "*.h")
-install(DIRECTORY estimator mesh DESTINATION include/facet COMPONENT development FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY estimator mesh DESTINATION include/facet COMPONENT development FILES_MATCHING PATTERN "*.h"
+  PATTERN "estimator/flight" EXCLUDE)
 install(FILES drivers/world_stream/world_message.h drivers/world_stream/world_reader.h
   drivers/world_stream/world_state.h DESTINATION include/facet/drivers/world_stream COMPONENT development)
 

@@ -18,6 +18,8 @@
 
 namespace facet {
 
+class Flight;
+
 /// Fixed-lag stereo visual-inertial smoother. Usage:
 ///   Estimator estimator;
 ///   FACET_TRY(estimator.configure(config, rig));
@@ -133,8 +135,7 @@ public:
     const VisionResiduals& residuals() const;
 
 private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    std::unique_ptr<Flight> flight_;
 };
 
 }  // namespace facet

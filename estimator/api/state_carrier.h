@@ -3,7 +3,7 @@
 #pragma once
 
 #include "estimator/api/belief.h"
-#include "estimator/api/refused_run.h"
+#include "estimator/values/refused_run.h"
 #include "estimator/imu/imu_buffer.h"
 
 namespace facet {

@@ -66,6 +66,15 @@ struct KeyframeView {
     FixedVector<KeyframePose, kMaxKeyframes> keyframes;  ///< oldest first
     CameraCorrections cameras;                           ///< no covariance if the calibration is not estimated
     PlaneEstimates planes;                               ///< planes that the estimator uses; empty in mode S
+
+    /// Nothing has been seen yet.
+    void clear() {
+        number = 0;
+        landmarks.clear();
+        surface.clear();
+        keyframes.clear();
+        planes.clear();
+    }
 };
 
 }  // namespace facet

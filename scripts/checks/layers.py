@@ -37,7 +37,8 @@ ALLOWED = {
     "estimator/factors": VALUES + ("estimator/imu/",),
     "estimator/solver": VALUES + ("estimator/imu/", "estimator/factors/"),
     "estimator/window": VALUES + ("estimator/imu/", "estimator/factors/", "estimator/solver/"),
-    "estimator/api": BASE + ("estimator/",),
+    "estimator/api": VALUES + ("estimator/imu/", "estimator/frontend/", "estimator/window/"),
+    "estimator/flight": BASE + ("estimator/",),
     "mesh": VALUES,
     "mesh/depth": VALUES + ("mesh/", "estimator/frontend/"),
     "mesh/planes": VALUES + ("mesh/",),
@@ -111,6 +112,11 @@ def is_private_frontend_header(path):
     )
 
 
+def is_private_flight_header(path):
+    """What is behind Estimator: not installed, seen by its own tests only."""
+    return path.startswith("estimator/flight/")
+
+
 def max_lines(path):
     """What flies is read more often, and more carefully, than what works on logs and tests."""
     flies = any(in_area(path, folder) for folder in FLIGHT_FOLDERS) and not in_area(path, LAB)
@@ -125,6 +131,8 @@ def check_project_include(path, included, root):
     area = area_of(path)
     if is_private_frontend_header(included) and area not in ("estimator/frontend", "tests"):
         return f'"{included}" is private to estimator/frontend'
+    if is_private_flight_header(included) and area not in ("estimator/flight", "tests"):
+        return f'"{included}" is private to estimator/flight'
     if in_area(included, unit_of(path)):
         return None
     for prefix in ALLOWED[area]:

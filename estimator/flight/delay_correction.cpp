@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/flight/delay_correction.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace facet {
+namespace {
+
+// A delay is found anew if the one believed is off by this and by so many standard deviations.
+constexpr double kLeastDelay_s = 8e-3;
+constexpr double kCertain = 5.0;
+constexpr double kFar = 3.0;              // standard deviations of what is given
+constexpr double kSettledSigma_s = 1e-3;  // and then the search ends
+
+}  // namespace
+
+bool DelayCorrection::is_open(double offset_s, double sigma_s, bool is_tracking) const {
+    return !is_settled_ && (!is_tracking || std::abs(offset_s) > kFar * sigma_s);
+}
+
+std::optional<double> DelayCorrection::step(const ImuBuffer& imu, double delay_s, double claimed_s) {
+    ImageDelay found;
+    if (!ok(search_.solve(imu, found))) {
+        return std::nullopt;
+    }
+    const double off_s = found.value_s - delay_s;
+    if (std::abs(off_s) < std::max(kLeastDelay_s, kCertain * std::hypot(found.sigma_s, claimed_s))) {
+        is_settled_ = found.sigma_s < kSettledSigma_s;
+        return std::nullopt;
+    }
+    is_settled_ = true;
+    found_s_ = found.value_s;
+    return off_s;
+}
+
+}  // namespace facet

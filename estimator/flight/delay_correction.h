@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Whether image stamps are late by more than the window can follow.
+#pragma once
+
+#include <optional>
+
+#include "estimator/imu/delay_search.h"
+
+namespace facet {
+
+/// Compares turns between images with the gyroscope's while the delay of image stamps is in question, and says once
+/// whether the estimator must begin anew with another delay. The window estimates what remains on top of it. About
+/// 130 kB. Thread-bound. No heap.
+class DelayCorrection {
+public:
+    void reset() {
+        search_.reset();
+        is_settled_ = false;
+        found_s_ = 0.0;
+    }
+
+    /// Of image stamps, found by the search (s).
+    double found_s() const { return found_s_; }
+
+    /// The delay is in question: it has been corrected far, or nothing is sure yet.
+    /// @param offset_s, sigma_s  the window's on top of found_s(), and the prior's standard deviation
+    bool is_open(double offset_s, double sigma_s, bool is_tracking) const;
+    /// As DelaySearch::add().
+    void add(Timestamp begin, Timestamp end, const Eigen::Vector3d& turn_B) { search_.add(begin, end, turn_B); }
+    /// There may be turns enough for step().
+    bool is_ready() const { return !is_settled_ && search_.is_ready(); }
+
+    /// @param imu        with the readings as read
+    /// @param delay_s    believed now, the window's share included
+    /// @param claimed_s  its standard deviation; 0 if the estimate is not to be used
+    /// @return by what it is wrong, if the estimator must begin anew with found_s()
+    std::optional<double> step(const ImuBuffer& imu, double delay_s, double claimed_s);
+
+private:
+    DelaySearch search_;
+    bool is_settled_ = false;
+    double found_s_ = 0.0;
+};
+
+}  // namespace facet

@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "estimator/flight/flight.h"
+
+#include <cmath>
+
+#include "estimator/flight/belief_changes.h"
+#include "estimator/window/stage_scope.h"
+
+namespace facet {
+namespace {
+
+// After a frame that came too late, up to the next keyframe: share of the features.
+constexpr double kLateFeatures = 0.67;
+// A window that has begun anew in flight gets so many keyframes as fast as a start: until then only inertial samples
+// tell its velocity, and a vehicle that stands would show no other reason for one for a second.
+constexpr std::size_t kKeyframesOfStart = 3;
+
+/// The window's landmarks as seen from a state.
+class WindowLandmarks final : public LandmarkSource {
+public:
+    WindowLandmarks(Window& window, const NavState& state) : window_(window), state_(state) {}
+    std::span<const LandmarkPrediction> predict() override { return window_.predict_landmarks(state_); }
+
+private:
+    Window& window_;
+    const NavState& state_;
+};
+
+}  // namespace
+
+Status Flight::configure(const EstimatorConfig& config, const StereoRig& rig) {
+    FACET_TRY(config.validate());
+    FACET_TRY(CameraModel::validate(rig.left.intrinsics()));
+    FACET_TRY(CameraModel::validate(rig.right.intrinsics()));
+    FACET_TRY(frontend_.configure(config.frontend, rig));
+    FACET_TRY(other_frontend_.configure(config.frontend, rig.exchanged()));
+    config_ = config;
+    gravity_m_per_s2_ = config.gravity.norm_m_per_s2();
+    cameras_ = CameraRoles(rig);
+    s_ = {};
+    imu_.clear(config.imu_noise.rate_hz, config.imu_limits);
+    vibration_.reset();
+    imu_.believe(vibration_.share());
+    frontend_.reset();
+    other_frontend_.reset();
+    tracks_ = {};
+    window_.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity);
+    map_.clear();
+    monitor_.configure(config.health);
+    monitor_.reset();
+    configure_starts();
+    delay_.reset();
+    forget_corrections();
+    waiting_.is_set = false;
+    view_.clear();
+    return Status::kOk;
+}
+
+std::span<const MemoryPart> Flight::memory() {
+    static_assert(sizeof(Flight) <= kMemoryBudget / 2, "the other half is for images, mesh and planes");
+    static constexpr MemoryPart kParts[] = {{"window", sizeof(Window)},
+                                            {"inertial history", sizeof(ImuBuffer)},
+                                            {"front-end", 2 * sizeof(Frontend) + sizeof(FrontendOutput)},
+                                            {"start in motion", sizeof(MotionStart) + sizeof(MonocularStart)},
+                                            {"frames between keyframes", sizeof(LocalMap) + sizeof(FrameUpdate)},
+                                            {"keyframe that waits", sizeof(WaitingKeyframe)},
+                                            {"landmark view", sizeof(KeyframeView)}};
+    return kParts;
+}
+
+Status Flight::set_masks(const ImageView& left, const ImageView& right) {
+    FACET_TRY(frontend_.set_masks(left, right));
+    return other_frontend_.set_masks(right, left);
+}
+
+void Flight::set_stage_observer(StageObserver* observer) {
+    observer_ = observer;
+    window_.set_stage_observer(observer);
+}
+
+void Flight::request_reset() {
+    if (has_window(s_.phase)) {
+        s_.restart.add(RestartReason::kUser);
+    }
+}
+
+Status Flight::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
+    const Status status = imu_.push(sample, clipped);
+    if (status == Status::kOutOfOrder && !imu_.has(sample)) {
+        s_.clocks.refuse_sample(sample.stamp);
+        if (s_.clocks.is_new_clock(imu_.newest())) {
+            begin_on_new_clock();
+            return imu_.push(sample, clipped);
+        }
+    }
+    FACET_TRY(status);
+    if (has_window(s_.phase)) {
+        const double lost_s = s_.clocks.take_time_without_samples_s();
+        if (lost_s > 0.0) {  // the motion in it is unknown
+            s_.gauge.widen(s_.now.state, s_.doubt.rate_B(), lost_s);
+            s_.clocks.lose(lost_s);
+            s_.restart.add(RestartReason::kLostTime);
+        }
+        carry_without_frames();
+    }
+    return Status::kOk;
+}
+
+Status Flight::add_frame(const StereoFrame& frame, Estimate& estimate) {
+    if (!ImuBuffer::is_sane(frame.stamp)) {
+        return Status::kInvalidArgument;
+    }
+    if (!waits_at_newest_frame() || s_.restart.any() || monitor_.state() != TrackingState::kTracking) {
+        take_waiting();  // first of all: it may move the clocks' offset
+    }
+    correct_delay();
+    const Timestamp stamp = imu_stamp(frame.stamp);
+    s_.clocks.offer(stamp);
+    FACET_TRY(check_order(frame.stamp, stamp));
+    if (imu_.empty() || imu_.newest() < stamp) {
+        return Status::kNotReady;
+    }
+    const double repeated_s = s_.clocks.take_time_without_frames_s();
+    if (has_window(s_.phase) && repeated_s > 0.0) {
+        s_.gauge.widen(s_.now.state, s_.doubt.rate_B(), repeated_s);
+    }
+    if (cameras_.must_exchange(frame)) {
+        exchange_cameras();
+    }
+    const StereoFrame seen = cameras_.step(frame);
+    if (seen.left.empty() && !seen.right.empty()) {
+        return pass_over(frame, stamp, estimate);
+    }
+    return has_window(s_.phase) ? carry_on(seen, stamp, estimate) : start(seen, estimate);
+}
+
+Status Flight::check_order(Timestamp image, Timestamp stamp) {
+    const FrameTimes& frames = s_.frames;
+    if (s_.phase == Phase::kEmpty || (image > frames.last_image && stamp > s_.now.stamp)) {
+        return Status::kOk;
+    }
+    if (image <= frames.last_image) {
+        s_.clocks.refuse_frame(image);
+    } else if (has_window(s_.phase) && stamp > frames.last_frame && imu_.newest() > stamp) {
+        s_.frames.expect_late(imu_.newest() - stamp);
+    }
+    return Status::kOutOfOrder;
+}
+
+Status Flight::take_carried(Estimate& estimate) {
+    if (!s_.carried) {
+        return Status::kNotReady;
+    }
+    estimate = *s_.carried;
+    s_.carried.reset();
+    return Status::kOk;
+}
+
+Status Flight::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
+    const Timestamp before = s_.now.stamp;
+    s_.gauge.begin_frame();
+    Preintegration preintegration = preintegration_from({});
+    if (frontend_.ids_run_out()) {
+        frontend_.restart_ids();
+        s_.restart.add(RestartReason::kLandmarkIds);
+    }
+    replace_doubted(stamp);
+    FACET_TRY(predict(stamp, preintegration));
+    const PredictionEvidence predicted = prediction_evidence(frame);
+    const Status tracked = track(frame, before, wants_keyframe(predicted));
+    s_.frames.last_image = frame.stamp;
+    s_.frames.last_frame = stamp;
+    if (ok(tracked)) {
+        judge_rest();
+        FrameEvidence seen{s_.phase,       must_restart(predicted), tracks_.is_keyframe,
+                           tracks_.stereo, s_.rest.rests(),         tracks_.is_still};
+        seen.lone_features = cameras_.is_alone(frame) ? static_cast<int>(tracks_.observations.size()) : 0;
+        drop_unsupported_doubt(preintegration);
+        act(decide(seen), preintegration);
+    }
+    s_.doubt.see(stamp, s_.now.state);
+    s_.now.doubted = s_.doubt.readings(s_.now.state, gravity_m_per_s2_);
+    report(frame, ok(tracked) ? FrameUse::kTracked : FrameUse::kRefused, estimate);
+    const SlipEvidence slip{(estimate.health.reasons & kReasonHighResidual) != 0, tracks_.is_keyframe,
+                            (stamp - before).seconds()};
+    if (s_.gauge.step(slip, s_.now.state, s_.doubt.rate_B())) {
+        estimate.covariance = reported_covariance();
+    }
+    if (monitor_.is_usable()) {
+        s_.trusted = s_.now;
+        s_.resets.give();
+    }
+    return tracked;
+}
+
+PredictionEvidence Flight::prediction_evidence(const StereoFrame& frame) const {
+    PredictionEvidence e;
+    e.phase = s_.phase;
+    e.is_lost = monitor_.state() == TrackingState::kLost && config_.health.auto_reset;
+    e.is_beyond_recovery = monitor_.needs_restart() && config_.health.auto_reset;
+    e.reset_wanted = s_.restart.any() || s_.start.claim() == RestClaim::kRefuted;
+    e.inertial_data_poor = s_.span.has_gap || s_.span.clipped != 0;
+    e.rests = s_.rest.rests();
+    const bool begins_anew = s_.start.is_renewed() && window_.state().keyframes.size() < kKeyframesOfStart;
+    const bool is_young = monitor_.state() == TrackingState::kInit || begins_anew || s_.start.forces_keyframes();
+    e.is_starting = is_young && s_.start.is_confirmed() && !frame.right.empty() && s_.start.claim() == RestClaim::kNone;
+    e.is_doubted = s_.doubt.is_active() && (imu_.hanging() & s_.doubt.axes()) == 0;
+    e.keyframe_age_s = (s_.now.stamp - s_.newest.stamp).seconds();
+    return e;
+}
+
+Status Flight::track(const StereoFrame& frame, Timestamp before, bool wants_keyframe) {
+    close_view();
+    FrameHints hints;
+    hints.wants_keyframe = wants_keyframe;
+    hints.effort = s_.is_late ? kLateFeatures : 1.0;
+    hints.is_doubtful = monitor_.state() != TrackingState::kTracking;
+    hints.is_contradicted = monitor_.is_contradicted();
+    hints.doubts_both = s_.doubt.axes() == (kGyroAxes | kAccelAxes) && !s_.doubt.has_hung();
+    hints.wants_turn = seeks_delay();
+    if (s_.phase != Phase::kEmpty) {
+        const StageScope scope(observer_, Stage::kPropagation);
+        hints.q_Bp_B = turn_since_frame(before);
+        if (s_.doubt.is_active()) {
+            imu_.exchange_read();
+            hints.is_replaced =
+                ok(imu_.rotation_between(before, s_.now.stamp, s_.now.state.bias.gyro, hints.q_Bp_B_as_read));
+            imu_.exchange_read();
+        }
+    }
+    const StageScope scope(observer_, Stage::kTracking);
+    WindowLandmarks landmarks(window_, s_.now.state);
+    hints.landmarks = &landmarks;
+    FACET_TRY(frontend_.process(frame, hints, tracks_));
+    if (tracks_.has_turn_error && s_.phase != Phase::kEmpty) {
+        delay_.add(s_.frames.last_image, frame.stamp, so3_log(hints.q_Bp_B) + tracks_.turn_error_B);
+    }
+    s_.frames.q_Bf_B.setIdentity();
+    s_.stereo.step(tracks_.is_keyframe, tracks_.stereo, HealthMonitor::kFewStereo);
+    if (hook_ != nullptr) {
+        hook_->edit(frame.stamp, {tracks_.observations.data(), tracks_.observations.size()});
+    }
+    return Status::kOk;
+}
+
+void Flight::act(FrameAction action, Preintegration& preintegration) {
+    s_.fit = {};
+    if (action != FrameAction::kCarryOn) {
+        take_waiting(preintegration);
+    }
+    const Phase before = s_.phase;
+    switch (action) {
+        case FrameAction::kCarryOn: update_by_image(preintegration); break;
+        case FrameAction::kTakeKeyframe:
+            s_.phase = Phase::kFollowing;
+            s_.start.settle_claim();
+            if (s_.start.awaits_answer()) {
+                collect_alone();
+            } else {
+                add_keyframe(preintegration, before);
+            }
+            break;
+        case FrameAction::kHold:
+            s_.phase = Phase::kHolding;
+            hold_at(s_.newest, s_.now);
+            break;
+        case FrameAction::kRestart:
+            if (s_.start.claim() == RestClaim::kRefuted) {
+                restart_in_motion();
+            } else {
+                restart_in_flight();
+            }
+            break;
+    }
+}
+
+Status Flight::predict(Timestamp stamp, Preintegration& preintegration) {
+    const StageScope scope(observer_, Stage::kPropagation);
+    Status status = Status::kNotFound;
+    if (s_.phase != Phase::kCoasting) {
+        preintegration.reset(s_.newest.state.bias);
+        status = imu_.integrate_between(s_.newest.stamp, stamp, config_.imu_noise, preintegration, &s_.span);
+    }
+    const Belief from = ok(status) ? s_.newest : s_.now;
+    if (!ok(status)) {
+        s_.phase = Phase::kCoasting;
+        preintegration.reset(from.state.bias);
+        FACET_TRY(imu_.integrate_between(from.stamp, stamp, config_.imu_noise, preintegration, &s_.span));
+    }
+    s_.now.stamp = stamp;
+    s_.now.state = preintegration.predict(from.state);
+    s_.now.covariance = propagate_covariance(from.state, from.covariance, preintegration, config_.imu_noise);
+    return Status::kOk;
+}
+
+Preintegration Flight::preintegration_from(const ImuBias& bias) const {
+    Preintegration preintegration(bias, gravity_m_per_s2_);
+    preintegration.set_scale(window_.calibration().imu, config_.calibration.estimate_imu);
+    return preintegration;
+}
+
+bool Flight::seeks_delay() const {
+    return config_.calibration.estimate_time_offset &&
+           delay_.is_open(window_.calibration().time_offset_s, config_.calibration.time_offset_sigma_s,
+                          monitor_.state() == TrackingState::kTracking);
+}
+
+void Flight::correct_delay() {
+    if (!delay_.is_ready() || !tracks_.is_keyframe || !has_window(s_.phase)) {
+        return;
+    }
+    const double claimed_s = monitor_.is_usable() ? s_.calibration_sigma(kTimeOffset) : 0.0;
+    imu_.exchange_read();  // of the readings that are in doubt as well
+    const std::optional<double> off_s = delay_.step(imu_, image_delay_s(), claimed_s);
+    imu_.exchange_read();
+    if (off_s) {
+        window_.forget_calibration();
+        forget_corrections();
+        begin_like_first(std::abs(*off_s));
+    }
+}
+
+}  // namespace facet

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// Why the window shall begin anew at the next frame that allows it.
+#pragma once
+
+#include <cstdint>
+
+namespace facet {
+
+enum class RestartReason : std::uint8_t {
+    kUser = 1U << 0U,                ///< Estimator::request_reset()
+    kLandmarkIds = 1U << 1U,         ///< they have been used up
+    kLostTime = 1U << 2U,            ///< time has passed that is on no clock
+    kInconsistentFactor = 1U << 3U,  ///< the window holds inertial factors that contradict it
+    kTilted = 1U << 4U,              ///< the attitude has tilted while readings were replaced
+};
+
+/// Thread-bound. No heap.
+class RestartRequests {
+public:
+    void add(RestartReason reason) { reasons_ = static_cast<std::uint8_t>(reasons_ | static_cast<unsigned>(reason)); }
+    bool any() const { return reasons_ != 0; }
+    void clear() { reasons_ = 0; }
+
+private:
+    std::uint8_t reasons_ = 0;
+};
+
+/// Counts the jumps of place and yaw that somebody who has been given an estimate must know of. Thread-bound. No heap.
+class ResetCounter {
+public:
+    /// Place and yaw may have jumped.
+    void jump() {
+        value_ += has_given_ ? 1U : 0U;
+        has_given_ = false;
+    }
+    /// An estimate to be used has been given.
+    void give() { has_given_ = true; }
+    std::uint32_t value() const { return value_; }
+    /// This program has not given an estimate to be used.
+    bool is_first_start() const { return !has_given_ && value_ == 0; }
+
+private:
+    std::uint32_t value_ = 0;
+    bool has_given_ = false;  ///< since it last rose
+};
+
+}  // namespace facet

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// The small parts of a flight that judge one thing each.
+#include <catch2/catch.hpp>
+
+#include "estimator/flight/clock_watch.h"
+#include "estimator/flight/factor_consistency.h"
+#include "estimator/flight/restart_requests.h"
+#include "estimator/flight/stereo_evidence.h"
+
+using namespace facet;
+
+namespace {
+
+Timestamp at_ms(std::int64_t ms) { return Timestamp{ms * 1'000'000}; }
+
+}  // namespace
+
+TEST_CASE("images of a pair contradict readings only if the map's keyframe matched as well", "[stereo_evidence]") {
+    StereoEvidence stereo;
+    stereo.step(true, 3, 8);
+    CHECK(stereo.is_unmatched());
+    CHECK_FALSE(stereo.is_independent());
+    stereo.step(true, 50, 8);
+    CHECK_FALSE(stereo.is_independent());  // compared with the map of the keyframe before
+    stereo.step(false, 0, 8);
+    CHECK(stereo.is_independent());
+    stereo.support(true, true);
+    CHECK(stereo.has_supported());
+    stereo.step(true, 0, 8);
+    stereo.support(true, true);
+    CHECK(stereo.has_supported());  // for as long as the suspicion lasts
+    stereo.support(false, false);
+    CHECK_FALSE(stereo.has_supported());
+}
+
+TEST_CASE("a window with contradictory factors begins anew after two keyframes that agree", "[factor_consistency]") {
+    FactorConsistency factors;
+    ImuBias before;
+    before.gyro.setConstant(0.01);
+    ImuBias bent;
+    bent.gyro.setConstant(0.5);
+    CHECK_FALSE(factors.step(false, before));
+    CHECK_FALSE(factors.step(true, before));
+    CHECK_FALSE(factors.step(false, bent));
+    CHECK_FALSE(factors.step(true, bent));
+    CHECK(factors.is_violated());
+    CHECK(factors.bias_before().gyro == before.gyro);
+    CHECK_FALSE(factors.step(false, bent));
+    CHECK(factors.step(false, bent));
+    factors.reset();
+    CHECK_FALSE(factors.is_violated());
+}
+
+TEST_CASE("the reset counter rises once for somebody who has been given an estimate", "[reset_counter]") {
+    ResetCounter resets;
+    resets.jump();
+    CHECK(resets.value() == 0);
+    CHECK(resets.is_first_start());
+    resets.give();
+    resets.jump();
+    resets.jump();
+    CHECK(resets.value() == 1);
+    CHECK_FALSE(resets.is_first_start());
+}
+
+TEST_CASE("each reason for a restart counts until the window begins anew", "[restart_requests]") {
+    RestartRequests restart;
+    CHECK_FALSE(restart.any());
+    restart.add(RestartReason::kLostTime);
+    restart.add(RestartReason::kUser);
+    CHECK(restart.any());
+    restart.clear();
+    CHECK_FALSE(restart.any());
+}
+
+TEST_CASE("refused samples that go on as a clock does, with frames on it, are a new clock", "[clock_watch]") {
+    const bool has_frames = GENERATE(false, true);
+    ClockWatch clocks;
+    for (int k = 0; k <= 60; ++k) {
+        clocks.refuse_sample(at_ms(1000 + 10 * k));
+    }
+    clocks.offer(at_ms(has_frames ? 1500 : 9000));
+    CHECK(clocks.is_new_clock(at_ms(9000)) == has_frames);
+    CHECK_FALSE(clocks.is_new_clock(at_ms(2000)));  // behind by little: it catches up
+    CHECK(clocks.time_on_new_clock_s(at_ms(1400)) == Approx(has_frames ? 0.6 : 7.6));
+}
+
+TEST_CASE("time without samples counts from a tenth of a second, and is handed over once", "[clock_watch]") {
+    ClockWatch clocks;
+    for (int k = 0; k < 8; ++k) {
+        clocks.refuse_sample(at_ms(10 * k));
+    }
+    CHECK(clocks.take_time_without_samples_s() == 0.0);
+    for (int k = 0; k <= 30; ++k) {
+        clocks.refuse_sample(at_ms(10 * k));
+    }
+    const double lost_s = clocks.take_time_without_samples_s();
+    CHECK(lost_s == Approx(0.3));
+    CHECK(clocks.take_time_without_samples_s() == 0.0);
+    clocks.lose(lost_s);
+    CHECK(clocks.take_lost_s() == Approx(0.3));
+    CHECK(clocks.take_lost_s() == 0.0);
+}
+
+TEST_CASE("frames that come late are waited for, up to a second", "[frame_times]") {
+    FrameTimes frames;
+    CHECK(frames.carry_until(at_ms(1000)) == at_ms(800));
+    frames.expect_late(Duration::from_seconds(0.3));
+    CHECK(frames.carry_until(at_ms(1000)) == at_ms(600));
+    frames.expect_late(Duration::from_seconds(0.1));
+    CHECK(frames.carry_until(at_ms(1000)) == at_ms(600));
+    frames.expect_late(Duration::from_seconds(5.0));
+    CHECK(frames.carry_until(at_ms(2000)) == at_ms(1000));
+    frames.last_frame = at_ms(1000);
+    CHECK_FALSE(frames.are_missing(at_ms(1400)));
+    CHECK(frames.are_missing(at_ms(1600)));
+}
