@@ -3,20 +3,12 @@
 #pragma once
 
 #include "app/calibration/imu_model.h"
-#include "estimator/api/config.h"
-#include "mesh/depth/depth_config.h"
-#include "mesh/grid_config.h"
-#include "mesh/mesh_config.h"
-#include "mesh/planes/plane_config.h"
+#include "mesh/mapping/mapping_config.h"
 
 namespace facet {
 
 /// What a configuration file sets. The estimator itself knows nothing of the mesh.
-struct ProgramConfig : EstimatorConfig {
-    MeshConfig mesh;
-    PlaneConfig planes;
-    GridConfig grid;
-    DepthConfig depth;
+struct ProgramConfig : MappingConfig {
     ImuModel imu_model;  ///< the calibration's, no parameter of a file: what samples go through before all else
 };
 

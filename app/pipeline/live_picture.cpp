@@ -71,7 +71,7 @@ void show_frame(const FrameResult& result, const StereoFrame& frame, const Keyfr
             std::ranges::transform(result.planes, std::back_inserter(mesh.planes), to_scene);
         };
     }
-    const StereoFrame& shown = result.has_mesh ? pipeline.meshed().frame : frame;  // its points are known
+    const StereoFrame& shown = result.has_mesh ? pipeline.mapped().frame : frame;  // its points are known
     const bool takes_right = shown.left.empty() || (result.has_mesh && seen.is_exchanged);
     const Scene scene{takes_right ? shown.right : shown.left, result.has_mesh ? &seen : nullptr};
     if (!scene.image.empty() && view.wants_picture(estimate.stamp, result.has_mesh)) {

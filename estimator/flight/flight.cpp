@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimator/flight/belief_changes.h"
-#include "estimator/window/stage_scope.h"
+#include "estimator/values/stage_scope.h"
 
 namespace facet {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // How a frame is compared with the map, and what follows if it contradicts the inertial readings.
 #include "estimator/flight/flight.h"
-#include "estimator/window/stage_scope.h"
+#include "estimator/values/stage_scope.h"
 
 namespace facet {
 namespace {

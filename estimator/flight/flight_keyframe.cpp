@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // A keyframe's turn in the window: at once, or after the estimate of the frame that follows it.
 #include "estimator/flight/flight.h"
-#include "estimator/window/stage_scope.h"
+#include "estimator/values/stage_scope.h"
 
 namespace facet {
 namespace {

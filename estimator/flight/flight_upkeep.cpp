@@ -4,7 +4,7 @@
 
 #include "estimator/flight/flight.h"
 #include "estimator/flight/keyframe_snapshot.h"
-#include "estimator/window/stage_scope.h"
+#include "estimator/values/stage_scope.h"
 
 namespace facet {
 namespace {

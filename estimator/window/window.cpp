@@ -8,7 +8,7 @@
 #include "estimator/window/outlier_removal.h"
 #include "estimator/window/prior_guard.h"
 #include "estimator/window/residual_count.h"
-#include "estimator/window/stage_scope.h"
+#include "estimator/values/stage_scope.h"
 #include "platform/base/assert.h"
 
 namespace facet {

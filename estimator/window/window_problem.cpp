@@ -5,7 +5,7 @@
 
 #include "estimator/factors/rest_factor.h"
 #include "estimator/window/plane_pairs.h"
-#include "estimator/window/stage_scope.h"
+#include "estimator/values/stage_scope.h"
 #include "platform/base/assert.h"
 
 namespace facet {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "estimator/window/landmark_triangulation.h"
-#include "estimator/window/stage_scope.h"
+#include "estimator/values/stage_scope.h"
 #include "estimator/window/window_problem.h"
 
 namespace facet {

@@ -33,7 +33,7 @@ void ExtraFiles::write(const FrameResult& result, const FramePipeline& pipeline,
 
 void ExtraFiles::fuse(const FrameResult& result, const FramePipeline& pipeline, const StereoFrame& frame) {
     if (result.has_mesh) {
-        const MeshedKeyframe& keyframe = pipeline.meshed();
+        const MappedKeyframe& keyframe = pipeline.mapped();
         fusion_->add(pipeline.keyframe_view(), keyframe.reset_counter, keyframe.frame.left, keyframe.frame.right,
                      pipeline.mesher());
     }

@@ -13,36 +13,6 @@
 namespace facet {
 namespace {
 
-TEST_CASE("frames from before a clock's step back are refused, DEGRADED at first and then LOST") {
-    const test::StillVehicle vehicle;
-    Calibration calibration;
-    calibration.rig = vehicle.rig;
-    const auto pipeline = std::make_unique<FramePipeline>();
-    pipeline->configure({}, calibration);
-    FrameResult result;
-    int sample = 0;
-    for (int k = 0; k < 4; ++k) {
-        for (; sample <= 20 + 10 * k; ++sample) {
-            pipeline->add_imu({test::at(0.005 * sample), {0.001, -0.002, 0.003}, {0.0, 0.0, 9.81}});
-        }
-        const StereoFrame frame = vehicle.frame(0.1 + 0.05 * k);
-        pipeline->add_frame(frame, frame.stamp, result);
-        REQUIRE(result.status == Status::kOk);
-    }
-    REQUIRE(result.estimate.health.state == TrackingState::kTracking);
-    const double lost_after_s = ProgramConfig{}.health.lost_after_s;
-    for (int k = 0; 0.05 * k < lost_after_s + 0.5; ++k) {
-        const StereoFrame frame = vehicle.frame(-900.0 + 0.05 * k);
-        pipeline->add_frame(frame, frame.stamp, result);
-        INFO(0.05 * k << " s after the first of them");
-        REQUIRE(result.status == Status::kOutOfOrder);
-        REQUIRE_FALSE(result.is_usable);
-        const bool is_long = 0.05 * k > lost_after_s + 1e-6;
-        CHECK(result.estimate.health.state == (is_long ? TrackingState::kLost : TrackingState::kDegraded));
-        CHECK((result.estimate.health.quality == 0) == is_long);
-    }
-}
-
 TEST_CASE("an estimate comes before the mesh of its keyframe, and in two steps all is as in one") {
     const test::StillVehicle vehicle;
     Calibration calibration;
@@ -122,16 +92,16 @@ TEST_CASE("a mesh that comes two frames later is that of its keyframe, whose ima
         ++meshes;
         CHECK(result.mesh.updates == updates + 1);
         updates = result.mesh.updates;
-        const MeshedKeyframe& meshed = pipeline->meshed();
-        CHECK(result.mesh_frame_stamp == meshed.frame.stamp);
-        const auto late = static_cast<int>(std::lround((frame.stamp - meshed.frame.stamp).seconds() / kFrame_s));
+        const MappedKeyframe& mapped = pipeline->mapped();
+        CHECK(result.mesh_frame_stamp == mapped.frame.stamp);
+        const auto late = static_cast<int>(std::lround((frame.stamp - mapped.frame.stamp).seconds() / kFrame_s));
         CHECK((late == 0 || late == 2));
         CHECK((late == 0) == result.is_keyframe);
         late_meshes += late == 2 ? 1 : 0;
         const StereoFrame as_it_was = vehicle.moved_frame(0.0, kStep_px * (k - late));
-        CHECK(meshed.frame.left.at(100, 200) == as_it_was.left.at(100, 200));
-        CHECK(meshed.frame.right.at(600, 300) == as_it_was.right.at(600, 300));
-        CHECK(pipeline->keyframe_view().stamp == meshed.estimate_stamp);
+        CHECK(mapped.frame.left.at(100, 200) == as_it_was.left.at(100, 200));
+        CHECK(mapped.frame.right.at(600, 300) == as_it_was.right.at(600, 300));
+        CHECK(pipeline->keyframe_view().stamp == mapped.estimate_stamp);
     }
     CHECK(late_meshes > 4);
     CHECK(meshes >= keyframes - 2);  // the first one has none, that of the last one may be to come

@@ -12,7 +12,7 @@
 namespace facet {
 
 /// What its view does not say.
-struct MeshedKeyframe {
+struct MappedKeyframe {
     StereoFrame frame;                ///< as given to the estimator
     Timestamp estimate_stamp;         ///< of its estimate, as given out
     std::uint32_t reset_counter = 0;  ///< of its health
@@ -23,11 +23,11 @@ class KeptKeyframe {
 public:
     /// Keeps none.
     void configure(const StereoRig& rig);
-    void keep(const MeshedKeyframe& keyframe);
+    void keep(const MappedKeyframe& keyframe);
     void drop() { is_set_ = false; }
     bool is_set() const { return is_set_; }
     /// Its images outlast one more keep().
-    const MeshedKeyframe& get() const { return keyframe_; }
+    const MappedKeyframe& get() const { return keyframe_; }
 
 private:
     using Pixels = std::vector<std::uint8_t>;
@@ -36,7 +36,7 @@ private:
         Pixels right;
     };
 
-    MeshedKeyframe keyframe_;
+    MappedKeyframe keyframe_;
     std::array<Pair, 2> pairs_;  ///< the first one is the newest
     bool is_set_ = false;
 };

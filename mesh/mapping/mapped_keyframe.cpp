@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/pipeline/meshed_keyframe.h"
+#include "mesh/mapping/mapped_keyframe.h"
 
 #include <algorithm>
 #include <utility>
@@ -38,7 +38,7 @@ void KeptKeyframe::configure(const StereoRig& rig) {
     is_set_ = false;
 }
 
-void KeptKeyframe::keep(const MeshedKeyframe& keyframe) {
+void KeptKeyframe::keep(const MappedKeyframe& keyframe) {
     std::swap(pairs_[0], pairs_[1]);
     keyframe_ = keyframe;
     keyframe_.frame.left = copy_into(pairs_[0].left, keyframe.frame.left);

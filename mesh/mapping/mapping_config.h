@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-2-Clause
+// All parameters of estimator, mesher, plane finder, depth and grid.
+#pragma once
+
+#include "estimator/api/config.h"
+#include "mesh/depth/depth_config.h"
+#include "mesh/grid_config.h"
+#include "mesh/mesh_config.h"
+#include "mesh/planes/plane_config.h"
+
+namespace facet {
+
+struct MappingConfig : EstimatorConfig {
+    MeshConfig mesh;
+    PlaneConfig planes;
+    GridConfig grid;
+    DepthConfig depth;
+};
+
+}  // namespace facet
