@@ -14,7 +14,7 @@
 namespace facet {
 
 /// Readings that are not believed, and what takes their place.
-struct DoubtedReadings {
+struct ReplacedReadings {
     ImuAxisMask axes = 0;  ///< of the sensors; none: all are believed
     SteadyMotion motion;
     StepNoise noise;  ///< beyond the sensor's own
@@ -27,7 +27,7 @@ struct Belief {
     StateCovariance covariance = StateCovariance::Zero();
     ImuScale imu_scale;        ///< to carry the state on with
     VibrationShare vibration;  ///< likewise
-    DoubtedReadings doubted;   ///< after the stamp
+    ReplacedReadings replaced;   ///< after the stamp
 };
 
 inline bool is_finite(const Belief& b) {

@@ -34,7 +34,7 @@ Status StateCarrier::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
     if (!has_state_) {
         return Status::kOk;
     }
-    replace_doubted(belief_);
+    replace_readings(belief_);
     if (!ok(imu_.integrate_between(carried_, sample.stamp, noise_, since_))) {
         has_state_ = false;  // the ring has lost what lies between: cannot happen from sample to sample
         return Status::kOk;
@@ -54,8 +54,8 @@ Status StateCarrier::correct(const Belief& belief) {
         return Status::kNotReady;
     }
     imu_.believe(belief.vibration);
-    imu_.trust(belief.stamp, imu_.newest());
-    replace_doubted(belief);
+    imu_.restore(belief.stamp, imu_.newest());
+    replace_readings(belief);
     Preintegration since(belief.state.bias, since_.gravity_m_per_s2());
     since.set_scale(belief.imu_scale, false);
     FACET_TRY(imu_.integrate_between(belief.stamp, imu_.newest(), noise_, since));
@@ -69,10 +69,10 @@ Status StateCarrier::correct(const Belief& belief) {
     return Status::kOk;
 }
 
-void StateCarrier::replace_doubted(const Belief& belief) {
-    if (belief.doubted.axes != 0) {
-        imu_.set_doubt_noise(belief.doubted.noise);
-        imu_.doubt(belief.stamp, imu_.newest(), belief.doubted.axes, belief.doubted.motion);
+void StateCarrier::replace_readings(const Belief& belief) {
+    if (belief.replaced.axes != 0) {
+        imu_.set_replacement_noise(belief.replaced.noise);
+        imu_.replace(belief.stamp, imu_.newest(), belief.replaced.axes, belief.replaced.motion);
     }
 }
 

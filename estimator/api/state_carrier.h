@@ -59,8 +59,8 @@ public:
 private:
     using Step = Eigen::Matrix<double, kBiasGyro, 1>;
 
-    /// Replaces what a belief doubts of the samples after it.
-    void replace_doubted(const Belief& belief);
+    /// Replaces what a belief suspects of the samples after it.
+    void replace_readings(const Belief& belief);
     NavState unsmoothed() const { return since_.predict(belief_.state); }
 
     ImuBuffer imu_;

@@ -97,7 +97,7 @@ Status Flight::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
     if (has_window(s_.phase)) {
         const double lost_s = s_.clocks.take_time_without_samples_s();
         if (lost_s > 0.0) {  // the motion in it is unknown
-            s_.gauge.widen(s_.now.state, s_.doubt.rate_B(), lost_s);
+            s_.gauge.widen(s_.now.state, s_.fault.rate_B(), lost_s);
             s_.clocks.lose(lost_s);
             s_.restart.add(RestartReason::kLostTime);
         }
@@ -122,7 +122,7 @@ Status Flight::add_frame(const StereoFrame& frame, Estimate& estimate) {
     }
     const double repeated_s = s_.clocks.take_time_without_frames_s();
     if (has_window(s_.phase) && repeated_s > 0.0) {
-        s_.gauge.widen(s_.now.state, s_.doubt.rate_B(), repeated_s);
+        s_.gauge.widen(s_.now.state, s_.fault.rate_B(), repeated_s);
     }
     if (cameras_.must_exchange(frame)) {
         exchange_cameras();
@@ -164,7 +164,7 @@ Status Flight::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& est
         frontend_.restart_ids();
         s_.restart.add(RestartReason::kLandmarkIds);
     }
-    replace_doubted(stamp);
+    replace_readings(stamp);
     FACET_TRY(predict(stamp, preintegration));
     const PredictionEvidence predicted = prediction_evidence(frame);
     const Status tracked = track(frame, before, wants_keyframe(predicted));
@@ -175,15 +175,15 @@ Status Flight::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& est
         FrameEvidence seen{s_.phase,       must_restart(predicted), tracks_.is_keyframe,
                            tracks_.stereo, s_.rest.rests(),         tracks_.is_still};
         seen.lone_features = cameras_.is_alone(frame) ? static_cast<int>(tracks_.observations.size()) : 0;
-        drop_unsupported_doubt(preintegration);
+        drop_unsupported_fault(preintegration);
         act(decide(seen), preintegration);
     }
-    s_.doubt.see(stamp, s_.now.state);
-    s_.now.doubted = s_.doubt.readings(s_.now.state, gravity_m_per_s2_);
+    s_.fault.see(stamp, s_.now.state);
+    s_.now.replaced = s_.fault.readings(s_.now.state, gravity_m_per_s2_);
     report(frame, ok(tracked) ? FrameUse::kTracked : FrameUse::kRefused, estimate);
     const SlipEvidence slip{(estimate.health.reasons & kReasonHighResidual) != 0, tracks_.is_keyframe,
                             (stamp - before).seconds()};
-    if (s_.gauge.step(slip, s_.now.state, s_.doubt.rate_B())) {
+    if (s_.gauge.step(slip, s_.now.state, s_.fault.rate_B())) {
         estimate.covariance = reported_covariance();
     }
     if (monitor_.is_usable()) {
@@ -204,7 +204,7 @@ PredictionEvidence Flight::prediction_evidence(const StereoFrame& frame) const {
     const bool begins_anew = s_.start.is_renewed() && window_.state().keyframes.size() < kKeyframesOfStart;
     const bool is_young = monitor_.state() == TrackingState::kInit || begins_anew || s_.start.forces_keyframes();
     e.is_starting = is_young && s_.start.is_confirmed() && !frame.right.empty() && s_.start.claim() == RestClaim::kNone;
-    e.is_doubted = s_.doubt.is_active() && (imu_.hanging() & s_.doubt.axes()) == 0;
+    e.is_replaced = s_.fault.is_active() && (imu_.hanging() & s_.fault.axes()) == 0;
     e.keyframe_age_s = (s_.now.stamp - s_.newest.stamp).seconds();
     return e;
 }
@@ -214,18 +214,18 @@ Status Flight::track(const StereoFrame& frame, Timestamp before, bool wants_keyf
     FrameHints hints;
     hints.wants_keyframe = wants_keyframe;
     hints.effort = s_.is_late ? kLateFeatures : 1.0;
-    hints.is_doubtful = monitor_.state() != TrackingState::kTracking;
+    hints.is_uncertain = monitor_.state() != TrackingState::kTracking;
     hints.is_contradicted = monitor_.is_contradicted();
-    hints.doubts_both = s_.doubt.axes() == (kGyroAxes | kAccelAxes) && !s_.doubt.has_hung();
+    hints.replaces_both = s_.fault.axes() == (kGyroAxes | kAccelAxes) && !s_.fault.has_hung();
     hints.wants_turn = seeks_delay();
     if (s_.phase != Phase::kEmpty) {
         const StageScope scope(observer_, Stage::kPropagation);
         hints.q_Bp_B = turn_since_frame(before);
-        if (s_.doubt.is_active()) {
-            imu_.exchange_read();
+        if (s_.fault.is_active()) {
+            imu_.exchange_as_read();
             hints.is_replaced =
                 ok(imu_.rotation_between(before, s_.now.stamp, s_.now.state.bias.gyro, hints.q_Bp_B_as_read));
-            imu_.exchange_read();
+            imu_.exchange_as_read();
         }
     }
     const StageScope scope(observer_, Stage::kTracking);
@@ -310,9 +310,9 @@ void Flight::correct_delay() {
         return;
     }
     const double claimed_s = monitor_.is_usable() ? s_.calibration_sigma(kTimeOffset) : 0.0;
-    imu_.exchange_read();  // of the readings that are in doubt as well
+    imu_.exchange_as_read();  // of the suspected readings as well
     const std::optional<double> off_s = delay_.step(imu_, image_delay_s(), claimed_s);
-    imu_.exchange_read();
+    imu_.exchange_as_read();
     if (off_s) {
         window_.forget_calibration();
         forget_corrections();

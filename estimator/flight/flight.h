@@ -30,7 +30,7 @@ namespace facet {
 /// 45 MB, allocated once. Thread-bound. Heap in configure() only.
 ///
 /// Parts decide, each from what it is given: phase (what to do with a frame), StartProgress, RestDetector,
-/// InertialDoubt, StereoEvidence, FactorConsistency, GaugeTracker, ClockWatch, CameraRoles, DelayCorrection,
+/// InertialFault, StereoEvidence, FactorConsistency, GaugeTracker, ClockWatch, CameraRoles, DelayCorrection,
 /// HealthMonitor. This class asks them in order, and acts:
 ///   flight.cpp           samples and frames in, in order; prediction and tracking
 ///   flight_start.cpp     the first window, and what tests it
@@ -145,19 +145,19 @@ private:
     /// Compares the frame with the map; if it contradicts the inertial readings, settles which of them is right, and
     /// predicts `now` and integrates anew. @return kNotFound if there is nothing to compare with
     Status examine_image(Preintegration& preintegration, FrameEstimate& out);
-    InertialDoubt::Limits doubt_limits() const {
+    InertialFault::Limits fault_limits() const {
         return {config_.health.high_vision_chi2, config_.health.wrong_vision_chi2};
     }
     /// @param usual  the frame at hand with the readings as they are
-    bool calls_for_doubt(const FrameEstimate& usual) const;
-    void doubt_readings(Preintegration& preintegration, FrameEstimate& out);
-    /// While readings are doubted: replaces those up to the frame that comes. @param stamp  of it
-    void replace_doubted(Timestamp stamp);
-    /// Readings that no keyframe may contradict are trusted again. Without images they are all there is: they are
+    bool suggests_fault(const FrameEstimate& usual) const;
+    void isolate_fault(Preintegration& preintegration, FrameEstimate& out);
+    /// While readings are suspected: replaces those up to the frame that comes. @param stamp  of it
+    void replace_readings(Timestamp stamp);
+    /// Readings that no keyframe may contradict are used again. Without images they are all there is: they are
     /// shown, as uncertain as they were found, unless they hang.
-    void drop_unsupported_doubt(Preintegration& preintegration);
-    /// After a keyframe: may end the doubt.
-    void follow_doubt();
+    void drop_unsupported_fault(Preintegration& preintegration);
+    /// After a keyframe: may end the suspicion.
+    void follow_fault();
 
     // flight_keyframe.cpp
     KeyframeInput keyframe_input() const;

@@ -7,7 +7,7 @@ namespace facet {
 namespace {
 
 // Before the first estimate is reported the window may take more steps: its guess may be far off, and it is small. So
-// may it while readings are in doubt: a hard turn leads far from the steady motion that stands in for them.
+// may it while readings are suspected: a hard turn leads far from the steady motion that stands in for them.
 constexpr double kFarEffort = 6.0;
 // After a frame that came too late, up to the next keyframe: share of the solver's steps.
 constexpr double kLateEffort = 0.5;
@@ -30,7 +30,7 @@ KeyframeInput Flight::keyframe_input() const {
 }
 
 double Flight::effort() const {
-    const bool may_be_far = monitor_.state() == TrackingState::kInit || s_.doubt.is_active();
+    const bool may_be_far = monitor_.state() == TrackingState::kInit || s_.fault.is_active();
     return may_be_far ? kFarEffort : (s_.is_late ? kLateEffort : 1.0);
 }
 
@@ -39,7 +39,7 @@ void Flight::add_keyframe(Preintegration& preintegration, Phase before) {
     const bool is_seen = ok(examine_image(preintegration, seen));
     // Inertial samples lead astray: in a second of shaking by millimetres, far enough for the solver to end before it
     // has come back along the directions that only the prior holds, and by pixels in flight. What stands in for
-    // readings in doubt leads astray further still.
+    // suspected readings leads astray further still.
     const bool is_sound = is_seen && 2 * seen.agreeing > seen.landmarks;
     const NavState* guess = is_sound ? &seen.state : nullptr;
     if (is_seen && may_wait(before)) {
@@ -58,8 +58,8 @@ bool Flight::enter_window(const KeyframeInput& input, const Preintegration& prei
     s_.keyframe.is_new = true;
     frontend_.drop_tracks(window_.rejected());
     s_.now.state = window_.newest().state;
-    follow_doubt();
-    if (!s_.doubt.is_active()) {
+    follow_fault();
+    if (!s_.fault.is_active()) {
         const double limit = config_.health.high_vision_chi2 * kStateDim;
         const bool contradicts = monitor_.is_usable() && s_.keyframe.summary.imu_squared_error > limit;
         if (s_.factors.step(contradicts, s_.newest.state.bias)) {
@@ -95,7 +95,7 @@ void Flight::take_keyframe(const Preintegration& preintegration, const NavState*
 
 bool Flight::may_wait(Phase before) const {
     const bool is_calm = before == Phase::kFollowing && monitor_.state() == TrackingState::kTracking &&
-                         !s_.doubt.is_active() && !s_.factors.is_violated() && !s_.restart.any() && !s_.span.has_gap &&
+                         !s_.fault.is_active() && !s_.factors.is_violated() && !s_.restart.any() && !s_.span.has_gap &&
                          s_.span.clipped == 0;
     const bool is_under_way = window_.state().keyframes.size() >= kSettledKeyframes && s_.start.is_confirmed() &&
                               !s_.start.forces_keyframes() && s_.start.claim() == RestClaim::kNone && !tracks_.is_still;

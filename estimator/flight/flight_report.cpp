@@ -146,7 +146,7 @@ Status Flight::resume(const KeptState& kept, double elapsed_s) {
     }
     belief.state.q_W_B.normalize();
     belief.covariance.bottomRightCorner<6, 6>() *= kInflation * kInflation;
-    widen_after_unknown(s_.doubt.rate_B(), elapsed_s, belief);
+    widen_after_unknown(s_.fault.rate_B(), elapsed_s, belief);
     s_.trusted = belief;
     return Status::kOk;
 }

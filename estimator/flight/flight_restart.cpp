@@ -23,7 +23,7 @@ void Flight::begin_window(const StateCovariance& information, CalibrationStart c
     window_.start(input, s_.now.state, information, calibration);
     waiting_.is_set = false;
     s_.keyframe = {{}, s_.keyframe.is_new, false};
-    s_.doubt.end();
+    s_.fault.end();
     s_.factors.reset();
     if (calibration == CalibrationStart::kAsGiven) {
         forget_corrections();
@@ -99,7 +99,7 @@ void Flight::inflate_covariance() {
     // A tilt hides as a bias of the accelerometer.
     const double bend_m_per_s2 = (s_.now.state.bias.accel - s_.factors.bias_before().accel).norm();
     const double bend_rad = s_.factors.is_violated() ? bend_m_per_s2 / gravity_m_per_s2_ : 0.0;
-    const double tilt_rad = std::hypot(s_.doubt.tilt_rad(), kTilt_rad_per_s * lost_s, bend_rad);
+    const double tilt_rad = std::hypot(s_.fault.tilt_rad(), kTilt_rad_per_s * lost_s, bend_rad);
     const Eigen::Matrix3d R_B_W = s_.now.state.q_W_B.conjugate().toRotationMatrix();
     const Eigen::Vector3d variance = tilt_rad * tilt_rad * Eigen::Vector3d(1.0, 1.0, 0.0);
     s_.now.covariance.block<3, 3>(kTheta, kTheta) += R_B_W * variance.asDiagonal() * R_B_W.transpose();
@@ -134,7 +134,7 @@ void Flight::begin_on_new_clock() {
 
 void Flight::begin_like_first(double lost_s) {
     if (s_.trusted) {
-        widen_after_unknown(s_.doubt.rate_B(), lost_s, *s_.trusted);
+        widen_after_unknown(s_.fault.rate_B(), lost_s, *s_.trusted);
         // A sensor that has begun anew may have other biases; after a wrong delay they are wrong, too.
         widen_biases(config_.initializer.gyro_bias_sigma_rad_per_s, config_.initializer.accel_bias_sigma_m_per_s2,
                      *s_.trusted);
@@ -150,7 +150,7 @@ void Flight::begin_like_first(double lost_s) {
     s_.keyframe.summary = {};
     s_.start.drop_claim();
     s_.rest.end();
-    s_.doubt = {};
+    s_.fault = {};
     s_.factors.reset();
     s_.clocks.forget_refused();
     s_.frames.q_Bf_B.setIdentity();

@@ -9,7 +9,7 @@
 #include "estimator/flight/clock_watch.h"
 #include "estimator/flight/factor_consistency.h"
 #include "estimator/flight/gauge_tracker.h"
-#include "estimator/flight/inertial_doubt.h"
+#include "estimator/flight/inertial_fault.h"
 #include "estimator/flight/phase.h"
 #include "estimator/flight/rest_detector.h"
 #include "estimator/flight/restart_requests.h"
@@ -44,7 +44,7 @@ struct FlightState {
     std::optional<Belief> trusted;
     StartProgress start;
     RestDetector rest;
-    InertialDoubt doubt;
+    InertialFault fault;
     StereoEvidence stereo;
     FactorConsistency factors;
     GaugeTracker gauge;

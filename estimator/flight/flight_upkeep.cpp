@@ -60,7 +60,7 @@ void Flight::update_covariance() {
 void Flight::learn_vibration() {
     const bool is_raised = s_.span.gyro_noise_ratio > 1.0 || s_.span.accel_noise_ratio > 1.0;
     const bool is_sound =
-        !s_.span.has_gap && !s_.span.is_doubted && s_.span.clipped == 0 && !window_.newest().rests_since_previous;
+        !s_.span.has_gap && !s_.span.is_replaced && s_.span.clipped == 0 && !window_.newest().rests_since_previous;
     InertialInnovation innovation;
     if (!is_raised || !is_sound || !ok(window_.newest_innovation(innovation))) {
         return;

@@ -14,7 +14,7 @@ constexpr double kUnsureFor = 1.0;  // s
 /// This many tracked features make vision as good as it gets, for the quality.
 constexpr double kManyFeatures = 60.0;
 constexpr double kGraceQuality = 0.3;
-constexpr double kDoubtQuality = 0.5;
+constexpr double kFaultQuality = 0.5;
 
 constexpr std::uint32_t kDegrading = kReasonFewFeatures | kReasonImageRejected | kReasonImageDark |
                                      kReasonImageOverexposed | kReasonImageFrozen | kReasonBiasLimit |
@@ -58,7 +58,7 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
     raise(e.misses_camera, kReasonOneCamera);
     raise(e.imu.has_gap, kReasonImuGap);
     raise(e.imu.clipped != 0, kReasonImuClipped);
-    raise(e.imu.is_doubted, kReasonImuContradicted);
+    raise(e.imu.is_replaced, kReasonImuContradicted);
     raise(e.imu.accel_vibration_m_per_s2 > config_.vibration_m_per_s2, kReasonVibration);
     raise(e.gyro_bias_rad_per_s > config_.max_gyro_bias_rad_per_s ||
               e.accel_bias_m_per_s2 > config_.max_accel_bias_m_per_s2,
@@ -87,10 +87,10 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
             ? config_.max_calibration_stretch / e.calibration_stretch
             : 1.0,
     };
-    // With a calibration or readings in doubt the claimed covariance is too, so that half is the best. Two images that
+    // With a calibration or readings suspected the claimed covariance is too, so that half is the best. Two images that
     // have had nothing in common since the start are such a calibration (cameras exchanged), or leave scale to the IMU.
-    const bool is_doubted = share[4] < 1.0 || share[5] < 1.0 || e.imu.is_doubted || (has_pair_ && !is_matched_);
-    const double best = is_doubted ? kDoubtQuality : 1.0;
+    const bool is_replaced = share[4] < 1.0 || share[5] < 1.0 || e.imu.is_replaced || (has_pair_ && !is_matched_);
+    const double best = is_replaced ? kFaultQuality : 1.0;
     double worst = (e.stamp - started_).seconds() < config_.grace_s ? kGraceQuality : 1.0;
     // Inertial data alone are good for a while: features count in proportion to how long they have been missing.
     const double age = std::clamp(vision_age_s(e.stamp) / config_.lost_after_s, 0.0, 1.0);

@@ -15,9 +15,9 @@ constexpr double kStaleKeyframe_s = 0.5;
 constexpr double kLongestGap_s = 10.0;
 // A start waits for the velocity and the tilt, which keyframes tell, at least this far apart.
 constexpr double kStartSpacing_s = 0.09;
-// Readings in doubt are compared with the motion between keyframes: by places that are right to millimetres a force is
-// told to 1 m/s^2 over this time (inertial_doubt.cpp), a tenth of what a dead accelerometer lacks.
-constexpr double kDoubtSpacing_s = 0.14;
+// Suspected readings are compared with the motion between keyframes: by places that are right to millimetres a force is
+// told to 1 m/s^2 over this time (inertial_fault.cpp), a tenth of what a dead accelerometer lacks.
+constexpr double kFaultSpacing_s = 0.14;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ bool must_restart(const PredictionEvidence& e) {
 bool wants_keyframe(const PredictionEvidence& e) {
     const bool has_moved_off = e.phase == Phase::kHolding && !e.rests && e.keyframe_age_s > kStaleKeyframe_s;
     const bool hastens_start = (e.is_starting || e.is_lost) && e.keyframe_age_s > kStartSpacing_s;
-    const bool hastens_trust = e.is_doubted && e.keyframe_age_s > kDoubtSpacing_s;
+    const bool hastens_trust = e.is_replaced && e.keyframe_age_s > kFaultSpacing_s;
     return must_restart(e) || e.inertial_data_poor || has_moved_off || hastens_start || hastens_trust;
 }
 

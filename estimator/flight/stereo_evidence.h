@@ -17,7 +17,7 @@ public:
         }
         is_independent_ = !was_unmatched && !is_unmatched_;
     }
-    /// After step(). @param is_suspected  inertial readings are in doubt @param is_keyframe  one that may judge them
+    /// After step(). @param is_suspected  inertial readings are suspected @param is_keyframe  one that may judge them
     void support(bool is_suspected, bool is_keyframe) {
         has_supported_ = is_suspected && (has_supported_ || (is_keyframe && is_independent_));
     }

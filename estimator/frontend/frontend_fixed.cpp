@@ -75,7 +75,7 @@ void Frontend::Impl::leave_out_fixed(const FrameHints& hints, FrontendOutput& ou
         }
     }
     const bool is_witnessed = moving >= kFewestWitnesses && kFixedPerWitness * moving >= fixed;
-    const bool is_alone = hints.doubts_both && 2 * fixed > static_cast<int>(tracks.size());
+    const bool is_alone = hints.replaces_both && 2 * fixed > static_cast<int>(tracks.size());
     if (!hints.is_contradicted || fixed == 0 || !(is_witnessed || is_alone)) {
         return;
     }

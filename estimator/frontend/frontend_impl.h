@@ -33,7 +33,7 @@ struct Frontend::Impl {
         ImagePyramid image;
         Eigen::Quaterniond q_B0_B = Eigen::Quaterniond::Identity();  ///< body then to body at the first frame
         Eigen::Quaterniond q_B0_B_as_read =
-            Eigen::Quaterniond::Identity();  ///< the same by the gyroscope, in doubt or not
+            Eigen::Quaterniond::Identity();  ///< the same by the gyroscope, suspected or not
         Timestamp stamp;
     };
     std::array<Sight, kMaxTurns + 1> sights;  ///< the present one, then those before it

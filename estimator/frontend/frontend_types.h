@@ -27,13 +27,13 @@ protected:
 /// What is known about a frame before looking at it.
 struct FrameHints {
     Eigen::Quaterniond q_Bp_B = Eigen::Quaterniond::Identity();  ///< body now to the previous frame: p_Bp = q * p_B
-    bool is_replaced = false;  ///< q_Bp_B is not the gyroscope's, whose readings are in doubt; q_Bp_B_as_read is
+    bool is_replaced = false;  ///< q_Bp_B is not the gyroscope's, whose readings are suspected; q_Bp_B_as_read is
     Eigen::Quaterniond q_Bp_B_as_read = Eigen::Quaterniond::Identity();
     LandmarkSource* landmarks = nullptr;  ///< asked only at keyframes and where tracks are lost; nullptr: none
     bool wants_keyframe = false;          ///< inertial data are poor: vision has to say where the vehicle is
-    bool is_doubtful = false;             ///< something was wrong before: every track counts
+    bool is_uncertain = false;            ///< something was wrong before: every track counts
     bool is_contradicted = false;         ///< images and inertial readings disagree
-    bool doubts_both = false;             ///< both the gyroscope and the accelerometer, neither of which hangs
+    bool replaces_both = false;           ///< both the gyroscope and the accelerometer, neither of which hangs
     bool wants_turn = false;              ///< FrontendOutput::turn_error_B is asked for
     double effort = 1.0;  ///< share of the configured number of features that a keyframe is filled up to
 };

@@ -69,7 +69,7 @@ void note_step(const ImuStepQuality& quality, const StepNoise& sensor, const Ste
     };
     const auto tone = quality.vibration.tone();
     span.has_gap = span.has_gap || quality.gap > Duration{};
-    span.is_doubted = span.is_doubted || quality.doubted != 0;
+    span.is_replaced = span.is_replaced || quality.replaced != 0;
     span.clipped |= quality.clipped;
     span.stuck |= quality.stuck;
     span.gyro_noise_ratio = std::max(span.gyro_noise_ratio, ratio(noise.gyro, sensor.gyro));
@@ -102,7 +102,7 @@ void ImuBuffer::clear(double rate_hz, const ImuLimits& limits) {
     limits_ = limits;
     rate_hz_ = rate_hz;
     share_ = {};
-    doubt_noise_ = {};
+    replacement_noise_ = {};
     counters_ = {};
     stuck_ = StuckReadings(rate_hz);
     restart();
@@ -156,11 +156,11 @@ Status ImuBuffer::push(const ImuSample& sample, ImuAxisMask clipped) {
     return Status::kOk;
 }
 
-void ImuBuffer::doubt(Timestamp t0, Timestamp t1, ImuAxisMask axes, const SteadyMotion& motion) {
+void ImuBuffer::replace(Timestamp t0, Timestamp t1, ImuAxisMask axes, const SteadyMotion& motion) {
     stuck_.distrust(axes);
     for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i) {
         Entry& e = entry(i);
-        if (e.doubted == 0) {
+        if (e.replaced == 0) {
             e.w_read = e.sample.w_B;
             e.a_read = e.sample.a_B;
         }
@@ -170,32 +170,32 @@ void ImuBuffer::doubt(Timestamp t0, Timestamp t1, ImuAxisMask axes, const Steady
         const Eigen::Vector3d a_B = so3_exp(-dt_s * motion.w_B) * motion.a_B;
         e.sample.w_B = has_gyro ? Eigen::Vector3d(motion.w_B + motion.bias.gyro) : e.w_read;
         e.sample.a_B = has_accel ? Eigen::Vector3d(a_B + motion.bias.accel) : e.a_read;
-        e.doubted = axes;
+        e.replaced = axes;
     }
 }
 
-void ImuBuffer::show_read(Timestamp t0, Timestamp t1) {
+void ImuBuffer::show_as_read(Timestamp t0, Timestamp t1) {
     for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i) {
         Entry& e = entry(i);
-        if (e.doubted != 0) {
+        if (e.replaced != 0) {
             e.sample.w_B = e.w_read;
             e.sample.a_B = e.a_read;
         }
     }
 }
 
-void ImuBuffer::trust(Timestamp t0, Timestamp t1) {
+void ImuBuffer::restore(Timestamp t0, Timestamp t1) {
     stuck_.distrust(0);
-    show_read(t0, t1);
+    show_as_read(t0, t1);
     for (int i = first_after(t0); i < size_ && sample(i).stamp <= t1; ++i) {
-        entry(i).doubted = 0;
+        entry(i).replaced = 0;
     }
 }
 
-void ImuBuffer::exchange_read() {
+void ImuBuffer::exchange_as_read() {
     for (int i = 0; i < size_; ++i) {
         Entry& e = entry(i);
-        if (e.doubted != 0) {
+        if (e.replaced != 0) {
             e.sample.w_B.swap(e.w_read);
             e.sample.a_B.swap(e.a_read);
         }
@@ -265,7 +265,7 @@ ImuStepQuality ImuBuffer::quality(int index) const {
     ImuStepQuality out;
     out.gap = is_gap(a.sample, b.sample) ? b.sample.stamp - a.sample.stamp : Duration{};
     out.clipped = a.clipped | b.clipped;
-    out.doubted = a.doubted | b.doubted;
+    out.replaced = a.replaced | b.replaced;
     out.stuck = b.stuck;
     out.vibration = b.vibration;
     for (int k = 0; out.clipped != 0 && k < kAxes; ++k) {
@@ -324,7 +324,7 @@ Status ImuBuffer::integrate_between(Timestamp t0, Timestamp t1, const ImuNoise& 
             sum.add_edge_error(VibrationMeter::edge_variances(quality.vibration, 0, share_.gyro, rate_hz_));
         }
         const StepNoise usual = raised(sensor, quality.vibration, share_, rate_hz_);
-        const StepNoise total = usual + quality.clip_noise + on_axes(doubt_noise_, quality.doubted);
+        const StepNoise total = usual + quality.clip_noise + on_axes(replacement_noise_, quality.replaced);
         const Status s = quality.gap > Duration{}
                              ? integrate_bridged(a, b, period_, total + noise_in_gap(quality.gap.seconds()), sum)
                              : sum.integrate(a, b, total);

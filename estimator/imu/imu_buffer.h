@@ -48,20 +48,20 @@ struct SteadyMotion {
 
 /// How far one step between samples can be trusted.
 struct ImuStepQuality {
-    Duration gap;             ///< between the two samples around the step if that is a gap, else zero
-    ImuAxisMask clipped = 0;  ///< axes that are bridged because a sample at either end is clipped
-    StepNoise clip_noise;     ///< of the bridge over them
-    ImuAxisMask doubted = 0;  ///< axes with a reading at either end that is not believed
-    ImuAxisMask stuck = 0;    ///< axes with stuck readings
+    Duration gap;              ///< between the two samples around the step if that is a gap, else zero
+    ImuAxisMask clipped = 0;   ///< axes that are bridged because a sample at either end is clipped
+    StepNoise clip_noise;      ///< of the bridge over them
+    ImuAxisMask replaced = 0;  ///< axes with a reading at either end that is not believed
+    ImuAxisMask stuck = 0;     ///< axes with stuck readings
     VibrationLevel vibration;
 };
 
 /// Properties of the samples of an interval.
 struct ImuSpan {
     bool has_gap = false;
-    bool is_doubted = false;  ///< readings in it contradict the images
-    ImuAxisMask clipped = 0;  ///< axes clipped somewhere in it
-    ImuAxisMask stuck = 0;    ///< axes of sensors that hang somewhere in it, see StuckReadings
+    bool is_replaced = false;  ///< readings in it contradict the images
+    ImuAxisMask clipped = 0;   ///< axes clipped somewhere in it
+    ImuAxisMask stuck = 0;     ///< axes of sensors that hang somewhere in it, see StuckReadings
     /// Largest white noise seen by the vibration meter over the configured one, as densities; 1 if never raised.
     double gyro_noise_ratio = 1.0;
     double accel_noise_ratio = 1.0;
@@ -93,7 +93,7 @@ struct ImuSpan {
 /// velocity that consecutive intervals have in common is the motion's with this ripple.
 ///
 /// Doubt. Readings that something better contradicts can be replaced by those of a steady motion, which are integrated
-/// with the noise of what is not known of the true one: see doubt().
+/// with the noise of what is not known of the true one: see replace().
 ///
 /// About 750 KiB: a member or static, not a local. Thread-bound. No heap.
 class ImuBuffer {
@@ -133,17 +133,17 @@ public:
     Status push(const ImuSample& sample, ImuAxisMask clipped);
 
     /// Replaces the readings of these axes after t0 up to t1; the other axes are as read. What is integrated over them
-    /// from now on has the noise of set_doubt_noise() in place of nothing. @param motion  from t0 on
-    void doubt(Timestamp t0, Timestamp t1, ImuAxisMask axes, const SteadyMotion& motion);
-    /// Doubted readings after t0 up to t1 have the values read again, with the noise of the doubt.
-    void show_read(Timestamp t0, Timestamp t1);
+    /// from now on has the noise of set_replacement_noise() in place of nothing. @param motion  from t0 on
+    void replace(Timestamp t0, Timestamp t1, ImuAxisMask axes, const SteadyMotion& motion);
+    /// Replaced readings after t0 up to t1 have the values read again, with the replacement noise.
+    void show_as_read(Timestamp t0, Timestamp t1);
     /// Readings after t0 up to t1 are as read again.
-    void trust(Timestamp t0, Timestamp t1);
-    /// Noise, beyond the sensor's own, of all readings that are doubted, and of those that will be.
-    void set_doubt_noise(const StepNoise& noise) { doubt_noise_ = noise; }
+    void restore(Timestamp t0, Timestamp t1);
+    /// Noise, beyond the sensor's own, of all readings that are replaced, and of those that will be.
+    void set_replacement_noise(const StepNoise& noise) { replacement_noise_ = noise; }
     /// Exchanges what was read with what is believed in its place, wherever that differs: what is integrated now is as
     /// read. A second call undoes it.
-    void exchange_read();
+    void exchange_as_read();
 
     bool empty() const { return size_ == 0; }
     int size() const { return size_; }
@@ -206,9 +206,9 @@ private:
         std::array<float, kAxes> clip_excess;  ///< squared density of what the bridge may hide
         ImuAxisMask clipped;
         ImuAxisMask negative;  ///< axes clipped at the lower end
-        ImuAxisMask doubted;
+        ImuAxisMask replaced;
         ImuAxisMask stuck;
-        Eigen::Vector3d w_read = Eigen::Vector3d::Zero();  ///< of a sample with doubted axes
+        Eigen::Vector3d w_read = Eigen::Vector3d::Zero();  ///< of a sample with replaced axes
         Eigen::Vector3d a_read = Eigen::Vector3d::Zero();
     };
 
@@ -241,7 +241,7 @@ private:
     Duration period_;  ///< nominal
     Duration gap_;     ///< longer steps are gaps
     ImuLimits limits_;
-    StepNoise doubt_noise_;
+    StepNoise replacement_noise_;
     std::array<ClippedRun, kAxes> runs_{};
     VibrationMeter vibration_;
     StuckReadings stuck_;

@@ -151,9 +151,9 @@ TEST_CASE("readings that the belief doubts are not carried on with, until a beli
     }
     Belief doubting = c.belief(0.05);
     doubting.state.bias = {};
-    doubting.doubted.axes = kGyroAxes;
-    doubting.doubted.motion.w_B = c.flight.rate(0.05);
-    doubting.doubted.noise.gyro.setConstant(0.01);
+    doubting.replaced.axes = kGyroAxes;
+    doubting.replaced.motion.w_B = c.flight.rate(0.05);
+    doubting.replaced.noise.gyro.setConstant(0.01);
     REQUIRE(ok(c.carrier->correct(doubting)));
     const auto add_garbage = [&c](int i) {
         ImuSample sample = c.flight.imu(kPeriod_s * i);
@@ -168,7 +168,7 @@ TEST_CASE("readings that the belief doubts are not carried on with, until a beli
     CHECK(c.carrier->covariance()(0, 0) > 1e-4 + 0.9 * 0.01 * 0.05);
 
     Belief trusting = doubting;
-    trusting.doubted = {};
+    trusting.replaced = {};
     REQUIRE(ok(c.carrier->correct(trusting)));
     CHECK(distance(c.carrier->state(), c.flight.state(0.1)) > 0.1);
 }

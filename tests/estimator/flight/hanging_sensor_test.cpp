@@ -36,12 +36,12 @@ struct Flight {
             StereoFrame frame = vehicle.frame(kStep_s * count - 0.01, dark);
             frame.right = has_right ? frame.right : ImageView{};
             REQUIRE(ok(estimator.add_frame(frame, estimate)));
-            contradicted_s = is_doubted() ? std::min(contradicted_s, 0.05 * (k + 1)) : contradicted_s;
+            contradicted_s = is_replaced() ? std::min(contradicted_s, 0.05 * (k + 1)) : contradicted_s;
             most_m = std::max(most_m, (estimate.state.p_W_B - before).norm());
         }
         return contradicted_s;
     }
-    bool is_doubted() const { return (estimate.health.reasons & kReasonImuContradicted) != 0U; }
+    bool is_replaced() const { return (estimate.health.reasons & kReasonImuContradicted) != 0U; }
 
     static constexpr double kStep_s = 0.005;
     StillVehicle vehicle;
@@ -94,15 +94,15 @@ TEST_CASE("a sensor that hangs is doubted as long as it hangs, and believed soon
         const double error = (flight.estimate.state.p_W_B - flight.before).norm();
         const double sigma = std::sqrt(flight.estimate.covariance.diagonal().segment<3>(kPos).sum());
         CAPTURE(k, error, sigma);
-        CHECK(flight.is_doubted());
+        CHECK(flight.is_replaced());
         CHECK(error < 3.0 * sigma);
     }
     flight.fly(1.0);
-    CHECK(flight.is_doubted());
+    CHECK(flight.is_replaced());
     flight.push_x = 0.0;
     flight.fly(2.5);
-    CHECK(flight.is_doubted());  // what is right now is not known as long as it hangs
+    CHECK(flight.is_replaced());  // what is right now is not known as long as it hangs
     flight.lives = true;
     flight.fly(3.5);
-    CHECK_FALSE(flight.is_doubted());
+    CHECK_FALSE(flight.is_replaced());
 }

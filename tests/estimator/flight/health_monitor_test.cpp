@@ -355,13 +355,13 @@ TEST_CASE("inertial readings that images contradict degrade, and halve the quali
     CHECK(f.health.quality == 100);
 
     e.stamp = at(10.05);
-    e.imu.is_doubted = true;
+    e.imu.is_replaced = true;
     CHECK(f.step(e) == TrackingState::kDegraded);
     CHECK(f.has(kReasonImuContradicted));
     CHECK(f.health.quality == 50);
 
     e.stamp = at(10.1);
-    e.imu.is_doubted = false;
+    e.imu.is_replaced = false;
     e.imu_chi2 = 16.0;
     CHECK(f.step(e) == TrackingState::kDegraded);
     CHECK(f.has(kReasonHighResidual));

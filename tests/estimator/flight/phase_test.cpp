@@ -109,7 +109,7 @@ TEST_CASE("readings in doubt are compared at keyframes that follow each other fa
     PredictionEvidence e;
     e.keyframe_age_s = 0.15;
     CHECK_FALSE(wants_keyframe(e));
-    e.is_doubted = true;
+    e.is_replaced = true;
     CHECK(wants_keyframe(e));
     CHECK_FALSE(must_restart(e));
     e.keyframe_age_s = 0.1;  // places tell next to nothing of a force

@@ -112,7 +112,7 @@ TEST_CASE("the sigma of the line is how far one sigma of a parameter moves it", 
     geometry.configure(rig);
     for (int i = 0; i < CameraCorrections::kDim; ++i) {
         CameraCorrections doubt;
-        doubt.covariance(i, i) = kStep * kStep;
+        fault.covariance(i, i) = kStep * kStep;
         Eigen::Matrix<double, CameraCorrections::kDim, 1> d = Eigen::Matrix<double, CameraCorrections::kDim, 1>::Zero();
         d(i) = kStep;
         CameraCorrections moved;

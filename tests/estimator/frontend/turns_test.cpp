@@ -78,7 +78,7 @@ TEST_CASE("all tracks are followed in a frame that is not like those before it, 
     if (GENERATE(true, false)) {
         next.left = next.right;  // another camera's: everything jumps to the left
     } else {
-        hints.is_doubtful = true;
+        hints.is_uncertain = true;
     }
     REQUIRE(ok(frontend.process(next, hints, out)));
     REQUIRE_FALSE(out.is_keyframe);

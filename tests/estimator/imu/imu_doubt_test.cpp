@@ -39,18 +39,18 @@ TEST_CASE("doubt raises the noise of the axes in doubt, and the span tells", "[i
     Preintegration doubted;
     ImuSpan span;
     REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, sure, &span)));
-    CHECK_FALSE(span.is_doubted);
-    buffer->set_doubt_noise({Eigen::Vector3d::Constant(0.25), Eigen::Vector3d::Constant(4.0)});
+    CHECK_FALSE(span.is_replaced);
+    buffer->set_replacement_noise({Eigen::Vector3d::Constant(0.25), Eigen::Vector3d::Constant(4.0)});
     buffer->doubt(ms(50), ms(100), kAccelAxes, kMotion);
     REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, doubted, &span)));
-    CHECK(span.is_doubted);
+    CHECK(span.is_replaced);
     const Eigen::Matrix<double, 9, 9> more = doubted.covariance() - sure.covariance();
     CHECK(more.topLeftCorner<3, 3>().norm() < 1e-6);
     for (int i = 6; i < 9; ++i) {
         CHECK(more(i, i) == Approx(4.0 * 0.05).epsilon(0.01));  // white noise over 50 ms
     }
     REQUIRE(ok(buffer->integrate_between(ms(105), ms(150), ImuNoise{}, sure, &span)));
-    CHECK_FALSE(span.is_doubted);
+    CHECK_FALSE(span.is_replaced);
 }
 
 TEST_CASE("the span tells of a sensor that hangs, and what is doubted is no habit of it", "[imu_doubt]") {
@@ -90,14 +90,14 @@ TEST_CASE("the span tells of a sensor that hangs, and what is doubted is no habi
 
 TEST_CASE("trust restores the readings to the bit", "[imu_doubt]") {
     const auto buffer = filled(41);
-    buffer->set_doubt_noise({Eigen::Vector3d::Constant(0.25), Eigen::Vector3d::Constant(4.0)});
+    buffer->set_replacement_noise({Eigen::Vector3d::Constant(0.25), Eigen::Vector3d::Constant(4.0)});
     buffer->doubt(ms(0), ms(200), kGyroAxes | kAccelAxes, kMotion);
     buffer->doubt(ms(50), ms(100), kGyroAxes, {});
-    buffer->show_read(ms(100), ms(200));
+    buffer->show_as_read(ms(100), ms(200));
     Preintegration shown;
     ImuSpan span;
     REQUIRE(ok(buffer->integrate_between(ms(105), ms(150), ImuNoise{}, shown, &span)));
-    CHECK(span.is_doubted);
+    CHECK(span.is_replaced);
     CHECK(buffer->sample(30).w_B == ramp(30 * kStep_ns).w_B);
     buffer->trust(ms(0), ms(200));
     for (int k = 0; k < buffer->size(); ++k) {
@@ -105,7 +105,7 @@ TEST_CASE("trust restores the readings to the bit", "[imu_doubt]") {
         CHECK(buffer->sample(k).a_B == ramp(k * kStep_ns).a_B);
     }
     REQUIRE(ok(buffer->integrate_between(ms(0), ms(200), ImuNoise{}, shown, &span)));
-    CHECK_FALSE(span.is_doubted);
+    CHECK_FALSE(span.is_replaced);
 }
 
 TEST_CASE("what was read can be integrated while it is doubted", "[imu_doubt]") {
@@ -117,12 +117,12 @@ TEST_CASE("what was read can be integrated while it is doubted", "[imu_doubt]") 
     Preintegration believed;
     REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, believed)));
     CHECK((believed.delta_v() - read.delta_v()).norm() > 0.01);
-    buffer->exchange_read();
+    buffer->exchange_as_read();
     Preintegration again;
     REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, again)));
     CHECK(again.delta_v() == read.delta_v());
     CHECK(again.delta_p() == read.delta_p());
-    buffer->exchange_read();
+    buffer->exchange_as_read();
     Preintegration restored;
     REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, restored)));
     CHECK(restored.delta_v() == believed.delta_v());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "estimator/flight/inertial_doubt.h"
+#include "estimator/flight/inertial_fault.h"
 
 #include <algorithm>
 #include <cmath>
@@ -47,18 +47,18 @@ StepNoise density(double gyro, double accel) {
 
 }  // namespace
 
-StepNoise InertialDoubt::unlimited(const ImuLimits& limits) {
+StepNoise InertialFault::unlimited(const ImuLimits& limits) {
     return density(limits.gyro_range_rad_per_s, limits.accel_range_m_per_s2);
 }
 
-bool InertialDoubt::is_called_for(const FrameEstimate& usual, const Limits& limits, bool is_stuck) {
+bool InertialFault::is_called_for(const FrameEstimate& usual, const Limits& limits, bool is_stuck) {
     // Readings that lead astray slowly leave the tracks behind one by one: then those that are left fit.
     const bool is_left_behind = (is_stuck ? kHalf : kFew) * usual.agreeing < usual.landmarks;
     return is_left_behind || usual.chi2 > (is_stuck ? limits.good_chi2 : limits.wrong_chi2) ||
            usual.inertial_chi2 > (is_stuck ? kStuckChi2 : kBentChi2);
 }
 
-bool InertialDoubt::is_justified(const FrameEstimate& usual, const FrameEstimate& free, const Limits& limits,
+bool InertialFault::is_justified(const FrameEstimate& usual, const FrameEstimate& free, const Limits& limits,
                                  bool is_stuck) {
     const bool is_rigid = free.chi2 < limits.good_chi2 && kHalf * free.agreeing > free.landmarks;
     const bool is_one_piece = kNearlyAll * (free.landmarks - free.agreeing) < free.landmarks;
@@ -66,22 +66,22 @@ bool InertialDoubt::is_justified(const FrameEstimate& usual, const FrameEstimate
            (kFew * usual.agreeing < free.agreeing || ((is_stuck || usual.inertial_chi2 > kBentChi2) && is_one_piece));
 }
 
-StepNoise InertialDoubt::noise() const { return density(gyro_left_, accel_left_); }
+StepNoise InertialFault::noise() const { return density(gyro_left_, accel_left_); }
 
-StepNoise InertialDoubt::noise_between(const Preintegration& as_read, const Preintegration& as_replaced) {
+StepNoise InertialFault::noise_between(const Preintegration& as_read, const Preintegration& as_replaced) {
     const Eigen::Vector3d turn = so3_log(as_replaced.delta_q().conjugate() * as_read.delta_q());
     const Eigen::Vector3d push = as_read.delta_v() - as_replaced.delta_v();
     return density(turn.norm() / as_read.dt_s(), push.norm() / as_read.dt_s());
 }
 
-void InertialDoubt::end() {
+void InertialFault::end() {
     axes_ = 0;
     has_hung_ = false;
     agreements_ = tilts_ = 0;
     tilt_rad_ = 0.0;
 }
 
-void InertialDoubt::see(Timestamp stamp, const NavState& state) {
+void InertialFault::see(Timestamp stamp, const NavState& state) {
     const double dt_s = (stamp - seen_).seconds();
     if (has_seen_ && dt_s > 0.0) {
         w_B_ = so3_log(q_W_B_.conjugate() * state.q_W_B) / dt_s;
@@ -91,15 +91,15 @@ void InertialDoubt::see(Timestamp stamp, const NavState& state) {
     q_W_B_ = state.q_W_B;
 }
 
-SteadyMotion InertialDoubt::steady(const NavState& from, double gravity_m_per_s2) const {
+SteadyMotion InertialFault::steady(const NavState& from, double gravity_m_per_s2) const {
     return {w_B_, from.q_W_B.conjugate() * -gravity_W(gravity_m_per_s2), from.bias};
 }
 
-DoubtedReadings InertialDoubt::readings(const NavState& from, double gravity_m_per_s2) const {
-    return is_active() ? DoubtedReadings{axes_, steady(from, gravity_m_per_s2), noise()} : DoubtedReadings{};
+ReplacedReadings InertialFault::readings(const NavState& from, double gravity_m_per_s2) const {
+    return is_active() ? ReplacedReadings{axes_, steady(from, gravity_m_per_s2), noise()} : ReplacedReadings{};
 }
 
-void InertialDoubt::begin(const NavState& i, const NavState& j, const Preintegration& ij, ImuAxisMask stuck) {
+void InertialFault::begin(const NavState& i, const NavState& j, const Preintegration& ij, ImuAxisMask stuck) {
     const double h = ij.dt_s();
     const ImuBias found = inertial_error(i, j, ij);
     const bool is_gyro = found.gyro.norm() > kConfidence * kTurn_rad / h;
@@ -115,14 +115,14 @@ void InertialDoubt::begin(const NavState& i, const NavState& j, const Preintegra
     w_B_ = so3_log(i.q_W_B.conjugate() * j.q_W_B) / h;
 }
 
-void InertialDoubt::measure(const NavState& i, const NavState& j, const Preintegration& ij) {
+void InertialFault::measure(const NavState& i, const NavState& j, const Preintegration& ij) {
     const double h = ij.dt_s();
     const ImuBias left = inertial_error(i, j, ij);
     gyro_left_ = std::max(left.gyro.norm(), kTurn_rad / h);
     accel_left_ = std::max(left.accel.norm(), 2.0 * kPlace_m / (h * h));
 }
 
-void InertialDoubt::follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, const ImuNoise& noise,
+void InertialFault::follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, const ImuNoise& noise,
                            const Preintegration& empty) {
     const Keyframe& i = last[0];
     const Keyframe& j = last[1];
@@ -134,10 +134,10 @@ void InertialDoubt::follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, co
     jk.reset(j.state.bias);
     ImuSpan span_ij;
     ImuSpan span_jk;
-    imu.exchange_read();
+    imu.exchange_as_read();
     const bool is_read = ok(imu.integrate_between(i.stamp, j.stamp, noise, ij, &span_ij)) &&
                          ok(imu.integrate_between(j.stamp, k.stamp, noise, jk, &span_jk));
-    imu.exchange_read();
+    imu.exchange_as_read();
     if (has_hung_ && ((span_ij.stuck | span_jk.stuck) & axes_) != 0) {
         agreements_ = tilts_ = 0;
     } else if (is_read) {
@@ -145,7 +145,7 @@ void InertialDoubt::follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, co
     }
 }
 
-void InertialDoubt::measure(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
+void InertialFault::measure(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
                             const Preintegration& jk) {
     const Resolution least(ij, jk);
     if (least.is_known) {
@@ -155,7 +155,7 @@ void InertialDoubt::measure(const NavState& i, const NavState& j, const NavState
     }
 }
 
-void InertialDoubt::judge(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
+void InertialFault::judge(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,
                           const Preintegration& jk) {
     const Resolution least(ij, jk);
     if (!least.is_known) {
@@ -175,7 +175,7 @@ void InertialDoubt::judge(const NavState& i, const NavState& j, const NavState& 
     }
 }
 
-bool InertialDoubt::is_same_tilt(const Eigen::Vector3d& force_W, double tolerance) {
+bool InertialFault::is_same_tilt(const Eigen::Vector3d& force_W, double tolerance) {
     const bool is_level = std::abs(force_W.z()) < tolerance && force_W.norm() < kMostTilt_m_per_s2;
     const bool is_same = (force_W - force_W_).norm() < std::numbers::sqrt2 * tolerance;
     force_W_ = force_W;

@@ -25,16 +25,16 @@ namespace facet {
 /// contradicts is the inertial term (kBentChi2). Then nearly all tracks have to fit with nothing known of the motion.
 ///
 /// A sensor that hangs (StuckReadings) is probably the one that is wrong, or nothing is, and it gives what it should.
-/// Then images need not throw it out: it is doubted by what makes a frame DEGRADED (`good_chi2`) or is beyond three
+/// Then images need not throw it out: it is suspected by what makes a frame DEGRADED (`good_chi2`) or is beyond three
 /// standard deviations of the inertial term (kStuckChi2), if nearly all tracks fit with nothing known of the motion.
 ///
 /// The readings of the sensor that is wrong, or of both, are replaced by those of a steady motion, at the rate that the
 /// last two frames tell, with the noise of what the motion has differed from that by (inertial_error at keyframes). The
-/// doubt ends when at two keyframes in a row the readings have agreed with what the images told; not while the sensor
-/// hangs, and at the first agreement after that, because then the reason for the doubt is gone. Readings that turn
+/// suspicion ends when at two keyframes in a row the readings have agreed with what the images told; not while the sensor
+/// hangs, and at the first agreement after that, because then the reason for it is gone. Readings that turn
 /// alike, but whose force is off by the same horizontal vector of the world at four keyframes in a row, tell of an
 /// attitude that has tilted meanwhile: see tilt_rad(). Thread-bound. No heap.
-class InertialDoubt {
+class InertialFault {
 public:
     /// White noise of readings that tell nothing: anywhere within their ranges.
     static StepNoise unlimited(const ImuLimits& limits);
@@ -45,7 +45,7 @@ public:
         double wrong_chi2 = 0.0;  ///< images that the readings leave unexplained go beyond it
     };
     /// @param usual     of the frame with the readings as they are
-    /// @param is_stuck  a sensor hangs that is not doubted
+    /// @param is_stuck  a sensor hangs that is not suspected
     static bool is_called_for(const FrameEstimate& usual, const Limits& limits, bool is_stuck);
     /// @param free  of the frame with nothing known of the motion
     static bool is_justified(const FrameEstimate& usual, const FrameEstimate& free, const Limits& limits,
@@ -57,7 +57,7 @@ public:
     bool has_hung() const { return has_hung_; }
     /// The readings are believed again.
     void end();
-    /// What the attitude has tilted by meanwhile, if the doubt has ended because of that; else zero (rad).
+    /// What the attitude has tilted by meanwhile, if the suspicion has ended because of that; else zero (rad).
     double tilt_rad() const { return tilt_rad_; }
     /// Rate of the body between the last two frames (rad/s).
     const Eigen::Vector3d& rate_B() const { return w_B_; }
@@ -68,7 +68,7 @@ public:
     SteadyMotion steady(const NavState& from, double gravity_m_per_s2) const;
 
     /// What readings after this state shall be taken for.
-    DoubtedReadings readings(const NavState& from, double gravity_m_per_s2) const;
+    ReplacedReadings readings(const NavState& from, double gravity_m_per_s2) const;
 
     /// The readings from the newest keyframe i were found wrong at a frame j.
     /// @param ij     as read
@@ -77,10 +77,10 @@ public:
     /// What readings that have been replaced leave. @param ij  as replaced
     void measure(const NavState& i, const NavState& j, const Preintegration& ij);
     StepNoise noise() const;
-    /// Of doubted readings as they are, if those are all there is: what separates them from the replaced ones.
+    /// Of suspected readings as they are, if those are all there is: what separates them from the replaced ones.
     static StepNoise noise_between(const Preintegration& as_read, const Preintegration& as_replaced);
 
-    /// After a keyframe, with the two before it: measures what replaced readings leave, and may end the doubt by what
+    /// After a keyframe, with the two before it: measures what replaced readings leave, and may end the suspicion by what
     /// was read in their place. @param last  oldest first, with inertial factors  @param empty  to integrate with
     void follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, const ImuNoise& noise, const Preintegration& empty);
     /// The first half. @param ij, jk  as replaced
@@ -100,7 +100,7 @@ private:
     ImuAxisMask axes_ = 0;    ///< of the sensors that are not believed
     double gyro_left_ = 0.0;  ///< deviation of the true readings from the replaced ones (rad/s)
     double accel_left_ = 0.0;
-    bool has_hung_ = false;                              ///< what is doubted, since the doubt began
+    bool has_hung_ = false;                              ///< what is suspected, since it was
     int agreements_ = 0;                                 ///< keyframes in a row
     int tilts_ = 0;                                      ///< keyframes in a row with the same horizontal force
     Eigen::Vector3d force_W_ = Eigen::Vector3d::Zero();  ///< what readings were off by at the last one

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // Whether readings or images are believed where they contradict each other, which sensor is at fault, and until when.
-#include "estimator/flight/inertial_doubt.h"
+#include "estimator/flight/inertial_fault.h"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
-constexpr InertialDoubt::Limits kLimits{4.0, 25.0};
+constexpr InertialFault::Limits kLimits{4.0, 25.0};
 
 FrameEstimate frame(double chi2, int landmarks, int agreeing) {
     FrameEstimate out;
@@ -41,12 +41,12 @@ struct Faulty {
         return s;
     }
     Preintegration readings(double t0, double t1) { return flight.preintegrate(t0, t1, {}, ImuNoise{}); }
-    void begin(InertialDoubt& doubt, ImuAxisMask stuck = 0) {
-        doubt.begin(state(1.0), state(1.1), readings(1.0, 1.1), stuck);
+    void begin(InertialFault& doubt, ImuAxisMask stuck = 0) {
+        fault.begin(state(1.0), state(1.1), readings(1.0, 1.1), stuck);
     }
     /// A keyframe at t, two tenths of a second after the one before it.
-    void judge(InertialDoubt& doubt, double t) {
-        doubt.judge(state(t - 0.4), state(t - 0.2), state(t), readings(t - 0.4, t - 0.2), readings(t - 0.2, t));
+    void judge(InertialFault& doubt, double t) {
+        fault.judge(state(t - 0.4), state(t - 0.2), state(t), readings(t - 0.4, t - 0.2), readings(t - 0.2, t));
     }
 
     SyntheticFlight flight;
@@ -95,7 +95,7 @@ struct Recovered {
     /// A keyframe at t.
     void follow(double t) {
         const std::array<Keyframe, 3> last{keyframe(t - 2.0 * kPeriod_s), keyframe(t - kPeriod_s), keyframe(t)};
-        doubt.follow(last, *imu, noise, Preintegration{});
+        fault.follow(last, *imu, noise, Preintegration{});
     }
 
     /// What the gyroscope seems to be off by at a keyframe at t if the mean of what was replaced is added to what its
@@ -117,31 +117,31 @@ struct Recovered {
     SyntheticFlight flight;
     ImuNoise noise = test::euroc_like_noise();
     std::unique_ptr<ImuBuffer> imu = std::make_unique<ImuBuffer>(200.0);
-    InertialDoubt doubt;
+    InertialFault fault;
 };
 
 }  // namespace
 
 TEST_CASE("readings are doubted where images show one other motion, not where some of the scene moves", "[doubt]") {
-    CHECK_FALSE(InertialDoubt::is_called_for(frame(3.0, 200, 190), kLimits, false));
-    CHECK(InertialDoubt::is_called_for(frame(900.0, 200, 3), kLimits, false));
-    CHECK(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 180), kLimits, false));
+    CHECK_FALSE(InertialFault::is_called_for(frame(3.0, 200, 190), kLimits, false));
+    CHECK(InertialFault::is_called_for(frame(900.0, 200, 3), kLimits, false));
+    CHECK(InertialFault::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 180), kLimits, false));
     // Four tenths of the tracks go with the readings: six tenths of the scene move.
-    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 80), frame(1.0, 200, 120), kLimits, false));
+    CHECK_FALSE(InertialFault::is_justified(frame(900.0, 200, 80), frame(1.0, 200, 120), kLimits, false));
     // No motion explains the images.
-    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(300.0, 200, 180), kLimits, false));
-    CHECK_FALSE(InertialDoubt::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 60), kLimits, false));
+    CHECK_FALSE(InertialFault::is_justified(frame(900.0, 200, 3), frame(300.0, 200, 180), kLimits, false));
+    CHECK_FALSE(InertialFault::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 60), kLimits, false));
 }
 
 TEST_CASE("readings that images have bent are doubted where the scene is one piece", "[doubt]") {
     FrameEstimate bent = frame(1.0, 200, 195);
     bent.inertial_chi2 = 100.0;
-    CHECK(InertialDoubt::is_called_for(bent, kLimits, false));
-    CHECK(InertialDoubt::is_justified(bent, frame(1.0, 200, 195), kLimits, false));
+    CHECK(InertialFault::is_called_for(bent, kLimits, false));
+    CHECK(InertialFault::is_justified(bent, frame(1.0, 200, 195), kLimits, false));
     CHECK_FALSE(
-        InertialDoubt::is_justified(bent, frame(1.0, 200, 150), kLimits, false));  // a fourth of the scene moves
+        InertialFault::is_justified(bent, frame(1.0, 200, 150), kLimits, false));  // a fourth of the scene moves
     bent.inertial_chi2 = 20.0;
-    CHECK_FALSE(InertialDoubt::is_called_for(bent, kLimits, false));
+    CHECK_FALSE(InertialFault::is_called_for(bent, kLimits, false));
 }
 
 TEST_CASE("of a sensor that hangs less contradiction is needed, but some, and by the whole scene", "[doubt]") {
@@ -151,102 +151,102 @@ TEST_CASE("of a sensor that hangs less contradiction is needed, but some, and by
         return out;
     };
     for (const FrameEstimate& odd : {seen(5.0, 1.0), seen(1.0, 12.0)}) {
-        CHECK_FALSE(InertialDoubt::is_called_for(odd, kLimits, false));
-        CHECK(InertialDoubt::is_called_for(odd, kLimits, true));
-        CHECK_FALSE(InertialDoubt::is_justified(odd, frame(1.0, 200, 195), kLimits, false));
-        CHECK(InertialDoubt::is_justified(odd, frame(1.0, 200, 195), kLimits, true));
-        CHECK_FALSE(InertialDoubt::is_justified(odd, frame(1.0, 200, 150), kLimits, true));  // a fourth moves
-        CHECK_FALSE(InertialDoubt::is_justified(odd, frame(5.0, 200, 195), kLimits, true));
+        CHECK_FALSE(InertialFault::is_called_for(odd, kLimits, false));
+        CHECK(InertialFault::is_called_for(odd, kLimits, true));
+        CHECK_FALSE(InertialFault::is_justified(odd, frame(1.0, 200, 195), kLimits, false));
+        CHECK(InertialFault::is_justified(odd, frame(1.0, 200, 195), kLimits, true));
+        CHECK_FALSE(InertialFault::is_justified(odd, frame(1.0, 200, 150), kLimits, true));  // a fourth moves
+        CHECK_FALSE(InertialFault::is_justified(odd, frame(5.0, 200, 195), kLimits, true));
     }
-    CHECK_FALSE(InertialDoubt::is_called_for(seen(3.0, 4.0), kLimits, true));
+    CHECK_FALSE(InertialFault::is_called_for(seen(3.0, 4.0), kLimits, true));
 }
 
 TEST_CASE("the sensor that hangs is the one at fault", "[doubt]") {
-    InertialDoubt doubt;
+    InertialFault fault;
     Faulty({}).begin(doubt, kGyroAxes);  // nothing tells yet which of them it is
-    CHECK(doubt.axes() == kGyroAxes);
+    CHECK(fault.axes() == kGyroAxes);
     Faulty({}).begin(doubt, kGyroAxes);  // contradicted again, with that one replaced
-    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
-    doubt.end();
+    CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
+    fault.end();
     Faulty({}).begin(doubt, kGyroAxes | kAccelAxes);
-    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
-    doubt.end();
+    CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
+    fault.end();
     Faulty(kAccelFault).begin(doubt, kGyroAxes);  // a gyroscope that repeats, without noise, and is right
-    CHECK(doubt.axes() == kAccelAxes);
+    CHECK(fault.axes() == kAccelAxes);
     Faulty({}).begin(doubt, kGyroAxes);
-    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
+    CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
 }
 
 TEST_CASE("the sensor at fault is found; both are doubted where that is unclear", "[doubt]") {
-    InertialDoubt doubt;
-    CHECK_FALSE(doubt.is_active());
+    InertialFault fault;
+    CHECK_FALSE(fault.is_active());
     Faulty(kGyroFault).begin(doubt);
-    CHECK(doubt.axes() == kGyroAxes);
-    doubt.end();
-    CHECK_FALSE(doubt.is_active());
+    CHECK(fault.axes() == kGyroAxes);
+    fault.end();
+    CHECK_FALSE(fault.is_active());
     Faulty(kAccelFault).begin(doubt);
-    CHECK(doubt.axes() == kAccelAxes);
+    CHECK(fault.axes() == kAccelAxes);
     Faulty(kAccelFault).begin(doubt);  // contradicted again, with one of them replaced
-    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
-    doubt.end();
+    CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
+    fault.end();
     Faulty({kGyroFault.gyro, kAccelFault.accel}).begin(doubt);
-    CHECK(doubt.axes() == (kGyroAxes | kAccelAxes));
+    CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
 }
 
 TEST_CASE("the noise is what the replaced readings leave", "[doubt]") {
-    InertialDoubt doubt;
+    InertialFault fault;
     Faulty faulty(kAccelFault);
     faulty.begin(doubt);
-    doubt.measure(faulty.state(1.0), faulty.state(1.1), faulty.readings(1.0, 1.1));
-    CHECK(doubt.noise().accel.x() == Approx(0.25 * 25.0).epsilon(0.02));  // 5 m/s^2 for 0.25 s
-    CHECK(doubt.noise().gyro.x() < 0.25 * 0.03 * 0.03);
+    fault.measure(faulty.state(1.0), faulty.state(1.1), faulty.readings(1.0, 1.1));
+    CHECK(fault.noise().accel.x() == Approx(0.25 * 25.0).epsilon(0.02));  // 5 m/s^2 for 0.25 s
+    CHECK(fault.noise().gyro.x() < 0.25 * 0.03 * 0.03);
 }
 
 TEST_CASE("the doubt ends when the readings have agreed at two keyframes in a row", "[doubt]") {
-    InertialDoubt doubt;
+    InertialFault fault;
     Faulty faulty(kGyroFault);
     Faulty right({});
     faulty.begin(doubt);
     faulty.judge(doubt, 1.6);
-    CHECK(doubt.is_active());
+    CHECK(fault.is_active());
     right.judge(doubt, 1.8);
-    CHECK(doubt.is_active());
+    CHECK(fault.is_active());
     faulty.judge(doubt, 2.0);
     right.judge(doubt, 2.2);
-    CHECK(doubt.is_active());
+    CHECK(fault.is_active());
     right.judge(doubt, 2.4);
-    CHECK_FALSE(doubt.is_active());
-    CHECK(doubt.tilt_rad() == 0.0);
+    CHECK_FALSE(fault.is_active());
+    CHECK(fault.tilt_rad() == 0.0);
 }
 
 TEST_CASE("however lively the turn, a gyroscope that works again is believed after two keyframes", "[doubt]") {
     Recovered recovered;
-    REQUIRE(recovered.doubt.axes() == kGyroAxes);
+    REQUIRE(recovered.fault.axes() == kGyroAxes);
     recovered.follow(1.6);
-    CHECK(recovered.doubt.is_active());
+    CHECK(recovered.fault.is_active());
     recovered.follow(1.8);
-    CHECK_FALSE(recovered.doubt.is_active());
+    CHECK_FALSE(recovered.fault.is_active());
     // More than 30 mrad/s, which is what the keyframes can tell: by the first order it would not be believed.
     CHECK(recovered.first_order(1.6) > 0.03);
     CHECK(recovered.first_order(1.8) > 0.03);
-    CHECK(recovered.doubt.tilt_rad() == 0.0);
+    CHECK(recovered.fault.tilt_rad() == 0.0);
 }
 
 TEST_CASE("a sensor is not believed while it hangs, though it may read what is right", "[doubt]") {
     Recovered hanging(Recovered::steady(), 1.5);
-    REQUIRE(hanging.doubt.axes() == kGyroAxes);
+    REQUIRE(hanging.fault.axes() == kGyroAxes);
     for (int k = 0; k < 4; ++k) {
         hanging.follow(1.0 + 0.2 * k);
-        CHECK(hanging.doubt.is_active());
+        CHECK(hanging.fault.is_active());
     }
     hanging.follow(1.8);  // the readings since 1.4 s: some of them hang
-    CHECK(hanging.doubt.is_active());
+    CHECK(hanging.fault.is_active());
     hanging.follow(2.0);  // the reason for the doubt is gone: once is enough
-    CHECK_FALSE(hanging.doubt.is_active());
+    CHECK_FALSE(hanging.fault.is_active());
 }
 
 TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "[doubt]") {
-    InertialDoubt doubt;
+    InertialFault fault;
     Faulty right({});
     Faulty(kAccelFault).begin(doubt);
     // The states lean by 0.1 rad about the x axis of the world.
@@ -258,21 +258,21 @@ TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "
         return s;
     };
     for (int k = 0; k < 5; ++k) {
-        CHECK(doubt.is_active());
+        CHECK(fault.is_active());
         const double t = 1.6 + 0.2 * k;
-        doubt.judge(leaning(t - 0.4), leaning(t - 0.2), leaning(t), right.readings(t - 0.4, t - 0.2),
+        fault.judge(leaning(t - 0.4), leaning(t - 0.2), leaning(t), right.readings(t - 0.4, t - 0.2),
                     right.readings(t - 0.2, t));
     }
-    CHECK_FALSE(doubt.is_active());
-    CHECK(doubt.tilt_rad() == Approx(0.1).epsilon(0.05));
+    CHECK_FALSE(fault.is_active());
+    CHECK(fault.tilt_rad() == Approx(0.1).epsilon(0.05));
 }
 
 TEST_CASE("a steady motion goes on at the rate of the last two frames", "[doubt]") {
     const Faulty right({});
-    InertialDoubt doubt;
-    doubt.see(at(1.0), right.state(1.0));
-    doubt.see(at(1.02), right.state(1.02));
-    const SteadyMotion steady = doubt.steady(right.state(1.02), kGravity);
+    InertialFault fault;
+    fault.see(at(1.0), right.state(1.0));
+    fault.see(at(1.02), right.state(1.02));
+    const SteadyMotion steady = fault.steady(right.state(1.02), kGravity);
     CHECK((steady.w_B - right.flight.rate(1.01)).norm() < 1e-3);
     CHECK((right.state(1.02).q_W_B * steady.a_B - Eigen::Vector3d(0.0, 0.0, kGravity)).norm() < 1e-9);
 }
