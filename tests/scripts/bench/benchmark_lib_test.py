@@ -206,12 +206,12 @@ class Usage(unittest.TestCase):
                 self.assertIn("--factors", self.complaint(script, folder, "--facet", program, "--factors", "-1"))
                 self.assertIn("--duration", self.complaint(script, folder, "--facet", program, "--duration", "0"))
             self.assertIn("no covariance.csv", self.complaint("plot_consistency", folder, folder, "--facet", program))
-            self.assertIn("no table of a long run", self.complaint("plot_hour", folder))
+            self.assertIn("no table of a long run", self.complaint("tools/plot_hour", folder))
 
     def test_help(self):
         for script in ("benchmark_accuracy", "benchmark_calibration", "benchmark_consistency", "benchmark_hour",
                        "benchmark_mesh", "benchmark_obstacles", "benchmark_one_camera", "benchmark_outages",
-                       "benchmark_planes", "benchmark_robustness", "plot_consistency", "plot_hour"):
+                       "benchmark_planes", "benchmark_robustness", "plot_consistency", "tools/plot_hour"):
             done = subprocess.run([sys.executable, SCRIPTS / script, "--help"], capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
 

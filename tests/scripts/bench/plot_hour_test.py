@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Tests of what scripts/plot_hour draws."""
+"""Tests of what scripts/tools/plot_hour draws."""
 import importlib.machinery
 import importlib.util
 import math
@@ -15,7 +15,7 @@ sys.dont_write_bytecode = True
 
 
 def load_script(name):
-    loader = importlib.machinery.SourceFileLoader(name, str(SCRIPTS / name))
+    loader = importlib.machinery.SourceFileLoader(name, str(SCRIPTS / "tools" / name))
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
     loader.exec_module(module)
     return module

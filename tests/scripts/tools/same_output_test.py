@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Tests of scripts/same_output with programs that write what they are asked to."""
+"""Tests of scripts/tools/same_output with programs that write what they are asked to."""
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 # Writes its own text into the files named, as `facet replay DATASET --mode M --out DIR --quiet` would.
 FAKE = """#!/bin/sh
@@ -37,7 +37,7 @@ class SameOutput(unittest.TestCase):
         return file
 
     def run_it(self, *arguments):
-        command = [sys.executable, ROOT / "scripts/same_output", *arguments, "--out", self.root / "out"]
+        command = [sys.executable, ROOT / "scripts/tools/same_output", *arguments, "--out", self.root / "out"]
         done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
         self.assertNotIn("Traceback", done.stderr)
         return done.returncode, done.stdout.splitlines(), done.stderr
