@@ -4,8 +4,6 @@ import bisect
 import dataclasses
 import math
 
-import yaml
-
 WHEN = ("always", "on", "while")
 STATES = ("INIT", "TRACKING", "DEGRADED", "LOST", "none")
 CELL_KEYS = {"sensor", "fault", "inject", "at", "when", "states", "reasons", "warnings", "recovery_s", "ate_mm", "end",
@@ -38,9 +36,8 @@ class Cell:
 
     @property
     def name(self):
-        """Names the cell's folder."""
-        text = f"{self.sensor} {self.fault}".replace("+", "plus ").replace(" -", " minus ")
-        return "".join(c if c.isalnum() else "_" for c in text)
+        """Names the cell's case, and with other signs its folder."""
+        return f"{self.sensor}, {self.fault}"
 
     def specs(self, at_s, length_s):
         """Arguments of --inject."""
@@ -88,23 +85,19 @@ def read_cell(entry, limits, number):
     return cell
 
 
-def read_matrix(path):
-    """Limits, flights and cells of a file."""
-    try:
-        matrix = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        raise MatrixError(f"{path}: {' '.join(str(error).split())}") from error
-    known_keys(matrix, FILE_KEYS, str(path))
-    known_keys(matrix["limits"], LIMIT_KEYS, f"{path}: limits")
+def read_cells(matrix):
+    """The cells of a file's content; MatrixError if something is wrong with it."""
+    known_keys(matrix, FILE_KEYS, "the file")
+    known_keys(matrix["limits"], LIMIT_KEYS, "limits")
     for key in LIMIT_KEYS:
         if not isinstance(matrix["limits"].get(key), (int, float)):
-            raise MatrixError(f"{path}: limits: {key} must be a number")
-    matrix["cells"] = [read_cell(entry, matrix["limits"], i + 1) for i, entry in enumerate(matrix["cells"])]
-    names = [cell.name for cell in matrix["cells"]]
+            raise MatrixError(f"limits: {key} must be a number")
+    cells = [read_cell(entry, matrix["limits"], i + 1) for i, entry in enumerate(matrix["cells"])]
+    names = [cell.name for cell in cells]
     for name in names:
         if names.count(name) > 1:
-            raise MatrixError(f"{path}: the cell {name} stands there twice")
-    return matrix
+            raise MatrixError(f"the cell {name} stands there twice")
+    return cells
 
 
 @dataclasses.dataclass

@@ -39,7 +39,8 @@ class Document(unittest.TestCase):
             return document.read_text(encoding="utf-8"), said.getvalue()
 
     def test_a_table_says_what_made_it_and_leaves_the_others_alone(self):
-        before = "<!-- scripts/target/hil: faults -->\nold\n<!-- end -->\n<!-- scripts/target/hil: real -->\nkept\n<!-- end -->\n"
+        before = ("<!-- scripts/target/hil: faults -->\nold\n<!-- end -->\n"
+                  "<!-- scripts/target/hil: real -->\nkept\n<!-- end -->\n")
         after, _ = self.update(before, faults=[FAULT])
         self.assertNotIn("old", after)
         self.assertIn("kept", after)

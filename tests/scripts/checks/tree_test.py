@@ -50,7 +50,7 @@ class Tree(unittest.TestCase):
 
     def test_the_project_itself(self):
         programs = tree.project_files(ROOT, {"python"})
-        self.assertIn("scripts/benchmark_accuracy", programs)
+        self.assertIn("scripts/benchmark", programs)
         self.assertIn("tests/scripts/checks/tree_test.py", programs)
 
 
