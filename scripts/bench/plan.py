@@ -13,6 +13,10 @@ from bench.benchmark_lib import simulator_sum
 KEYS = {"title", "document", "flights", "conditions", "seeds", "modes", "cases", "parameters", "set", "inject",
         "replay", "scene", "config", "duration", "start_step", "draw_stride", "may_fail", "tables", "notes", "baseline"}
 VARIANT_KEYS = {"mode", "set", "inject", "replay", "eval", "sim", "without", "duration", "scene", "optional", "means"}
+DEFAULT_FLIGHTS = {f"sim_{scene}": {"scene": scene, "seed": 1, "duration": 30, "samples": 5}
+                   for scene in ("room", "hall")}
+CONDITION_LEGEND = ("K: errors of the calibration in units of what a good one leaves unknown; idle, flight: with what a"
+                    " real drone's rotors add to the inertial samples, +images: by which images turn as well")
 MODES = ("s", "sp", "spr")
 VIBRATIONS = ("none", "idle", "flight", "idle+images", "flight+images")
 NAME = re.compile(r"[\w+-][^/\n]*$")
@@ -237,7 +241,7 @@ class Plan:
     def __init__(self, path, content, arguments):
         self.path, self.content = path, content
         known(content, KEYS, "")
-        logs = read_flights(content.get("flights") or {}, path.parent)
+        logs = read_flights(content.get("flights") or DEFAULT_FLIGHTS, path.parent)
         asked = arguments.flights is not None or not arguments.sequences
         self.logs = chosen(logs, arguments.flights, "flight") if asked else {}
         for folder in arguments.sequences:
@@ -245,8 +249,6 @@ class Plan:
             if log.name in self.logs:
                 raise PlanError(f"two sequences are named {log.name}")
             self.logs[log.name] = log
-        if not self.logs:
-            raise PlanError("needs a SEQUENCE: the folder of a log")
         every = {} if "parameters" not in content else read_parameters(content["parameters"])
         self.cases = chosen(every or read_variants(content, "cases", {"default": {}}), arguments.cases, "case")
         self.modes = chosen(read_variants(content, "modes", ["s"]), arguments.modes, "mode")
@@ -294,6 +296,11 @@ class Plan:
         if lengths := [v for v in (self.duration, *(variant.duration for variant in variants)) if v]:
             options += ["--duration", f"{min(lengths):g}"]
         return [part.replace("{seed}", str(flight.seed)).replace("{draw}", str(self.draw(flight))) for part in options]
+
+    def options_in(self, mode):
+        """Options of facet replay in a mode, without a condition: for plug-ins that fly by themselves."""
+        flight = next(flight for flight in self.flights if flight.mode == mode)
+        return self.replay_options(dataclasses.replace(flight, condition=Condition(0.0)))
 
     def changed_flight(self, flight):
         """Options of facet sim that the flight's mode and case change."""

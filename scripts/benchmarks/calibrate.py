@@ -24,7 +24,8 @@ def calibrated(bench, log, folder, options=()):
 def ate_mm(bench, log, folder, options=()):
     """Error of one replay."""
     fresh_folder(folder)
-    run(bench.replay_command(log, folder, options), folder / "log.txt")
+    own = bench.plan.options_in(next(iter(bench.plan.modes)))
+    run(bench.replay_command(log, folder, [*own, *options]), folder / "log.txt")
     problem = bench.evaluate(log, folder)
     if problem:
         raise PlanError(f"{log.name}: {problem}")

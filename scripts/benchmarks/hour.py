@@ -159,7 +159,7 @@ def replay(bench, name, mode, out):
     turns = max(1, round(60e9 * bench.arguments.minutes / (stamps[-1] - stamps[0])))
     faults = ("imu_noise=1", f"imu_bias=1,{log.seed}", "calibration=1,1", "vibration=flight,1")
     seamless = ["--loops", turns, *(part for fault in faults for part in ("--inject", fault))]
-    options = ["--mode", mode, *(seamless if log.simulate else ["--passes", turns])]
+    options = [*bench.plan.options_in(mode), *(seamless if log.simulate else ["--passes", turns])]
     code, samples = watch(bench.pinned(bench.replay_command(folder, out, options)), out / "timing.csv", out / "log.txt")
     said = (out / "log.txt").read_text()
     if (code != 0 and "interrupted" not in said) or not samples:

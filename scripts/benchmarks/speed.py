@@ -39,7 +39,7 @@ def add_options(group):
 def replay(bench, log, mode, out, facet=None, settings=()):
     """Times of one replay by both clocks with its peak resident memory, or what went wrong."""
     fresh_folder(out)
-    options = [*options_of(bench, mode), *(part for setting in settings for part in ("--set", setting))]
+    options = [*bench.plan.options_in(mode), *(part for setting in settings for part in ("--set", setting))]
     code, said, seconds, rss_mib = run_measured(bench.pinned(bench.replay_command(log, out, options, facet)),
                                                 out / "log.txt")
     if code != 0 or not (out / "summary.json").is_file():
@@ -48,11 +48,6 @@ def replay(bench, log, mode, out, facet=None, settings=()):
     return {"wall": {key: summary["timing"][key] for key in KINDS if key in summary["timing"]},
             "processor": summary["timing"].get("processor"),  # commits before it was measured have none
             "process_ms": 1e3 * seconds / max(summary["timing"]["all"]["count"], 1), "peak_rss_mib": rss_mib}, ""
-
-
-def options_of(bench, mode):
-    """Options of a replay in a mode."""
-    return bench.plan.replay_options(next(flight for flight in bench.plan.flights if flight.mode == mode))
 
 
 def least(timings):
@@ -130,7 +125,7 @@ def instruction_rows(bench, logs):
         for mode in bench.plan.modes:
             work.next(f"instructions: {name}, {mode}")
             out = fresh_folder(bench.out / f"instructions_{name}_{mode}")
-            options = [*options_of(bench, mode), "--duration", str(bench.arguments.instructions)]
+            options = [*bench.plan.options_in(mode), "--duration", str(bench.arguments.instructions)]
             counts, problem = count_instructions(bench.replay_command(log, out, options), out)
             if counts is None:
                 problems.append(f"{name}, {mode}: {problem}")
