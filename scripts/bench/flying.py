@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """Flies what a plan asks for: renders logs, replays, evaluates. What is done stays done until it would be another."""
 import concurrent.futures
+import contextlib
+import fcntl
 import functools
 import json
 import os
@@ -64,14 +66,26 @@ def run_measured(command, log, hang_s=HANG_S):
     return process.returncode, output, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
 
 
+@contextlib.contextmanager
+def locked(path, waits):
+    """Keeps others, and other threads, from what a file stands for; the lock goes with the process, however it ends."""
+    with path.open("w") as stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | (0 if waits else fcntl.LOCK_NB))
+        except BlockingIOError:
+            raise PlanError(f"another benchmark is at work in {path.parent}") from None
+        yield
+
+
 class Bench:
     """A benchmark at work: its arguments, its plan, its folders. Plug-ins get it."""
 
     def __init__(self, name, plan, arguments):
         self.name, self.plan, self.arguments = name, plan, arguments
         self.facet, self.out = arguments.facet, arguments.out
-        self.rendering = threading.Lock()
+        self.linking = threading.Lock()
         self.notes = []  # below the table
+        self.results = None  # of results.json; the figures of all columns unless a plug-in sets them
 
     @functools.cached_property
     def program(self):
@@ -88,7 +102,8 @@ class Bench:
         name = re.sub(r"[^A-Za-z0-9.]+", "_", " ".join(options)).strip("_")
         folder = self.arguments.flights_folder / name
         wanted = " ".join([*options, simulator_sum()])
-        with self.rendering:
+        self.arguments.flights_folder.mkdir(parents=True, exist_ok=True)
+        with locked(folder.with_name(name + ".lock"), waits=True):
             marker = folder.with_name(name + ".done")
             if not marker.is_file() or marker.read_text() != wanted:
                 marker.unlink(missing_ok=True)
@@ -107,7 +122,7 @@ class Bench:
         if not missing:
             return folder
         links = self.out / "logs" / f"{folder.resolve().name}_without_{'_'.join(missing)}"
-        with self.rendering:
+        with self.linking:
             shutil.rmtree(links, ignore_errors=True)
             (links / "mav0").mkdir(parents=True)
             for part in (folder / "mav0").resolve().iterdir():

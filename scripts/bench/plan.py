@@ -321,6 +321,9 @@ class Plan:
 def read_file(path):
     """What a benchmark's file holds."""
     try:
-        return yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise PlanError(" ".join(str(error).split())) from None
+    if not isinstance(content, dict):
+        raise PlanError("must be a map")
+    return content

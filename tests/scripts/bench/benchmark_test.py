@@ -158,6 +158,7 @@ class Flights(Benchmark):
             deadline = time.monotonic() + 60
             while len(list((self.root / "out").rglob("run.json"))) < 2 and time.monotonic() < deadline:
                 time.sleep(0.05)
+            self.assertIn("another benchmark is at work", self.run_it(code=2))
             os.killpg(process.pid, signal.SIGKILL)
         (self.root / "wait").unlink()
         flown = len(self.calls("replay"))
@@ -214,7 +215,7 @@ class Flights(Benchmark):
                 ("interval ate_mm, 2", "interval ate_mn, 2", "unknown figure 'ate_mn'"),
                 ("ate_mm over mode=s, 3", "ate_mm over mood=s, 3", "AXIS=VALUE"),
                 ("seeds: [1, 2]", "duration: 0", "duration: must be a positive"),
-                ("tables:", "tables: [", "while parsing")):
+                ("tables:", "tables: [", "while parsing"), (STUDY, "- 1", "must be a map")):
             self.study.write_text(STUDY.replace(old, new))
             self.assertIn(complaint, self.run_it(code=2))
         self.assertFalse((self.root / "out").exists())
