@@ -6,8 +6,7 @@ deviations. results.json has a row a cell; scripts/report draws it."""
 import dataclasses
 
 from bench.benchmark_lib import number
-from bench.fault_matrix import Cell, Flight, MatrixError, final_state, judge, read_cells
-from bench.plan import PlanError
+from bench.fault_matrix import Cell, Flight, final_state, judge, read_cells
 
 COLUMNS = ["sensor", "fault", "`--inject`, for", "log", "states meanwhile", "reasons", "recovery (s)", "ATE (mm)",
            "estimated (%)", "resets", "end", "silent (s)"]
@@ -17,10 +16,7 @@ SPANS = {"always": "always", "on": "to the end"}
 
 def prepare(content, arguments):
     """The cells as cases, the first of them without a fault."""
-    try:
-        cells = read_cells(content)
-    except MatrixError as error:
-        raise PlanError(str(error)) from None
+    cells = read_cells(content)
     limits = content["limits"]
     none = Cell("-", "none", (), ate_mm=limits["ate_mm"], when="always", states=("INIT", "TRACKING"),
                 estimates=limits["estimates"])

@@ -11,6 +11,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
 from bench import fault_matrix as matrix  # noqa: E402
+from bench.plan import PlanError  # noqa: E402
 
 LIMITS = {"seconds_per_second": 8, "rss_mib": 600, "files_mib": 40, "silent_sigmas": 5, "silent_mm": 20,
           "silent_deg": 1, "silent_quality": 50, "silent_s": 0.3, "ate_mm": 5, "recovery_s": 1, "estimates": 0.9}
@@ -111,13 +112,13 @@ class Verdicts(unittest.TestCase):
 class Files(unittest.TestCase):
     def complaint(self, *cells, **changes):
         content = {"at": 5, "length": 2, "flights": {}, "limits": {**LIMITS, **changes}, "cells": list(cells)}
-        with self.assertRaises(matrix.MatrixError) as caught:
+        with self.assertRaises(PlanError) as caught:
             matrix.read_cells(content)
         return str(caught.exception)
 
     def test_mistakes_are_named(self):
         dies = {"sensor": "IMU", "fault": "dies", "inject": "imu_gap"}
-        self.assertIn("unknown key 'state'", self.complaint({**dies, "state": "LOST"}))
+        self.assertIn("cell 1.state: unknown", self.complaint({**dies, "state": "LOST"}))
         self.assertIn("has no inject", self.complaint({"sensor": "IMU", "fault": "dies"}))
         self.assertIn("unknown state 'SAD'", self.complaint({**dies, "states": ["SAD"]}))
         self.assertIn("when: must be one of", self.complaint({**dies, "when": "never"}))
