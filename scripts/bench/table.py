@@ -9,7 +9,8 @@ from bench.figures import figure_of, rms_of
 from bench.plan import Condition, PlanError, as_list, known
 from bench.stats import geometric_mean, quantile, with_interval
 
-AXES = ("condition", "sequence", "case", "mode", "seed")
+PLACE = ("condition", "sequence", "case", "mode")
+AXES = (*PLACE, "seed")
 HEADS = {"condition": "K"}
 RELATIONS = ("at", "over", "minus")
 TABLE_KEYS = {"rows", "only", "columns", "document"}
@@ -67,7 +68,7 @@ class Column:
         places = tuple(tuple(part.split("=", 1)) for part in re.split(r",(?=\w+=)", " ".join(words)) if part)
         if figure not in figures:
             raise PlanError(f"column {head}: unknown figure '{figure}'")
-        if bool(relation) != bool(places) or any(len(place) != 2 or place[0] not in AXES[:4] for place in places):
+        if bool(relation) != bool(places) or any(len(place) != 2 or place[0] not in PLACE for place in places):
             raise PlanError(f"column {head}: '{what}' must be [HOW] FIGURE [at|over|minus AXIS=VALUE,...]")
         places = tuple((axis, Condition.of(value) if axis == "condition" else value) for axis, value in places)
         return Column(str(head), how, figure, relation, places, int(digits), limits.get("most"), limits.get("least"))
@@ -77,7 +78,8 @@ class Tables:
     """The tables of a plan over its flights' runs."""
 
     def __init__(self, plan, figures):
-        self.plan, self.figures, self.runs = plan, figures, {}
+        self.plan, self.figures = plan, figures
+        self.runs, self.draws = {}, {}  # flights by all axes but the seed, then by it
         self.tables = {}
         for name, entry in (plan.content.get("tables") or {}).items():
             known(entry, TABLE_KEYS, f"tables.{name}")
@@ -93,10 +95,8 @@ class Tables:
 
     def elsewhere(self, flight, places):
         """The flight at other places of axes: with the same seed, or the only one there is."""
-        other = dataclasses.replace(flight, **dict(places))
-        drawn = [f for f in self.runs if dataclasses.replace(f, seed=0, is_drawn=True) ==
-                 dataclasses.replace(other, seed=0, is_drawn=True)]
-        return next((f for f in drawn if f.seed == other.seed), drawn[0] if len(drawn) == 1 else None)
+        draws = self.draws.get(tuple(dict(places).get(axis, getattr(flight, axis)) for axis in PLACE), {})
+        return draws.get(flight.seed, next(iter(draws.values())) if len(draws) == 1 else None)
 
     def values(self, column, group, relation):
         """(flight, value) of a row's flights that have the figure, by themselves, elsewhere, or against elsewhere."""
@@ -134,6 +134,9 @@ class Tables:
     def build(self, name, runs):
         """Heads, rows, number of columns of text, and sentences about limits that are exceeded."""
         self.runs = runs
+        self.draws = {}
+        for flight in runs:
+            self.draws.setdefault(tuple(getattr(flight, axis) for axis in PLACE), {})[flight.seed] = flight
         axes, only, columns = self.tables[name]
         groups, rows, broken = {}, [], []
         for flight in runs:
