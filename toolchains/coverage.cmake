@@ -1,5 +1,6 @@
-# FACET_COVERAGE: counts which lines the tests run (scripts/coverage). Counters are not atomic: that would make tests of
-# the estimator, which has no threads, many times as slow. Where there are threads, a lost count may hide a line or two.
+# FACET_COVERAGE: counts which lines the tests run (scripts/checks/coverage). Counters are not atomic: that would make
+# tests of the estimator, which has no threads, many times as slow. Where there are threads, a lost count may hide a
+# line or two.
 option(FACET_COVERAGE "Count the lines that are run; needs GCC" OFF)
 if(FACET_COVERAGE)
   string(APPEND CMAKE_CXX_FLAGS " --coverage -fprofile-abs-path")

@@ -42,7 +42,7 @@ string(APPEND CMAKE_CXX_FLAGS " ${_code_flags}")
 # As packages are built. The same commit gives the same bytes wherever it is built: names of source files, which
 # FACET_ASSERT prints, start at the project's root. While developing they do not: an editor finds a file by its whole
 # path. The second form is the relative path that ccache gives the compiler if it has a base_dir. The compiler also
-# notes the stack frame of every function beside its object, for scripts/stack_report; that changes no code.
+# notes the stack frame of every function beside its object, for scripts/target/stack_report; that changes no code.
 option(FACET_FOR_PACKAGE "Build as packages are built" ${CMAKE_CROSSCOMPILING})
 if(FACET_FOR_PACKAGE)
   file(RELATIVE_PATH _root_from_build "${CMAKE_BINARY_DIR}" "${CMAKE_SOURCE_DIR}")

@@ -4,7 +4,7 @@ import bisect
 import dataclasses
 import math
 
-import yaml
+from bench.plan import PlanError, as_list, known
 
 WHEN = ("always", "on", "while")
 STATES = ("INIT", "TRACKING", "DEGRADED", "LOST", "none")
@@ -13,10 +13,6 @@ CELL_KEYS = {"sensor", "fault", "inject", "at", "when", "states", "reasons", "wa
 FILE_KEYS = {"at", "length", "flights", "limits", "known", "cells", "guest"}
 LIMIT_KEYS = {"seconds_per_second", "rss_mib", "files_mib", "silent_sigmas", "silent_mm", "silent_deg",
               "silent_quality", "silent_s", "ate_mm", "recovery_s", "estimates"}
-
-
-class MatrixError(Exception):
-    """One line that says what is wrong with a matrix's file."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,9 +34,8 @@ class Cell:
 
     @property
     def name(self):
-        """Names the cell's folder."""
-        text = f"{self.sensor} {self.fault}".replace("+", "plus ").replace(" -", " minus ")
-        return "".join(c if c.isalnum() else "_" for c in text)
+        """Names the cell's case, and with other signs its folder."""
+        return f"{self.sensor}, {self.fault}"
 
     def specs(self, at_s, length_s):
         """Arguments of --inject."""
@@ -54,57 +49,41 @@ class Cell:
         return (0.0 if self.when == "always" else at_s, at_s + length_s if self.when == "while" else math.inf)
 
 
-def known_keys(mapping, allowed, where):
-    if not isinstance(mapping, dict):
-        raise MatrixError(f"{where}: must have keys")
-    for key in mapping:
-        if key not in allowed:
-            raise MatrixError(f"{where}: unknown key '{key}'; one of: {', '.join(sorted(allowed))}")
-
-
-def words(value):
-    return tuple(value) if isinstance(value, list) else (value,)
-
-
 def read_cell(entry, limits, number):
     where = f"cell {number}"
-    known_keys(entry, CELL_KEYS, where)
+    known(entry, CELL_KEYS, where)
     for key in ("sensor", "fault", "inject"):
         if key not in entry:
-            raise MatrixError(f"{where}: has no {key}")
+            raise PlanError(f"{where}: has no {key}")
     where = f"{entry['sensor']}, {entry['fault']}"
     fields = dict(entry)
     for key in ("inject", "states", "reasons", "end", "exit"):
         if key in fields:
-            fields[key] = words(fields[key])
+            fields[key] = tuple(as_list(fields[key]))
     for key in ("recovery_s", "ate_mm", "estimates"):
         fields[key] = float(fields.get(key, limits[key]))
     cell = Cell(**fields)
     if cell.when not in WHEN:
-        raise MatrixError(f"{where}: when: must be one of {', '.join(WHEN)}")
+        raise PlanError(f"{where}: when: must be one of {', '.join(WHEN)}")
     for state in cell.states + cell.end:
         if state not in STATES:
-            raise MatrixError(f"{where}: unknown state '{state}'; one of: {', '.join(STATES)}")
+            raise PlanError(f"{where}: unknown state '{state}'; one of: {', '.join(STATES)}")
     return cell
 
 
-def read_matrix(path):
-    """Limits, flights and cells of a file."""
-    try:
-        matrix = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        raise MatrixError(f"{path}: {' '.join(str(error).split())}") from error
-    known_keys(matrix, FILE_KEYS, str(path))
-    known_keys(matrix["limits"], LIMIT_KEYS, f"{path}: limits")
+def read_cells(matrix):
+    """The cells of a file's content; PlanError if something is wrong with it."""
+    known(matrix, FILE_KEYS, "the file")
+    known(matrix["limits"], LIMIT_KEYS, "limits")
     for key in LIMIT_KEYS:
         if not isinstance(matrix["limits"].get(key), (int, float)):
-            raise MatrixError(f"{path}: limits: {key} must be a number")
-    matrix["cells"] = [read_cell(entry, matrix["limits"], i + 1) for i, entry in enumerate(matrix["cells"])]
-    names = [cell.name for cell in matrix["cells"]]
+            raise PlanError(f"limits: {key} must be a number")
+    cells = [read_cell(entry, matrix["limits"], i + 1) for i, entry in enumerate(matrix["cells"])]
+    names = [cell.name for cell in cells]
     for name in names:
         if names.count(name) > 1:
-            raise MatrixError(f"{path}: the cell {name} stands there twice")
-    return matrix
+            raise PlanError(f"the cell {name} stands there twice")
+    return cells
 
 
 @dataclasses.dataclass

@@ -3,7 +3,7 @@
 import re
 import shutil
 
-from bench.benchmark_lib import first_error, fresh_folder, read_table, replay_command, run
+from bench.benchmark_lib import first_error, read_table, run
 
 # Callgrind writes what it has counted before each call of these: the second comes right after a frame.
 FRAME = "facet::FramePipeline::add_frame("
@@ -32,14 +32,12 @@ def counts_of(folder):
     return [counts[number] for number in sorted(counts)]
 
 
-def count_instructions(arguments, dataset, mode, seconds):
-    """Figures of all frames, of tracked frames and of keyframes in `mode`, or what went wrong."""
+def count_instructions(replay_command, out):
+    """Figures of all frames, of tracked frames and of keyframes of a replay into `out`, or what went wrong."""
     if not shutil.which("valgrind"):
         return None, "counting instructions needs valgrind: apt-get install valgrind"
-    out = fresh_folder(arguments.out / f"instructions_{dataset.resolve().name}_{mode}")
     command = ["valgrind", "--tool=callgrind", f"--dump-before={FRAME}*", f"--dump-before={AFTER}*",
-               f"--callgrind-out-file={out / 'callgrind.out'}",
-               *replay_command(arguments, dataset, out, ["--duration", str(seconds)], mode=mode)]
+               f"--callgrind-out-file={out / 'callgrind.out'}", *replay_command]
     # Valgrind does not know every instruction: what ends the program after its last frame does no harm.
     code, said = run(command, out / "log.txt")
     timing = out / "timing.csv"

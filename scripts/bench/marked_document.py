@@ -55,16 +55,24 @@ def commit_of(facet):
     return found.group(1) if found else "unknown"
 
 
-def measured_by(facet, script=None, local_options=LOCAL_OPTIONS):
+def edited(facet):
+    """What is not committed: a sentence, or "". Documents may be: tables are put into them."""
+    if commit_of(facet).endswith("+changes"):
+        return "the program was built from edited sources"
+    root = pathlib.Path(__file__).resolve().parents[2]
+    command = ["git", "-C", root, "status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs", ":!*.md"]
+    changed = subprocess.run(command, capture_output=True, text=True, check=False).stdout.splitlines()
+    return f"edited files, the first of {len(changed)}: {changed[0][3:]}" if changed else ""
+
+
+def measured_by(facet, script=None, local_options=LOCAL_OPTIONS, local_flags=frozenset()):
     """What made a table: the command without what is of this machine, logs by their names, and the program's commit."""
     words, given = [script or script_name()], iter(sys.argv[1:])
     for word in given:
         option, equals, _ = word.partition("=")
-        if word == "--resume":
-            continue
         if option in local_options:
             if not equals:
                 next(given, None)
-            continue
-        words.append(pathlib.Path(word).name if pathlib.Path(word).is_dir() else word)
+        elif word not in local_flags:
+            words.append(pathlib.Path(word).name if pathlib.Path(word).is_dir() else word)
     return f"`{shlex.join(words)}`, commit {commit_of(facet)}."

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-2-Clause
-"""The matrix of faults in the report, from what scripts/benchmark_faults left in its folder."""
+"""The matrix of faults in the report, from what scripts/benchmark faults left in its folder."""
 import html
 import pathlib
 
@@ -18,7 +18,7 @@ class FaultMatrix:
         folder = pathlib.Path(folder)
         self.rows = read_json(folder / "results.json")
         if not isinstance(self.rows, list) or not self.rows:
-            raise InputProblem(f"{folder}: no cell in its results.json; scripts/benchmark_faults writes it")
+            raise InputProblem(f"{folder}: no cell in its results.json; scripts/benchmark faults writes it")
         for number, row in enumerate(self.rows, start=1):
             missing = [key for key in NEEDED if not isinstance(row, dict) or key not in row]
             if missing:

@@ -7,7 +7,7 @@ from page.scene import MAX_DISTANCE
 
 try:
     import numpy as np
-    from bench import mesh_picture
+    from page import mesh_picture
 except ImportError:
     mesh_picture = None
 

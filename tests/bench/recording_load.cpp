@@ -5,7 +5,7 @@
 //   recording_load LOG FORM OUT [TURNS]    FORM: none, folder, mcap. TURNS: how often the log is played without a seam,
 //                                          which it must be made for (facet sim --closed)
 //
-// For figures: scripts/benchmark_recording. Exit codes: 0 done, nothing lost in the log; 1 not so; 2 bad usage.
+// For figures: scripts/benchmark recording. Exit codes: 0 done, nothing lost in the log; 1 not so; 2 bad usage.
 #include <dirent.h>
 #include <unistd.h>
 

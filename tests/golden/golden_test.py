@@ -77,7 +77,7 @@ def main():
         else:
             all_same = check(run.name, golden, text, arguments.near) and all_same
     if not all_same and not arguments.update:
-        print("If the change is wanted: scripts/update_golden rewrites the files; commit them with the change.")
+        print("If the change is wanted: scripts/tools/update_golden rewrites the files; commit them with the change.")
     return 0 if all_same else 1
 
 

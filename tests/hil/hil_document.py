@@ -11,7 +11,7 @@ import hil_faults  # noqa: E402
 
 NAMES = {"icm42688": "ICM-42688-P", "adis16475": "ADIS16475-2", "bmi088": "BMI088", "dronecan": "DroneCAN",
          "openimu300": "OpenIMU300"}  # fmt: skip
-SIMULATED_LOG = "log_room"  # of scripts/hil
+SIMULATED_LOG = "log_room"  # of scripts/target/hil
 
 
 def table(head, rows):
@@ -72,9 +72,9 @@ def soak_table(rows):
 
 
 def made_by(args):
-    """The command that a reader can repeat: scripts/hil finds the programs, and by default simulates the log."""
+    """The command that a reader can repeat: scripts/target/hil finds the programs, and by default simulates the log."""
     local = LOCAL_OPTIONS | {"--kernel", "--inject"} | ({"--log"} if Path(args.log).name == SIMULATED_LOG else set())
-    return measured_by(args.facet, "scripts/hil", local)
+    return measured_by(args.facet, "scripts/target/hil", local)
 
 
 def update(args, results):
@@ -89,5 +89,5 @@ def update(args, results):
     }
     for name, (make, rows) in parts.items():
         text = f"{make(rows)}\n\n{made_by(args)}" if rows else ""
-        if rows and not put_between_marks(args.document, f"scripts/hil: {name}", text):
+        if rows and not put_between_marks(args.document, f"scripts/target/hil: {name}", text):
             print(f"hil: {args.document} has no marks for the table '{name}'", file=sys.stderr)

@@ -39,20 +39,21 @@ class Document(unittest.TestCase):
             return document.read_text(encoding="utf-8"), said.getvalue()
 
     def test_a_table_says_what_made_it_and_leaves_the_others_alone(self):
-        before = "<!-- scripts/hil: faults -->\nold\n<!-- end -->\n<!-- scripts/hil: real -->\nkept\n<!-- end -->\n"
+        before = ("<!-- scripts/target/hil: faults -->\nold\n<!-- end -->\n"
+                  "<!-- scripts/target/hil: real -->\nkept\n<!-- end -->\n")
         after, _ = self.update(before, faults=[FAULT])
         self.assertNotIn("old", after)
         self.assertIn("kept", after)
         row = "| ICM-42688-P | silent | 0.30 s | DEGRADED | imu_gap | - | 0.30 s | 1.03 mm | TRACKING | gap 1 |"
         self.assertIn(row, after)
-        self.assertIn("`scripts/hil --time none --faults`, commit 0123abc.", after)
+        self.assertIn("`scripts/target/hil --time none --faults`, commit 0123abc.", after)
 
     def test_latencies_of_flights_in_real_time(self):
-        after, _ = self.update("<!-- scripts/hil: real -->\n<!-- end -->\n", agreement=[FLIGHT])
+        after, _ = self.update("<!-- scripts/target/hil: real -->\n<!-- end -->\n", agreement=[FLIGHT])
         self.assertIn("| DroneCAN | 240 of 241 | 28 / 56 ms | 5 ms | 1.10 mm | 1.20 mm |", after)
 
     def test_the_parts_of_a_long_flight(self):
-        after, _ = self.update("<!-- scripts/hil: soak -->\n<!-- end -->\n",
+        after, _ = self.update("<!-- scripts/target/hil: soak -->\n<!-- end -->\n",
                                soak=[{"of": 72000, "first": PART, "last": PART, "all": PART}])
         self.assertIn("| first 10 min | 11998 | 1 | 2 | 18.3 / 23.3 ms | 98.0 MiB | 0.51 mm |", after)
         self.assertIn("| all | 11998 of 72000 |", after)

@@ -77,7 +77,7 @@ def part_of(hil, flight, states, truth, begin_s, end_s):
 
 
 def write_minutes(path, minutes):
-    """What each minute was like, for scripts/plot_hour."""
+    """What each minute was like, for scripts/tools/plot_hour."""
     with open(path, "w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, ["seconds", *minutes[0]], lineterminator="\n")
         writer.writeheader()

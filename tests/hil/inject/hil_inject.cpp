@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Plays a recorded log through kernel devices into a program that reads them; see scripts/hil and docs/hil.md.
+// Plays a recorded log through kernel devices into a program that reads them; see scripts/target/hil and docs/hil.md.
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <sched.h>

@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Tests of scripts/bench/fault_matrix.py, and that scripts/faults/matrix.yaml is one."""
+"""Tests of scripts/bench/fault_matrix.py, and that scripts/benchmarks/faults.yaml is one."""
 import math
 import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
 from bench import fault_matrix as matrix  # noqa: E402
+from bench.plan import PlanError  # noqa: E402
 
 LIMITS = {"seconds_per_second": 8, "rss_mib": 600, "files_mib": 40, "silent_sigmas": 5, "silent_mm": 20,
           "silent_deg": 1, "silent_quality": 50, "silent_s": 0.3, "ate_mm": 5, "recovery_s": 1, "estimates": 0.9}
@@ -110,30 +110,20 @@ class Verdicts(unittest.TestCase):
 
 
 class Files(unittest.TestCase):
-    def complaint(self, text):
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / "matrix.yaml"
-            path.write_text(text)
-            with self.assertRaises(matrix.MatrixError) as caught:
-                matrix.read_matrix(path)
+    def complaint(self, *cells, **changes):
+        content = {"at": 5, "length": 2, "flights": {}, "limits": {**LIMITS, **changes}, "cells": list(cells)}
+        with self.assertRaises(PlanError) as caught:
+            matrix.read_cells(content)
         return str(caught.exception)
 
-    def file(self, cells):
-        limits = ", ".join(f"{key}: {value}" for key, value in LIMITS.items())
-        return f"at: 5\nlength: 2\nflights: {{}}\nlimits: {{{limits}}}\ncells:\n{cells}"
-
     def test_mistakes_are_named(self):
-        self.assertIn("unknown key 'state'", self.complaint(self.file(
-            "  - {sensor: IMU, fault: dies, inject: imu_gap, state: LOST}")))
-        self.assertIn("has no inject", self.complaint(self.file("  - {sensor: IMU, fault: dies}")))
-        self.assertIn("unknown state 'SAD'", self.complaint(self.file(
-            "  - {sensor: IMU, fault: dies, inject: imu_gap, states: [SAD]}")))
-        self.assertIn("when: must be one of", self.complaint(self.file(
-            "  - {sensor: IMU, fault: dies, inject: imu_gap, when: never}")))
-        twice = "  - {sensor: IMU, fault: dies, inject: imu_gap}\n"
-        self.assertIn("stands there twice", self.complaint(self.file(twice + twice)))
-        no_number = self.file(twice).replace("rss_mib: 600", "rss_mib: x")
-        self.assertIn("rss_mib must be a number", self.complaint(no_number))
+        dies = {"sensor": "IMU", "fault": "dies", "inject": "imu_gap"}
+        self.assertIn("cell 1.state: unknown", self.complaint({**dies, "state": "LOST"}))
+        self.assertIn("has no inject", self.complaint({"sensor": "IMU", "fault": "dies"}))
+        self.assertIn("unknown state 'SAD'", self.complaint({**dies, "states": ["SAD"]}))
+        self.assertIn("when: must be one of", self.complaint({**dies, "when": "never"}))
+        self.assertIn("stands there twice", self.complaint(dies, dies))
+        self.assertIn("rss_mib must be a number", self.complaint(dies, rss_mib="x"))
 
     def test_times_of_faults(self):
         self.assertEqual(cell().specs(5, 2), ["imu_gap@5+2"])
@@ -142,22 +132,18 @@ class Files(unittest.TestCase):
         self.assertEqual(cell(when="on").specs(5, 2), ["imu_gap@5"])
         self.assertEqual(cell(when="always", inject=("imu_gap", "calibration=5")).specs(5, 2),
                          ["imu_gap", "calibration=5"])
-        self.assertEqual(cell(fault="clock +1 s").name, "IMU_clock_plus_1_s")
-        self.assertNotEqual(cell(fault="clock -1 s").name, cell(fault="clock +1 s").name)
 
     def test_the_matrix_lists_its_cells(self):
-        done = subprocess.run([sys.executable, ROOT / "scripts/benchmark_faults", "--list"], capture_output=True,
-                              text=True)
+        def listed(*given):
+            return subprocess.run([sys.executable, ROOT / "scripts/benchmark", "faults", "--facet", sys.executable,
+                                   "--list", *given], capture_output=True, text=True, check=False)
+        done = listed()
         self.assertEqual(done.returncode, 0, done.stderr)
         lines = done.stdout.splitlines()
         self.assertGreater(len(lines), 80)
-        self.assertIn("IMU: dies: facet replay LOG --inject imu_gap@5", lines)
-
-    def test_wrong_usage_is_refused(self):
-        for arguments in (["--cells", "no such thing"], ["--facet", "/nowhere"], ["--only-logs"]):
-            done = subprocess.run([sys.executable, ROOT / "scripts/benchmark_faults", *arguments], capture_output=True,
-                                  text=True)
-            self.assertEqual(done.returncode, 2, arguments)
+        self.assertIn("room, K = 0, s, IMU, dies, seed 1: facet replay --mode s --inject imu_gap@5", lines)
+        self.assertEqual(len(listed("--cases", "IMU: dies", "IMU: NaN").stdout.splitlines()), 3)
+        self.assertEqual(listed("--cases", "no such thing").returncode, 2)
 
 
 if __name__ == "__main__":

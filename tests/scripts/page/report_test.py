@@ -148,13 +148,13 @@ class Report(unittest.TestCase):
         rows = [row, {**row, "sensor": "IMU", "fault": "wrong <axes>", "silent_s": 1.25},
                 {**row, "sensor": "IMU", "fault": "freezes", "kept": False, "verdict": "ATE 90 mm > 50 mm"}]
         (folder / "results.json").write_text(json.dumps(rows))
-        (folder / "table.md").write_text("| a |\n\n`scripts/benchmark_faults`, commit 0123456789ab.\n")
+        (folder / "table.md").write_text("| a |\n\n`scripts/benchmark faults`, commit 0123456789ab.\n")
         run = write_run(self.root / "a")
         options = ("--no-pictures", "--no-view", "--faults", folder)
         text = self.make(run, options=options)
         page = Elements(text)
         self.assertIn("2 of 3 cells as expected, wrong in silence for 1.2 s in all", page.said)
-        self.assertIn("Made by scripts/benchmark_faults, commit 0123456789ab.", page.said)
+        self.assertIn("Made by scripts/benchmark faults, commit 0123456789ab.", page.said)
         self.assertIn("wrong &lt;axes&gt; \u26a0 1.2 s", text)
         self.assertIn("ATE 90 mm &gt; 50 mm", text)
         self.assertRegex(text, r"class='chip broken'[^>]*>freezes")
