@@ -9,6 +9,12 @@
 namespace facet {
 namespace {
 
+// A face with a longer side than this needs lonely_neighbours neighbours in its plane (m).
+constexpr double kLonelySide_m = 0.7;
+// An image gradient is strong above this difference of grey levels over two pixels.
+constexpr double kStrongGradient = 60.0;
+// The depths of two corners of a face differ if they do by more than this many standard deviations.
+constexpr double kStepSigmas = 3.0;
 constexpr double kMarginPx = 2.0;  // ends of a side: corners are where gradients are strong
 
 /// Whether the image changes strongly somewhere between two pixels, in steps of two pixels.
@@ -86,7 +92,7 @@ FaceVerdict judge_steps(const MeshConfig& config, const Corners& c, const ImageV
         const MeshPoint& a = *c.p[k];
         const MeshPoint& b = *c.p[(k + 1) % 3];
         const double gap = std::abs(a.p_C.z() - b.p_C.z());
-        if (squared(gap) <= squared(config.step_sigmas) * (squared(a.depth_sigma_m) + squared(b.depth_sigma_m))) {
+        if (squared(gap) <= squared(kStepSigmas) * (squared(a.depth_sigma_m) + squared(b.depth_sigma_m))) {
             continue;
         }
         const double lateral =
@@ -94,8 +100,7 @@ FaceVerdict judge_steps(const MeshConfig& config, const Corners& c, const ImageV
         if (gap > config.max_step_slope * lateral) {
             return FaceVerdict::kDepthStep;
         }
-        if (gap > config.gradient_step_slope * lateral &&
-            crosses_gradient(image, a.pixel, b.pixel, config.strong_gradient)) {
+        if (gap > config.gradient_step_slope * lateral && crosses_gradient(image, a.pixel, b.pixel, kStrongGradient)) {
             verdict = FaceVerdict::kGradient;
         }
     }
@@ -142,7 +147,7 @@ void filter_faces(const MeshConfig& config, std::span<const Triangle> triangles,
         const Corners c = corners_of(triangles[i], points);
         const double longest2 = std::max(
             {(c.at(1) - c.at(0)).squaredNorm(), (c.at(2) - c.at(1)).squaredNorm(), (c.at(0) - c.at(2)).squaredNorm()});
-        const bool is_large = longest2 > config.lonely_side_m * config.lonely_side_m;
+        const bool is_large = longest2 > kLonelySide_m * kLonelySide_m;
         const FaceVerdict doubt =
             longest2 > config.max_side_m * config.max_side_m ? FaceVerdict::kSideLength : judge_steps(config, c, image);
         if (doubt == FaceVerdict::kAccepted && !is_large) {

@@ -55,12 +55,12 @@ struct MeshPoint {
 ///   side ratio   shortest / longest side >= min_side_ratio                                  [Rosinol19]
 ///   elongation   extent across the mean ray / extent along it >= min_elongation              [Rosinol19]
 ///   grazing      angle(normal, ray to the centroid) <= max_grazing_deg
-///   depth step   for each side: gap = |z_i - z_j|, lateral = min(z_i, z_j) |xy_i - xy_j|; if gap exceeds step_sigmas
+///   depth step   for each side: gap = |z_i - z_j|, lateral = min(z_i, z_j) |xy_i - xy_j|; if gap exceeds kStepSigmas
 ///                of its standard deviations, gap / lateral <= max_step_slope, or <= gradient_step_slope if the image
-///                changes by strong_gradient within two pixels somewhere between the corners
+///                changes by kStrongGradient within two pixels somewhere between the corners
 /// A triangle that fails only a step test is kept if at least two neighbours lie in its plane within coplanar_m: then
 /// it is part of a slanted surface. The same applies to one with a side between max_side_m and max_flat_side_m: on a
-/// bare wall points are far apart. A triangle with a side beyond lonely_side_m needs lonely_neighbours such neighbours
+/// bare wall points are far apart. A triangle with a side beyond kLonelySide_m needs lonely_neighbours such neighbours
 /// in any case: three points far apart say little about what is between them. Finally, a triangle none of whose
 /// neighbours passed is left out (unless lonely_neighbours is 0): at the edge of a surface these are mostly bridges to
 /// the next one.

@@ -13,7 +13,6 @@ struct GridConfig {
     double cell_m = 0.10;
     double max_ray_m = 6.0;
     double body_radius_m = 0.25;
-    double ray_spacing_rad = 0.018;
     double forget_s = 600.0;
     double obstacle_grazing_deg = 65.0;
 
@@ -29,8 +28,6 @@ inline constexpr auto kGridFields = std::to_array<ParameterField<GridConfig>>({
     {FACET_FIELD(GridConfig, max_ray_m), "m", 0.5, 50, "A line of sight carves free space up to this distance."},
     {FACET_FIELD(GridConfig, body_radius_m), "m", 0, 2,
      "What the vehicle has flown through is free to this distance from the camera's path."},
-    {FACET_FIELD(GridConfig, ray_spacing_rad), "rad", 0.002, 0.2,
-     "Lines of sight to a face are this far apart, and at least a cell."},
     {FACET_FIELD(GridConfig, forget_s), "s", 1, 3600,
      "Cells that nothing has confirmed for this time are unknown again."},
     {FACET_FIELD(GridConfig, obstacle_grazing_deg), "deg", 1, 90,

@@ -10,6 +10,8 @@
 namespace facet {
 namespace {
 
+// A hole in the mesh is filled if the vertices around it are within this distance of a plane (m).
+constexpr double kHolePlanarity_m = 0.04;
 /// Faces that have both vertices.
 int faces_at_side(const HorizonMesh& mesh, VertexSlot a, VertexSlot b) {
     int count = 0;
@@ -113,8 +115,7 @@ bool HoleFiller::is_open(const HorizonMesh& mesh, const Hole& hole) {
 }
 
 /// The ring in its plane; false if it is not flat enough.
-bool HoleFiller::flatten(const MeshConfig& config, const HorizonMesh& mesh, const Hole& hole,
-                         std::array<Eigen::Vector2d, kMaxRing>& flat) {
+bool HoleFiller::flatten(const HorizonMesh& mesh, const Hole& hole, std::array<Eigen::Vector2d, kMaxRing>& flat) {
     const std::size_t n = hole.ring.size();
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -129,7 +130,7 @@ bool HoleFiller::flatten(const MeshConfig& config, const HorizonMesh& mesh, cons
     normal.normalize();
     const Eigen::Vector3d u = normal.unitOrthogonal();
     const Eigen::Vector3d v = normal.cross(u);
-    const double tolerance = config.hole_planarity_m * (hole.plane.valid() ? 2.0 : 1.0);
+    const double tolerance = kHolePlanarity_m * (hole.plane.valid() ? 2.0 : 1.0);
     for (std::size_t i = 0; i < n; ++i) {
         const Eigen::Vector3d d = mesh.vertex(hole.ring[i]).shown_W() - centre;
         if (std::abs(normal.dot(d)) > tolerance) {
@@ -197,7 +198,7 @@ HoleFiller::Filled HoleFiller::fill(const MeshConfig& config, std::uint32_t upda
     Filled filled;
     for (const Hole& hole : holes_) {
         std::array<Eigen::Vector2d, kMaxRing> flat;
-        if (is_open(mesh, hole) && flatten(config, mesh, hole, flat)) {
+        if (is_open(mesh, hole) && flatten(mesh, hole, flat)) {
             const int faces = triangulate(config, update, hole, flat, mesh);
             filled.holes += faces > 0 ? 1 : 0;
             filled.faces += faces;

@@ -14,7 +14,7 @@ namespace facet {
 
 /// Remembers the rings of neighbours around vertices that are about to leave, alone or several next to each other, then
 /// triangulates those that still bound a hole. A ring is filled if all its vertices are still there, none of its sides
-/// has gained a second face, and it lies within hole_planarity_m of a plane (through its centroid, with Newell's
+/// has gained a second face, and it lies within kHolePlanarity_m of a plane (through its centroid, with Newell's
 /// normal), or within twice that if all faces that left were of one plane. Ears are cut in order of their smallest
 /// angle, largest first. At most kMaxHoles rings are filled in an update; the others stay open. Thread-bound. No heap.
 class HoleFiller {
@@ -48,8 +48,7 @@ private:
     bool collect_group(const HorizonMesh& mesh, VertexSlot first, Sides& sides, Hole& hole);
     static bool close_ring(const HorizonMesh& mesh, const Sides& sides, Hole& hole);
     static bool is_open(const HorizonMesh& mesh, const Hole& hole);
-    static bool flatten(const MeshConfig& config, const HorizonMesh& mesh, const Hole& hole,
-                        std::array<Eigen::Vector2d, kMaxRing>& flat);
+    static bool flatten(const HorizonMesh& mesh, const Hole& hole, std::array<Eigen::Vector2d, kMaxRing>& flat);
     static int triangulate(const MeshConfig& config, std::uint32_t update, const Hole& hole,
                            const std::array<Eigen::Vector2d, kMaxRing>& flat, HorizonMesh& mesh);
 

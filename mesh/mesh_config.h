@@ -12,29 +12,25 @@ namespace facet {
 
 /// Units, ranges and meanings: kMeshFields below.
 struct MeshConfig {
+    /// The camera has flown through what is nearer to its path than this: there is no surface (m).
+    static constexpr double kBodyRadius_m = 0.05;
     double max_depth_m = 8.0;
     double max_depth_sigma_m = 0.32;
     double max_chi2 = 4.0;
     bool use_stereo_points = true;
     int recent_keyframes = 4;
-    double recent_distance_px = 12.0;
     double min_side_ratio = 0.1;
     double min_elongation = 0.2;
     double max_side_m = 1.2;
     double max_flat_side_m = 3.0;
     double max_grazing_deg = 80.0;
-    double step_sigmas = 3.0;
     double max_step_slope = 2.0;
     double gradient_step_slope = 0.8;
-    double strong_gradient = 60.0;
     double coplanar_m = 0.03;
-    double lonely_side_m = 0.7;
     int lonely_neighbours = 1;
     double conflict_margin_m = 0.05;
     int min_contradictions = 2;
-    double hole_planarity_m = 0.04;
     double max_unseen_s = 5.0;
-    double body_radius_m = 0.05;
 
     /// No face has a longer side, whatever speaks for it (m).
     double longest_side_m() const { return std::max(max_side_m, max_flat_side_m); }
@@ -55,8 +51,6 @@ inline constexpr auto kMeshFields = std::to_array<ParameterField<MeshConfig>>({
      "Also use landmarks that the stereo match of a single keyframe gives."},
     {FACET_FIELD(MeshConfig, recent_keyframes), "-", 0, kMaxKeyframes,
      "Landmarks out of sight for up to this many keyframes also give faces, unless something hides them."},
-    {FACET_FIELD(MeshConfig, recent_distance_px), "px", 0, 200,
-     "A landmark out of sight gives faces only if no other point is nearer to it in the image than this."},
     {FACET_FIELD(MeshConfig, min_side_ratio), "-", 0, 1,
      "Least ratio of a face's shortest side to its longest; the paper has 0.2."},
     {FACET_FIELD(MeshConfig, min_elongation), "-", 0, 10,
@@ -67,19 +61,13 @@ inline constexpr auto kMeshFields = std::to_array<ParameterField<MeshConfig>>({
      "Longest side of a face with two neighbours in its plane, as on bare walls."},
     {FACET_FIELD(MeshConfig, max_grazing_deg), "deg", 1, 90,
      "Largest angle between a face's normal and the ray to it."},
-    {FACET_FIELD(MeshConfig, step_sigmas), "-", 0, 20,
-     "The depths of two corners of a face differ if they do by more than this many standard deviations."},
     {FACET_FIELD(MeshConfig, max_step_slope), "-", 0.1, 100,
      "Largest ratio of depth step to lateral distance along a side of a face."},
     {FACET_FIELD(MeshConfig, gradient_step_slope), "-", 0.1, 100,
      "Largest ratio of depth step to lateral distance along a side that crosses a strong image gradient."},
-    {FACET_FIELD(MeshConfig, strong_gradient), "-", 1, 255,
-     "An image gradient is strong above this difference of grey levels over two pixels."},
     {FACET_FIELD(MeshConfig, coplanar_m), "m", 0, 1,
      "A neighbour is in the plane of a face if its far corner is within this distance of it; faces that are steep or "
      "large need such neighbours."},
-    {FACET_FIELD(MeshConfig, lonely_side_m), "m", 0.05, 100,
-     "A face with a longer side than this needs lonely_neighbours neighbours in its plane."},
     {FACET_FIELD(MeshConfig, lonely_neighbours), "-", 0, 3,
      "Number of neighbours in its plane that a face with a side above lonely_side_m needs."},
     {FACET_FIELD(MeshConfig, conflict_margin_m), "m", 0, 10,
@@ -88,12 +76,8 @@ inline constexpr auto kMeshFields = std::to_array<ParameterField<MeshConfig>>({
     {FACET_FIELD(MeshConfig, min_contradictions), "-", 1, 1000,
      "A face is removed when at least this many keyframes contradict it and they are more than half as many as those "
      "that confirm it."},
-    {FACET_FIELD(MeshConfig, hole_planarity_m), "m", 0, 1,
-     "A hole in the mesh is filled if the vertices around it are within this distance of a plane."},
     {FACET_FIELD(MeshConfig, max_unseen_s), "s", 0.1, 3600,
      "A face leaves the mesh after this time in view without being confirmed or covered by newer faces."},
-    {FACET_FIELD(MeshConfig, body_radius_m), "m", 0, 1,
-     "The camera has flown through what is nearer to its path than this: there is no surface."},
 });
 
 }  // namespace facet

@@ -6,6 +6,12 @@
 #include "estimator/geometry/inverse_depth.h"
 
 namespace facet {
+namespace {
+
+// A landmark out of sight gives faces only if no other point is nearer to it in the image than this (px).
+constexpr double kRecentDistance_px = 12.0;
+
+}  // namespace
 
 Status Mesher::configure(const MeshConfig& config, const CameraModel& left) {
     FACET_TRY(config.validate());
@@ -133,7 +139,7 @@ void Mesher::collect_tracked(const KeyframeView& view) {
     landmarks_.clear();
     image_points_.clear();
     points_.clear();
-    grid_.clear(config_.recent_distance_px, camera_.intrinsics().width, camera_.intrinsics().height);
+    grid_.clear(kRecentDistance_px, camera_.intrinsics().width, camera_.intrinsics().height);
     for (const LandmarkSnapshot& s : view.landmarks) {
         if (s.is_tracked && !landmarks_.full()) {
             add_point(s, R_C_W_ * (s.p_W - p_W_C_), s.left_xy, s.left_px);

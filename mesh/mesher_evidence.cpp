@@ -108,14 +108,14 @@ bool Mesher::is_flown_through(const MeshFace& face) const {
     const Eigen::Vector3d& b = vertex_C_[face.vertex[1]];
     const Eigen::Vector3d& c = vertex_C_[face.vertex[2]];
     // The path lies within this of the camera, the face within its longest side of a corner.
-    const double reach = flown_C_.norm() + config_.body_radius_m;
+    const double reach = flown_C_.norm() + MeshConfig::kBodyRadius_m;
     if (a.norm() > reach + std::max((b - a).norm(), (c - a).norm())) {
         return false;
     }
     const Eigen::Vector3d normal = (R_C_W_ * face.normal_W.cast<double>()).normalized();
     const double here = -normal.dot(a);
     const double before = here + normal.dot(flown_C_);
-    if (std::min(std::abs(here), std::abs(before)) > config_.body_radius_m && here * before > 0.0) {
+    if (std::min(std::abs(here), std::abs(before)) > MeshConfig::kBodyRadius_m && here * before > 0.0) {
         return false;
     }
     // The path's point nearest to the plane; where it pierces the plane, that is the nearest to the face, too, unless
@@ -125,7 +125,7 @@ bool Mesher::is_flown_through(const MeshFace& face) const {
     const Eigen::Vector3d p = at * flown_C_;
     const Eigen::Vector3d foot = p - normal.dot(p - a) * normal;
     const auto is_within = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-        return normal.dot((to - from).cross(foot - from)) >= -config_.body_radius_m * (to - from).norm();
+        return normal.dot((to - from).cross(foot - from)) >= -MeshConfig::kBodyRadius_m * (to - from).norm();
     };
     return is_within(a, b) && is_within(b, c) && is_within(c, a);
 }

@@ -12,6 +12,8 @@
 namespace facet {
 namespace {
 
+// Lines of sight to a face are this far apart, and at least a cell (rad).
+constexpr double kRaySpacing_rad = 0.018;
 constexpr int kHit = 2;
 constexpr int kMostFree = -6;
 constexpr int kLandmarkWeight = 2;
@@ -277,7 +279,7 @@ void OccupancyGrid::carve_faces(const HorizonMesh& mesh, std::uint32_t update) {
             continue;  // it may bridge from one side of a thin thing to the other
         }
         const double range = (mesh.centroid(face) - p_W_C_).norm();
-        const double spacing = std::max(config_.cell_m, config_.ray_spacing_rad * range);
+        const double spacing = std::max(config_.cell_m, kRaySpacing_rad * range);
         sample_triangle(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2), spacing,
                         [&](const Eigen::Vector3d& p) { carve(p, static_cast<double>(face.sigma_m), kPointWeight); });
     }

@@ -56,8 +56,10 @@ Calibration given_calibration(const CalibrateArguments& args) {
     if (!args.inject.empty()) {
         const Fault fault = parse_fault(args.inject);
         if (fault.kind != FaultKind::kCalibration ||
-            !add_calibration_error(fault.values[0], static_cast<std::uint64_t>(fault.values[1]), calibration.rig)) {
-            throw InputError("--inject " + args.inject + ": must be calibration=K[,SEED] and leave usable cameras");
+            !add_calibration_error(fault.values[0], static_cast<std::uint64_t>(fault.values[1]), calibration.rig,
+                                   word_of<ErrorDraw>(fault, 2))) {
+            throw InputError("--inject " + args.inject +
+                             ": must be calibration=K[,SEED[,DRAW]] and leave usable cameras");
         }
     }
     return calibration;

@@ -68,6 +68,18 @@ ObstacleOptions read_obstacles(const YamlNode& node) {
     return obstacles;
 }
 
+GlobalOrigin read_origin(const YamlNode& node) {
+    GlobalOrigin origin;
+    YamlSection section(node);
+    static_cast<void>(section.at("latitude_deg"));  // without default
+    static_cast<void>(section.at("longitude_deg"));
+    section.read("latitude_deg", origin.latitude_deg, -90.0, 90.0);
+    section.read("longitude_deg", origin.longitude_deg, -180.0, 180.0);
+    section.read("altitude_m", origin.altitude_m, -500.0, 9000.0);
+    section.finish();
+    return origin;
+}
+
 void read_channel(YamlSection& section, MavlinkChannelOptions& channel) {
     section.read("udp_host", channel.udp_host);
     read_port(section, "udp_port", channel.udp_port, 1);
@@ -100,6 +112,9 @@ void read_mavlink(const YamlNode& node, Vehicle& vehicle) {
     }
     if (const auto obstacles = section.find("obstacles")) {
         vehicle.obstacles = read_obstacles(*obstacles);
+    }
+    if (const auto origin = section.find("origin")) {
+        options.origin = read_origin(*origin);
     }
     section.finish();
     vehicle.mavlink = options;

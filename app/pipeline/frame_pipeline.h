@@ -40,8 +40,8 @@ struct FrameResult {
     ObstacleRanges ranges;
 };
 
-/// A Mapping with parameters of files, corrected samples, times, distances to obstacles, and those who are shown or sent
-/// the results. Thread-bound. Heap in the constructor and in configure() only.
+/// A Mapping with parameters of files, corrected samples, times, distances to obstacles, and those who are shown or
+/// sent the results. Thread-bound. Heap in the constructor and in configure() only.
 class FramePipeline {
 public:
     /// Throws InputError naming the parameters, or else the calibration, that cannot be used.

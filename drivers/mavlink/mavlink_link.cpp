@@ -11,6 +11,7 @@ constexpr Duration kTextPeriod = Duration::from_seconds(0.5);  // a state that f
 constexpr Duration kQuestionPeriod = Duration::from_seconds(0.1);
 constexpr Duration kFirstQuestions = Duration::from_seconds(0.02);  // while readings cannot be used without the answers
 constexpr Duration kAutopilotSilence = Duration::from_seconds(5.0);
+constexpr Duration kOriginPeriod = Duration::from_seconds(1.0);
 constexpr int kReadsAtATime = 16;
 constexpr std::size_t kReadSize = 512;
 
@@ -136,6 +137,7 @@ void MavlinkLink::send_due() {
         (void)send_message(MavlinkId::kHeartbeat);
         if (now - last_autopilot_ > kAutopilotSilence) {
             arming_.store(Arming::kUnknown, std::memory_order_relaxed);
+            has_origin_ = false;  // it may come back without what it knew
         }
     }
     if (has_text_ && now >= next_text_) {
@@ -147,6 +149,16 @@ void MavlinkLink::send_due() {
     if ((options_.time == MavlinkTime::kAutopilot || imu_message_) && now >= next_question_) {
         ask_for_time(now);
     }
+    if (options_.origin && arming() != Arming::kUnknown && !has_origin_ && now >= next_origin_) {
+        send_origin(now);
+    }
+}
+
+/// Until the autopilot reports an origin: it does not acknowledge, and takes none before its filter has started.
+void MavlinkLink::send_origin(Timestamp now) {
+    next_origin_ = now + kOriginPeriod;
+    encode_set_origin(*options_.origin, options_.address.system, time_us(now), payload_);
+    (void)send_message(MavlinkId::kSetGpsGlobalOrigin);
 }
 
 void MavlinkLink::ask_for_time(Timestamp now) {

@@ -47,6 +47,7 @@ struct MavlinkOptions {
     std::uint8_t autopilot_component = 1;  ///< MAV_COMP_ID_AUTOPILOT1, of our own system
     std::uint8_t commands_from = 0;        ///< system whose commands are obeyed; 0: none
     std::optional<MavlinkSigningOptions> signing;
+    std::optional<GlobalOrigin> origin;  ///< what a flight controller without GPS is given as its place
     Duration heartbeat_period = Duration::from_seconds(1.0);
     Duration retry_period = Duration::from_seconds(1.0);  ///< pause before a failed serial line is reopened
 };
@@ -154,6 +155,7 @@ private:
     void handle_command(const MavCommand& command, const MavlinkPacket& packet);
     void handle_answer(const MavCommandAck& ack, const MavlinkAddress& from);
     void ask_for_time(Timestamp now);
+    void send_origin(Timestamp now);
     MavResult obey(const MavCommand& command);
     bool is_autopilot(const MavlinkAddress& from) const;
     Timestamp link_time(Timestamp own) const;
@@ -180,6 +182,8 @@ private:
     Timestamp next_heartbeat_;
     Timestamp next_question_;
     Timestamp next_text_;
+    Timestamp next_origin_;
+    bool has_origin_ = false;   ///< the autopilot has reported one since it was heard first
     Timestamp last_autopilot_;  ///< heartbeat
     SinkState state_ = SinkState::kInit;
     StateChange change_;

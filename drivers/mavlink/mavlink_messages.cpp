@@ -167,6 +167,16 @@ void encode_vision_speed(const FrdOdometry& odometry, std::uint64_t time_us, Mav
     out.put(odometry.reset_counter);
 }
 
+void encode_set_origin(const GlobalOrigin& origin, std::uint8_t system, std::uint64_t time_us,
+                       MavlinkPayload& payload) {
+    MavlinkWriter out(payload);
+    out.put(static_cast<std::int32_t>(std::lround(origin.latitude_deg * 1e7)));
+    out.put(static_cast<std::int32_t>(std::lround(origin.longitude_deg * 1e7)));
+    out.put(static_cast<std::int32_t>(std::lround(origin.altitude_m * 1e3)));
+    out.put(system);
+    out.put(time_us);
+}
+
 void encode_obstacles(const ObstacleRanges& ranges, std::uint64_t time_us, MavlinkPayload& payload) {
     constexpr double kWidth_deg = 360.0 / ObstacleRanges::kSectors;
     MavlinkWriter out(payload);

@@ -77,6 +77,15 @@ void encode_odometry(const FrdOdometry& odometry, std::uint64_t time_us, Mavlink
 void encode_vision_position(const FrdOdometry& odometry, std::uint64_t time_us, MavlinkPayload& payload);
 void encode_vision_speed(const FrdOdometry& odometry, std::uint64_t time_us, MavlinkPayload& payload);
 
+/// A place on the Earth (WGS 84).
+struct GlobalOrigin {
+    double latitude_deg = 0.0;   ///< [-90, 90]
+    double longitude_deg = 0.0;  ///< [-180, 180]
+    double altitude_m = 0.0;     ///< above mean sea level
+};
+/// SET_GPS_GLOBAL_ORIGIN. @param system  the autopilot's @param time_us  in the receiver's clock
+void encode_set_origin(const GlobalOrigin& origin, std::uint8_t system, std::uint64_t time_us, MavlinkPayload& payload);
+
 /// OBSTACLE_DISTANCE in the frame of the body, 72 sectors of 5 degrees. What is not known is sent as unknown
 /// (UINT16_MAX), never as free (max_distance + 1).
 void encode_obstacles(const ObstacleRanges& ranges, std::uint64_t time_us, MavlinkPayload& payload);

@@ -9,10 +9,12 @@ namespace {
 
 // CRC_EXTRA and sizes as in the generated headers of MAVLink's `common` set; tests/drivers/mavlink compares them with
 // those of an independent implementation.
-constexpr std::array<MavlinkMessageInfo, 15> kMessages{{
+constexpr std::array<MavlinkMessageInfo, 17> kMessages{{
     {MavlinkId::kHeartbeat, 50, 9},
     {MavlinkId::kScaledImu, 170, 24},
     {MavlinkId::kRawImu, 144, 29},
+    {MavlinkId::kSetGpsGlobalOrigin, 41, 21},
+    {MavlinkId::kGpsGlobalOrigin, 39, 20},
     {MavlinkId::kCommandInt, 158, 35},
     {MavlinkId::kCommandLong, 152, 33},
     {MavlinkId::kCommandAck, 143, 10},

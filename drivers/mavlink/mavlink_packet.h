@@ -26,6 +26,8 @@ enum class MavlinkId : std::uint32_t {
     kHeartbeat = 0,
     kScaledImu = 26,
     kRawImu = 27,
+    kSetGpsGlobalOrigin = 48,
+    kGpsGlobalOrigin = 49,
     kCommandInt = 75,
     kCommandLong = 76,
     kCommandAck = 77,

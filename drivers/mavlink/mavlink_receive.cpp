@@ -27,6 +27,7 @@ void MavlinkLink::handle(const MavlinkPacket& packet, Timestamp arrival) {
         case MavlinkId::kCommandLong:
         case MavlinkId::kCommandInt: handle_command(decode_command(packet), packet); break;
         case MavlinkId::kCommandAck: handle_answer(decode_command_ack(packet.payload), packet.from); break;
+        case MavlinkId::kGpsGlobalOrigin: has_origin_ = has_origin_ || is_autopilot(packet.from); break;
         default:
             if (imu_message_ && packet.id == id_of(*imu_message_) && is_autopilot(packet.from)) {
                 readings_.push({decode_inertial(packet), arrival});

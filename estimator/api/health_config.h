@@ -13,14 +13,10 @@ struct HealthConfig {
     double lost_after_s = 3.0;
     double max_speed_m_per_s = 20.0;
     double max_velocity_sigma_m_per_s = 0.5;
-    double max_gyro_bias_rad_per_s = 0.5;
     double max_accel_bias_m_per_s2 = 2.0;
     double high_vision_chi2 = 4.0;
     double wrong_vision_chi2 = 25.0;
-    double ready_velocity_sigma_m_per_s = 0.1;
-    double ready_tilt_sigma_rad = 0.05;
     double grace_s = 2.0;
-    double vibration_m_per_s2 = 3.0;
     double max_residual_bias_px = 0.015;
     double max_calibration_stretch = 4.0;
     bool auto_reset = true;
@@ -38,8 +34,6 @@ inline constexpr auto kHealthFields = std::to_array<ParameterField<HealthConfig>
     {FACET_FIELD(HealthConfig, max_velocity_sigma_m_per_s), "m/s", 0.05, 10,
      "With a standard deviation of the velocity above this the estimate is degraded; above twice this for a while, "
      "lost."},
-    {FACET_FIELD(HealthConfig, max_gyro_bias_rad_per_s), "rad/s", 0.01, 5,
-     "An estimated gyroscope bias above this is divergence: lost."},
     {FACET_FIELD(HealthConfig, max_accel_bias_m_per_s2), "m/s^2", 0.1, 10,
      "An estimated accelerometer bias above this is divergence: lost."},
     {FACET_FIELD(HealthConfig, high_vision_chi2), "-", 1, 100,
@@ -47,13 +41,7 @@ inline constexpr auto kHealthFields = std::to_array<ParameterField<HealthConfig>
      "estimate is degraded."},
     {FACET_FIELD(HealthConfig, wrong_vision_chi2), "-", 2, 1000,
      "Squared vision residuals per degree of freedom above this at three keyframes in a row are divergence: lost."},
-    {FACET_FIELD(HealthConfig, ready_velocity_sigma_m_per_s), "m/s", 0.01, 1,
-     "A start is complete only when the standard deviation of the velocity is below this."},
-    {FACET_FIELD(HealthConfig, ready_tilt_sigma_rad), "rad", 0.001, 0.5,
-     "A start is complete only when the standard deviation of the direction of gravity is below this."},
     {FACET_FIELD(HealthConfig, grace_s), "s", 0, 30, "The reported quality stays low for this time after a start."},
-    {FACET_FIELD(HealthConfig, vibration_m_per_s2), "m/s^2", 0.1, 100,
-     "Vibration of the accelerometer above this raises a warning."},
     {FACET_FIELD(HealthConfig, max_residual_bias_px), "px", 0.005, 10,
      "Residuals of an image coordinate whose mean is off zero by more than this contradict the calibration: a warning, "
      "and half the quality at most."},

@@ -52,7 +52,7 @@ Status Flight::start(const StereoFrame& frame, Estimate& estimate) {
 
 StillnessEvidence Flight::stillness() const {
     return {tracks_.image == ImageState::kUsable, monitor_.state() == TrackingState::kInit, tracks_.tracked,
-            tracks_.rest_disparity_px, config_.frontend.still_disparity_px};
+            tracks_.rest_disparity_px, FrontendConfig::kStillDisparity_px};
 }
 
 void Flight::judge_rest() {

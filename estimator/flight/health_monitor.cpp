@@ -7,6 +7,14 @@
 namespace facet {
 namespace {
 
+// Vibration of the accelerometer above this raises a warning (m/s^2).
+constexpr double kVibration_m_per_s2 = 3.0;
+// A start is complete only when the standard deviation of the direction of gravity is below this (rad).
+constexpr double kReadyTiltSigma_rad = 0.05;
+// A start is complete only when the standard deviation of the velocity is below this (m/s).
+constexpr double kReadyVelocitySigma_m_per_s = 0.1;
+// An estimated gyroscope bias above this is divergence: lost (rad/s).
+constexpr double kMaxGyroBias_rad_per_s = 0.5;
 constexpr int kFewLandmarks = 8;
 constexpr int kWrongKeyframes = 3;
 /// Velocity may be uncertain for this long while vision holds the pose: clipped samples hide it for some frames.
@@ -59,9 +67,8 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
     raise(e.imu.has_gap, kReasonImuGap);
     raise(e.imu.clipped != 0, kReasonImuClipped);
     raise(e.imu.is_replaced, kReasonImuContradicted);
-    raise(e.imu.accel_vibration_m_per_s2 > config_.vibration_m_per_s2, kReasonVibration);
-    raise(e.gyro_bias_rad_per_s > config_.max_gyro_bias_rad_per_s ||
-              e.accel_bias_m_per_s2 > config_.max_accel_bias_m_per_s2,
+    raise(e.imu.accel_vibration_m_per_s2 > kVibration_m_per_s2, kReasonVibration);
+    raise(e.gyro_bias_rad_per_s > kMaxGyroBias_rad_per_s || e.accel_bias_m_per_s2 > config_.max_accel_bias_m_per_s2,
           kReasonBiasLimit);
     raise(e.speed_m_per_s > config_.max_speed_m_per_s, kReasonSpeedLimit);
     raise(e.velocity_sigma_m_per_s > config_.max_velocity_sigma_m_per_s, kReasonVelocityUncertain);
@@ -121,8 +128,8 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
         }
         has_gap_ = e.imu.has_gap || (has_gap_ && !(last_vision_ == e.stamp && last_sure_ == e.stamp));
         const bool unsure = (e.stamp - last_sure_).seconds() > kUnsureFor;
-        const bool is_ready = e.velocity_sigma_m_per_s < config_.ready_velocity_sigma_m_per_s &&
-                              e.tilt_sigma_rad < config_.ready_tilt_sigma_rad && has_vision && e.is_optimized &&
+        const bool is_ready = e.velocity_sigma_m_per_s < kReadyVelocitySigma_m_per_s &&
+                              e.tilt_sigma_rad < kReadyTiltSigma_rad && has_vision && e.is_optimized &&
                               e.vision_chi2 < config_.high_vision_chi2 && e.is_confirmed;
         fruitless_keyframes_ += sees_enough && e.is_optimized ? 1 : 0;
         if (diverged || blind || unsure) {

@@ -30,8 +30,8 @@ namespace facet {
 ///
 /// The readings of the sensor that is wrong, or of both, are replaced by those of a steady motion, at the rate that the
 /// last two frames tell, with the noise of what the motion has differed from that by (inertial_error at keyframes). The
-/// suspicion ends when at two keyframes in a row the readings have agreed with what the images told; not while the sensor
-/// hangs, and at the first agreement after that, because then the reason for it is gone. Readings that turn
+/// suspicion ends when at two keyframes in a row the readings have agreed with what the images told; not while the
+/// sensor hangs, and at the first agreement after that, because then the reason for it is gone. Readings that turn
 /// alike, but whose force is off by the same horizontal vector of the world at four keyframes in a row, tell of an
 /// attitude that has tilted meanwhile: see tilt_rad(). Thread-bound. No heap.
 class InertialFault {
@@ -80,8 +80,8 @@ public:
     /// Of suspected readings as they are, if those are all there is: what separates them from the replaced ones.
     static StepNoise noise_between(const Preintegration& as_read, const Preintegration& as_replaced);
 
-    /// After a keyframe, with the two before it: measures what replaced readings leave, and may end the suspicion by what
-    /// was read in their place. @param last  oldest first, with inertial factors  @param empty  to integrate with
+    /// After a keyframe, with the two before it: measures what replaced readings leave, and may end the suspicion by
+    /// what was read in their place. @param last  oldest first, with inertial factors  @param empty  to integrate with
     void follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, const ImuNoise& noise, const Preintegration& empty);
     /// The first half. @param ij, jk  as replaced
     void measure(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,

@@ -21,8 +21,7 @@ const LandmarkPrediction* find_prediction(std::span<const LandmarkPrediction> pr
     return at != predictions.end() && at->landmark == id ? &*at : nullptr;
 }
 
-void DormantTracks::configure(const FrontendConfig& config, const StereoRig& rig) {
-    config_ = config;
+void DormantTracks::configure(const StereoRig& rig) {
     q_C_B_ = rig.T_B_C0.q.conjugate();
     clear();
 }
@@ -83,7 +82,7 @@ void DormantTracks::recall(const ImagePyramid& image, std::span<const LandmarkPr
         Found found{i, dormant_[i].track, {}};
         const Eigen::Quaterniond q_C_Cl = q_C_B_ * q_B0_B.conjugate() * dormant_[i].q_B0_B * q_C_B_.conjugate();
         if (ok(engine.find_again(image, *prediction, q_C_Cl, found.track, found.shift)) &&
-            found.shift.norm() < config_.recall_radius_px) {
+            found.shift.norm() < FrontendConfig::kRecallRadius_px) {
             found_.push_back(found);
         }
     }

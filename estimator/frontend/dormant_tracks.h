@@ -26,12 +26,12 @@ using TrackList = boost::container::static_vector<Track, kMaxFeatures>;
 /// according to the camera's motion since; a track that is found continues as the same landmark. So a second of
 /// darkness costs no more than the inertial drift meanwhile, and a look back to a former place closes the loop within
 /// the window.
-/// Found points must lie within recall_radius_px of the prediction and agree on its error: an error of the predicted
+/// Found points must lie within kRecallRadius_px of the prediction and agree on its error: an error of the predicted
 /// pose shifts all points alike, so the median shift is taken as the true one.
 /// When full, the track lost longest ago is forgotten. No heap. Thread-bound.
 class DormantTracks {
 public:
-    void configure(const FrontendConfig& config, const StereoRig& rig);
+    void configure(const StereoRig& rig);
 
     int size() const { return static_cast<int>(dormant_.size()); }
 
@@ -68,7 +68,6 @@ private:
     double median_shift(int axis);
     void erase(std::size_t index) { dormant_.erase(dormant_.begin() + static_cast<std::ptrdiff_t>(index)); }
 
-    FrontendConfig config_;
     Eigen::Quaterniond q_C_B_ = Eigen::Quaterniond::Identity();
     boost::container::static_vector<Dormant, kMaxDormantTracks> dormant_;  ///< longest lost first
     boost::container::static_vector<Found, kMaxDormantTracks> found_;

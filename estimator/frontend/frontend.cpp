@@ -147,7 +147,7 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
     FACET_TRY(impl.engine->configure(config, rig));
     impl.outlier_test.configure(config, rig);
     impl.policy.configure(config);
-    impl.dormant.configure(config, rig);
+    impl.dormant.configure(rig);
     impl.mask.configure(l.width, l.height);
     impl.right_mask.configure(r.width, r.height);
     impl.has_corrections = false;

@@ -9,7 +9,7 @@ std::string_view FrontendConfig::broken_rule() const {
     if (window_px % 2 == 0) {
         return "window_px must be odd";
     }
-    if (!(keyframe_min_interval_s <= keyframe_max_interval_s)) {
+    if (!(kKeyframeMinInterval_s <= keyframe_max_interval_s)) {
         return "keyframe_min_interval_s must not exceed keyframe_max_interval_s";
     }
     if (uses_opencv() && !has_opencv_engine()) {

@@ -18,6 +18,14 @@ inline constexpr auto kFrontendBackends = std::to_array<std::string_view>({"own"
 
 /// Units, ranges and meanings: kFrontendFields below.
 struct FrontendConfig {
+    /// The images show standstill if the median disparity is below this (px).
+    static constexpr double kStillDisparity_px = 0.5;
+    /// Lost landmarks are searched for within this distance of their predicted position; 0 turns the search off (px).
+    static constexpr double kRecallRadius_px = 15.0;
+    /// Least time between two keyframes; the default is the paper's (s).
+    static constexpr double kKeyframeMinInterval_s = 0.2;
+    /// A track is dropped if tracking it forward and back again misses its start by more than this (px).
+    static constexpr double kForwardBackward_px = 0.5;
     int backend = static_cast<int>(FrontendBackend::kOwn);
     int max_features = 300;
     int surface_points = 200;
@@ -29,18 +37,13 @@ struct FrontendConfig {
     int window_px = 15;
     int lk_iterations = 20;
     double lk_epsilon_px = 0.01;
-    double forward_backward_px = 0.5;
     double stereo_epipolar_px = 1.5;
     double min_depth_m = 0.3;
-    double ransac_threshold_px = 1.5;
     int ransac_iterations = 100;
     std::uint32_t seed = 1;
-    double keyframe_min_interval_s = 0.2;
     double keyframe_max_interval_s = 1.0;
     double keyframe_overlap = 0.7;
     double keyframe_disparity_px = 8.0;
-    double recall_radius_px = 15.0;
-    double still_disparity_px = 0.5;
 
     bool uses_opencv() const { return backend == static_cast<int>(FrontendBackend::kOpenCv); }
     /// The condition between fields that does not hold, as a sentence; empty if all hold.
@@ -74,29 +77,19 @@ inline constexpr auto kFrontendFields = std::to_array<ParameterField<FrontendCon
      "Largest number of alignment steps on each pyramid level of a track."},
     {FACET_FIELD(FrontendConfig, lk_epsilon_px), "px", 0.001, 0.5,
      "Alignment of a track ends when a step is shorter than this."},
-    {FACET_FIELD(FrontendConfig, forward_backward_px), "px", 0.05, 5,
-     "A track is dropped if tracking it forward and back again misses its start by more than this."},
     {FACET_FIELD(FrontendConfig, stereo_epipolar_px), "px", 0.1, 10,
      "Largest distance of a stereo match from an epipolar line that is known exactly; six sigmas of the line are added "
      "in quadrature."},
     {FACET_FIELD(FrontendConfig, min_depth_m), "m", 0.05, 5, "Least depth of a stereo match."},
-    {FACET_FIELD(FrontendConfig, ransac_threshold_px), "px", 0.2, 10,
-     "Largest error of an inlier in the two-point outlier test."},
     {FACET_FIELD(FrontendConfig, ransac_iterations), "-", 10, 1000,
      "Number of hypotheses of the outlier test; fixed, so that results and time are reproducible."},
     {FACET_FIELD(FrontendConfig, seed), "-", 0, 4294967295.0, "Seed of the random hypotheses of the outlier test."},
-    {FACET_FIELD(FrontendConfig, keyframe_min_interval_s), "s", 0.02, 2,
-     "Least time between two keyframes; the default is the paper's."},
     {FACET_FIELD(FrontendConfig, keyframe_max_interval_s), "s", 0.1, 5,
      "Largest time between two keyframes, also while standing still."},
     {FACET_FIELD(FrontendConfig, keyframe_overlap), "-", 0.1, 1,
      "A keyframe is taken when a smaller share than this of the last keyframe's tracks is left."},
     {FACET_FIELD(FrontendConfig, keyframe_disparity_px), "px", 0, 100,
      "A keyframe is taken when the median disparity to the last one, rotation removed, exceeds this."},
-    {FACET_FIELD(FrontendConfig, recall_radius_px), "px", 0, 50,
-     "Lost landmarks are searched for within this distance of their predicted position; 0 turns the search off."},
-    {FACET_FIELD(FrontendConfig, still_disparity_px), "px", 0, 5,
-     "The images show standstill if the median disparity is below this."},
 });
 
 }  // namespace facet

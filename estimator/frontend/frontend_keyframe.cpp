@@ -16,7 +16,7 @@ std::span<const LandmarkPrediction> Frontend::Impl::predict(const FrameHints& hi
 }
 
 void Frontend::Impl::recall(const FrameHints& hints, FrontendOutput& output) {
-    if (config.recall_radius_px <= 0.0 || predict(hints).empty()) {
+    if (FrontendConfig::kRecallRadius_px <= 0.0 || predict(hints).empty()) {
         return;
     }
     const std::size_t before = tracks.size();

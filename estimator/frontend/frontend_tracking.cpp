@@ -200,9 +200,9 @@ void Frontend::Impl::measure_disparity(FrontendOutput& output) {
     output.median_disparity_px = disparity_after(q_C_Ck().toRotationMatrix());
     const bool any = !values.empty();
     output.rest_disparity_px = std::min(output.median_disparity_px, disparity_after(Eigen::Matrix3d::Identity()));
-    const bool small = any && output.rest_disparity_px < config.still_disparity_px;
+    const bool small = any && output.rest_disparity_px < FrontendConfig::kStillDisparity_px;
     // Shortly after a keyframe the disparity is small at any speed: the keyframe's verdict is kept.
-    const bool long_enough = (output.stamp - keyframe_stamp).seconds() >= config.keyframe_min_interval_s - 1e-3;
+    const bool long_enough = (output.stamp - keyframe_stamp).seconds() >= FrontendConfig::kKeyframeMinInterval_s - 1e-3;
     output.is_still = small && (long_enough || was_still);
     was_still = output.is_still;
 }

@@ -16,7 +16,7 @@ bool KeyframePolicy::decide(const KeyframeEvidence& e) {
         const bool overlap_low = e.live_tracks == 0 || e.live_tracks < config_.keyframe_overlap * e.keyframe_tracks;
         const bool wanted = overlap_low || e.disparity_px > config_.keyframe_disparity_px ||
                             (e.has_right && !last_has_right_) || elapsed_s >= config_.keyframe_max_interval_s;
-        is_keyframe = e.is_asked_for || (wanted && elapsed_s >= config_.keyframe_min_interval_s);
+        is_keyframe = e.is_asked_for || (wanted && elapsed_s >= FrontendConfig::kKeyframeMinInterval_s);
     }
     if (is_keyframe) {
         has_keyframe_ = true;

@@ -17,7 +17,7 @@ struct KeyframeEvidence {
     bool is_asked_for = false;  ///< FrameHints::wants_keyframe
 };
 
-/// A frame is a keyframe if it is the first, if one is asked for, or if at least keyframe_min_interval_s has passed
+/// A frame is a keyframe if it is the first, if one is asked for, or if at least kKeyframeMinInterval_s has passed
 /// since the last one and
 ///   - the share of its tracks still alive fell below keyframe_overlap, or it had none, or
 ///   - the disparity exceeds keyframe_disparity_px, or

@@ -260,7 +260,7 @@ void OpenCvEngine::follow(const ImagePyramid& /*earlier*/, const ImagePyramid& /
         Track& track = tracks[batch_.owner[k]];
         const Eigen::Vector2d uv = from_cv(batch_.to[k]);
         Eigen::Vector2d xy;
-        if (batch_.returned(k, config_.forward_backward_px) && camera_.in_image(uv, border_px_) &&
+        if (batch_.returned(k, FrontendConfig::kForwardBackward_px) && camera_.in_image(uv, border_px_) &&
             camera_.in_lens(uv, border_px_) && ok(camera_.unproject(uv, xy))) {
             track.velocity = (xy - turned(track).hnormalized()) / motion.dt_s;
             track.has_velocity = true;
@@ -309,7 +309,7 @@ void OpenCvEngine::match(const ImagePyramid& /*left*/, const ImagePyramid& /*rig
     }
     for (std::size_t k = 0; k < batch_.owner.size(); ++k) {
         const std::size_t i = batch_.owner[k];
-        if (batch_.returned(k, config_.forward_backward_px) && ok(geometry_.ray_of(queries[i].left_uv, ray)) &&
+        if (batch_.returned(k, FrontendConfig::kForwardBackward_px) && ok(geometry_.ray_of(queries[i].left_uv, ray)) &&
             accept(ray, from_cv(batch_.to[k]), matches[i])) {
             found[i] = 1;
         }

@@ -14,6 +14,8 @@
 namespace facet {
 namespace {
 
+// Largest error of an inlier in the two-point outlier test (px).
+constexpr double kRansacThreshold_px = 1.5;
 constexpr std::size_t kMinMonoPairs = 8;
 constexpr std::size_t kMinStereoPairs = 4;
 constexpr double kMinParallaxPx = 1.5;   // median; below, epipolar lines are noise
@@ -78,7 +80,7 @@ void OutlierTest::load_mono(std::span<const MonoPair> pairs, const Eigen::Vector
 double OutlierTest::score_mono(const Eigen::Vector3d& direction) const {
     using simd::Floats;
     const Eigen::Vector3f t = direction.cast<float>();
-    const auto limit = static_cast<float>(config_.ransac_threshold_px);
+    const auto limit = static_cast<float>(kRansacThreshold_px);
     const float inverse_limit2 = 1.0F / (limit * limit);
     constexpr auto kLeast2 = static_cast<float>(kMinLine * kMinLine);
     Floats score{};
@@ -103,7 +105,7 @@ double OutlierTest::score_mono(const Eigen::Vector3d& direction) const {
 void OutlierTest::refine_mono(std::span<const MonoPair> pairs, Eigen::Vector3d& t, Eigen::Vector3d& theta) const {
     // Gauss-Newton on 5 parameters: theta and t along two directions normal to it. Residual e = t . (f x x) / |line|,
     // f = f' + theta x f'. Weights: truncated quadratic of Tukey's shape; prior on theta.
-    const double limit = 2.0 * config_.ransac_threshold_px;
+    const double limit = 2.0 * kRansacThreshold_px;
     for (int step = 0; step < kRefineSteps; ++step) {
         const Eigen::Vector3d b1 = t.unitOrthogonal();
         const Eigen::Vector3d b2 = t.cross(b1);
@@ -192,7 +194,7 @@ Status OutlierTest::mono(std::span<const MonoPair> pairs, std::span<std::uint8_t
     for (std::size_t i = 0; i < n; ++i) {
         const Eigen::Vector3d f = pairs[i].rotated + theta.cross(pairs[i].rotated);
         const double off_px = std::abs(epipolar_distance(pairs[i], d_xy_d_uv_[i], t, f));
-        inlier[i] = off_px < config_.ransac_threshold_px ? 1 : 0;
+        inlier[i] = off_px < kRansacThreshold_px ? 1 : 0;
         inliers += inlier[i];
     }
     if (2 * inliers < n) {

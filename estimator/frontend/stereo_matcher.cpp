@@ -149,9 +149,10 @@ Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right
     FACET_TRY(aligner_.extract(right, pose.uv, {0, false}, back_));
     PatchPose back{pose.A.inverse(), ray.uv};
     const AlignOptions back_options{
-        .coarsest = 0, .enough_px = PatchAligner::kCheckPrecision * static_cast<float>(config_.forward_backward_px)};
+        .coarsest = 0,
+        .enough_px = PatchAligner::kCheckPrecision * static_cast<float>(FrontendConfig::kForwardBackward_px)};
     FACET_TRY(aligner_.align(back_, left, back_options, back, correlation));
-    if (!((back.uv - ray.uv).norm() < config_.forward_backward_px)) {
+    if (!((back.uv - ray.uv).norm() < FrontendConfig::kForwardBackward_px)) {
         return Status::kDegenerate;
     }
     match = {pose.uv, place.given_xy, place.inverse_depth, ray.given_xy.homogeneous() / place.inverse_depth};

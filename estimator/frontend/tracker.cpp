@@ -107,9 +107,10 @@ Status Tracker::follow(const ImagePyramid& earlier, const ImagePyramid& present,
     PatchPose back{track.pose.A * pose.A.inverse(), track.pose.uv};
     float back_correlation = 0.0F;
     const AlignOptions back_options{
-        .coarsest = 0, .enough_px = PatchAligner::kCheckPrecision * static_cast<float>(config_.forward_backward_px)};
+        .coarsest = 0,
+        .enough_px = PatchAligner::kCheckPrecision * static_cast<float>(FrontendConfig::kForwardBackward_px)};
     FACET_TRY(aligner_.align(probe_, earlier, back_options, back, back_correlation));
-    if (!((back.uv - track.pose.uv).norm() < config_.forward_backward_px)) {
+    if (!((back.uv - track.pose.uv).norm() < FrontendConfig::kForwardBackward_px)) {
         return Status::kDegenerate;
     }
     track.velocity = (xy - turned.xy) / motion.dt_s;

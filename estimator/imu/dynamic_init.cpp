@@ -9,6 +9,10 @@
 namespace facet {
 namespace {
 
+// Vision and IMU contradict each other if their squared residuals per degree of freedom exceed this.
+constexpr double kMaxChi2PerDof = 3.0;
+// Largest standard deviation of the direction of gravity with which it counts as observed (rad).
+constexpr double kMaxTiltSigma_rad = 0.05;
 constexpr int kFreeSteps = 3;
 constexpr int kBoundSteps = 4;
 constexpr double kGravitySigmas = 4.0;
@@ -348,11 +352,11 @@ Status initialize_in_motion(std::span<const KeyframeMotion> motions, const Dynam
     }
     const int unknowns = static_cast<int>(system.h.rows()) - 1;  // |g| is known
     result.chi2_per_dof = system.squared_error / std::max(1, system.rows - unknowns);
-    if (result.initial.tilt_sigma_rad > config.max_tilt_sigma_rad ||
+    if (result.initial.tilt_sigma_rad > kMaxTiltSigma_rad ||
         result.velocity_sigma_m_per_s > config.max_velocity_sigma_m_per_s) {
         return Status::kDegenerate;
     }
-    if (!(result.chi2_per_dof < config.max_chi2_per_dof)) {
+    if (!(result.chi2_per_dof < kMaxChi2PerDof)) {
         return Status::kCorrupt;
     }
     out = result;

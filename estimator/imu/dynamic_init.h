@@ -30,9 +30,7 @@ struct KeyframeMotion {
 struct DynamicInitConfig {
     double gyro_bias_sigma_rad_per_s = 0.1;
     double accel_bias_sigma_m_per_s2 = 0.1;
-    double max_tilt_sigma_rad = 0.05;
     double max_velocity_sigma_m_per_s = 0.2;
-    double max_chi2_per_dof = 3.0;
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
@@ -44,12 +42,8 @@ inline constexpr auto kDynamicInitFields = std::to_array<ParameterField<DynamicI
     {FACET_FIELD(DynamicInitConfig, accel_bias_sigma_m_per_s2), "m/s^2", 1e-3, 5,
      "Standard deviation of the accelerometer bias at which the motions are integrated; what of it stays unobserved "
      "tilts gravity, by 0.6 deg at 0.1 m/s^2."},
-    {FACET_FIELD(DynamicInitConfig, max_tilt_sigma_rad), "rad", 1e-3, 1,
-     "Largest standard deviation of the direction of gravity with which it counts as observed."},
     {FACET_FIELD(DynamicInitConfig, max_velocity_sigma_m_per_s), "m/s", 1e-3, 10,
      "Largest standard deviation of the velocity with which it counts as observed."},
-    {FACET_FIELD(DynamicInitConfig, max_chi2_per_dof), "-", 1, 100,
-     "Vision and IMU contradict each other if their squared residuals per degree of freedom exceed this."},
 });
 
 struct DynamicInit {

@@ -13,10 +13,6 @@ namespace facet {
 struct InitializerConfig {
     double min_duration_s = 0.1;
     double max_duration_s = 1.0;
-    double still_gyro_std_rad_per_s = 0.03;
-    double still_accel_std_m_per_s2 = 0.3;
-    double still_gyro_mean_rad_per_s = 0.2;
-    double still_gravity_error_m_per_s2 = 0.7;
     double still_velocity_sigma_m_per_s = 0.05;
     double moving_velocity_sigma_m_per_s = 2.0;
     double still_accel_sigma_m_per_s2 = 0.03;
@@ -36,14 +32,6 @@ inline constexpr auto kInitializerFields = std::to_array<ParameterField<Initiali
      "Length of inertial data needed before the first frame is taken; a start must take less than a second."},
     {FACET_FIELD(InitializerConfig, max_duration_s), "s", 0.1, 5,
      "Length of inertial data before the first frame from which the first state is computed."},
-    {FACET_FIELD(InitializerConfig, still_gyro_std_rad_per_s), "rad/s", 1e-4, 1,
-     "The vehicle counts as still at the start only if the gyroscope's standard deviation is below this."},
-    {FACET_FIELD(InitializerConfig, still_accel_std_m_per_s2), "m/s^2", 1e-3, 5,
-     "The vehicle counts as still at the start only if the accelerometer's standard deviation is below this."},
-    {FACET_FIELD(InitializerConfig, still_gyro_mean_rad_per_s), "rad/s", 1e-3, 1,
-     "The vehicle counts as still at the start only if the mean rate is below this; more is motion, not bias."},
-    {FACET_FIELD(InitializerConfig, still_gravity_error_m_per_s2), "m/s^2", 0.01, 3,
-     "The vehicle counts as still at the start only if the mean specific force differs from g by less than this."},
     {FACET_FIELD(InitializerConfig, still_velocity_sigma_m_per_s), "m/s", 1e-4, 1,
      "Standard deviation of the first velocity, taken as zero, after a start at rest."},
     {FACET_FIELD(InitializerConfig, moving_velocity_sigma_m_per_s), "m/s", 0.1, 50,

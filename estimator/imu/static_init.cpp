@@ -11,6 +11,14 @@
 namespace facet {
 namespace {
 
+// The vehicle counts as still at the start only if the mean specific force differs from g by less than this (m/s^2).
+constexpr double kStillGravityError_m_per_s2 = 0.7;
+// The vehicle counts as still at the start only if the mean rate is below this; more is motion, not bias (rad/s).
+constexpr double kStillGyroMean_rad_per_s = 0.2;
+// The vehicle counts as still at the start only if the accelerometer's standard deviation is below this (m/s^2).
+constexpr double kStillAccelStd_m_per_s2 = 0.3;
+// The vehicle counts as still at the start only if the gyroscope's standard deviation is below this (rad/s).
+constexpr double kStillGyroStd_rad_per_s = 0.03;
 constexpr double kGaugePosSigmaM = 1e-4;
 constexpr double kGaugeYawSigmaRad = 1e-4;
 constexpr double kMinForceMPerS2 = 1.0;
@@ -145,10 +153,9 @@ TaperedMeans means_of(const StretchStatistics& s) {
     return {s.mean_w_B, s.mean_a_B, s.gyro_std / root_n, s.accel_std / root_n};
 }
 
-bool may_be_rest(const Eigen::Vector3d& mean_w_B, const Eigen::Vector3d& mean_a_B, double gravity,
-                 const InitializerConfig& config) {
-    return mean_w_B.norm() < config.still_gyro_mean_rad_per_s &&
-           std::abs(mean_a_B.norm() - gravity) < config.still_gravity_error_m_per_s2;
+bool may_be_rest(const Eigen::Vector3d& mean_w_B, const Eigen::Vector3d& mean_a_B, double gravity) {
+    return mean_w_B.norm() < kStillGyroMean_rad_per_s &&
+           std::abs(mean_a_B.norm() - gravity) < kStillGravityError_m_per_s2;
 }
 
 void fill_moving(const TurnedForce& turned, double duration_s, double gravity, const InitializerConfig& config,
@@ -189,9 +196,9 @@ Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity
     FACET_TRY(stretch_statistics(buffer, stretch.begin, stretch.end, statistics));
     FACET_TRY(average_turned_force(buffer, stretch, turned));
     InitialState result;
-    result.is_still = may_rest && statistics.gyro_std.maxCoeff() < config.still_gyro_std_rad_per_s &&
-                      statistics.accel_std.maxCoeff() < config.still_accel_std_m_per_s2 &&
-                      may_be_rest(statistics.mean_w_B, statistics.mean_a_B, gravity_m_per_s2, config) &&
+    result.is_still = may_rest && statistics.gyro_std.maxCoeff() < kStillGyroStd_rad_per_s &&
+                      statistics.accel_std.maxCoeff() < kStillAccelStd_m_per_s2 &&
+                      may_be_rest(statistics.mean_w_B, statistics.mean_a_B, gravity_m_per_s2) &&
                       statistics.drift_share(kStillGyroDriftRadPerS, kStillAccelDriftMPerS2) < 1.0;
     if (!result.is_still && turned.mean_B.norm() < kMinForceMPerS2) {
         return Status::kDegenerate;
@@ -209,7 +216,7 @@ Status initialize_shaken(const ImuBuffer& buffer, const RestStretch& rest, doubl
                          const InitializerConfig& config, InitialState& out) {
     TaperedMeans means;
     FACET_TRY(tapered_means(buffer, rest.begin, rest.end, means));
-    if (!may_be_rest(means.w_B, means.a_B, gravity_m_per_s2, config)) {
+    if (!may_be_rest(means.w_B, means.a_B, gravity_m_per_s2)) {
         return Status::kDegenerate;
     }
     const VibrationShare near_zero = VibrationLearner{}.share();  // nothing has been learnt yet

@@ -15,12 +15,6 @@ namespace facet {
 struct StationarityConfig {
     double duration_s = 0.5;
     double margin = 3.0;
-    double gyro_floor_rad_per_s = 0.003;
-    double accel_floor_m_per_s2 = 0.03;
-    double gyro_mean_rad_per_s = 0.02;
-    double gravity_error_m_per_s2 = 0.3;
-    double gyro_drift_rad_per_s = 0.003;
-    double accel_drift_m_per_s2 = 0.015;
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
@@ -31,19 +25,6 @@ inline constexpr auto kStationarityFields = std::to_array<ParameterField<Station
      "Length of the newest inertial data that are examined for rest; 0.5 s is enough to see a sway of 1 Hz."},
     {FACET_FIELD(StationarityConfig, margin), "-", 1, 20,
      "At rest the IMU's standard deviations are below this many times the sensor's noise combined with the floor."},
-    {FACET_FIELD(StationarityConfig, gyro_floor_rad_per_s), "rad/s", 0, 0.5,
-     "Standard deviation of the rate that fans and wind cause on a vehicle at rest."},
-    {FACET_FIELD(StationarityConfig, accel_floor_m_per_s2), "m/s^2", 0, 5,
-     "Standard deviation of the acceleration that fans and wind cause on a vehicle at rest."},
-    {FACET_FIELD(StationarityConfig, gyro_mean_rad_per_s), "rad/s", 1e-4, 0.5,
-     "Largest mean rate at rest after subtracting the bias: the error of the bias estimate."},
-    {FACET_FIELD(StationarityConfig, gravity_error_m_per_s2), "m/s^2", 0.01, 3,
-     "Largest difference at rest between g and the mean specific force without bias: errors of bias and scale."},
-    {FACET_FIELD(StationarityConfig, gyro_drift_rad_per_s), "rad/s", 0, 0.1,
-     "Largest change of the mean rate at rest between the halves of the examined data, beyond noise."},
-    {FACET_FIELD(StationarityConfig, accel_drift_m_per_s2), "m/s^2", 0, 1,
-     "Largest change of the mean specific force at rest between the halves of the examined data, beyond noise; the "
-     "default is less than the slowest sway of a hand."},
 });
 
 /// What the samples say.

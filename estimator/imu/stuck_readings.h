@@ -13,8 +13,8 @@ namespace facet {
 /// or is simulated without noise, is known by the longest run that it has shown so far: of N runs of geometric lengths
 /// one of kTimes the longest length has a probability of N^-kTimes.
 ///
-/// That alone proves nothing, a simulation may hover: it is for who has another reason to doubt them. The runs of readings
-/// that are suspected are not learnt from. Thread-bound. No heap.
+/// That alone proves nothing, a simulation may hover: it is for who has another reason to doubt them. The runs of
+/// readings that are suspected are not learnt from. Thread-bound. No heap.
 class StuckReadings {
 public:
     static constexpr int kLeastRepeats = 20;

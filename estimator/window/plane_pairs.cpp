@@ -10,6 +10,12 @@
 namespace facet {
 namespace {
 
+// Two planes within this angle of parallel or orthogonal are constrained as such (deg).
+constexpr double kPairGate_deg = 3.0;
+// Threshold of Cauchy's robust loss on these angles, in standard deviations: what is farther off loses weight.
+constexpr double kPairThreshold = 1.0;
+// Standard deviation of the angles of level, upright, parallel and orthogonal planes: how exact buildings are (deg).
+constexpr double kPairSigma_deg = 0.3;
 constexpr double kStay = 1.5;  // a pair's gate, once it is one
 
 /// A side that stays fixed: its normal points up.
@@ -39,7 +45,7 @@ bool is_pair(const WindowPlanes& planes, const PlanePair& pair, const PlanePairs
 
 void find_plane_pairs(const WindowPlanes& planes, const RegularityConfig& config, PlanePairs& pairs) {
     const PlanePairs before = pairs;
-    const double gate_rad = config.pair_gate_deg * kRadPerDeg;
+    const double gate_rad = kPairGate_deg * kRadPerDeg;
     pairs.clear();
     const auto takes_part = [&](const WindowPlane& p) {
         return p.kind != PlaneKind::kSlanted && (p.is_bound || p.constraints >= config.min_constraints);
@@ -69,11 +75,10 @@ void find_plane_pairs(const WindowPlanes& planes, const RegularityConfig& config
     }
 }
 
-double add_plane_pairs(const WindowPlanes& planes, const PlanePairs& pairs, const RegularityConfig& config,
-                       int first_row, ReducedSystem& system) {
+double add_plane_pairs(const WindowPlanes& planes, const PlanePairs& pairs, int first_row, ReducedSystem& system) {
     double cost = 0.0;
-    const double sigma_rad = config.pair_sigma_deg * kRadPerDeg;
-    const CauchyLoss loss{config.pair_threshold};
+    const double sigma_rad = kPairSigma_deg * kRadPerDeg;
+    const CauchyLoss loss{kPairThreshold};
     auto h = system.h();
     auto g = system.g();
     for (const PlanePair& pair : pairs) {

@@ -14,7 +14,6 @@ void find_plane_pairs(const WindowPlanes& planes, const RegularityConfig& config
 
 /// Adds the pairs' residuals to the system. @param first_row  of the first plane's variables
 /// @return the robust cost. Reentrant. No heap.
-double add_plane_pairs(const WindowPlanes& planes, const PlanePairs& pairs, const RegularityConfig& config,
-                       int first_row, ReducedSystem& system);
+double add_plane_pairs(const WindowPlanes& planes, const PlanePairs& pairs, int first_row, ReducedSystem& system);
 
 }  // namespace facet

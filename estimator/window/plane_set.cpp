@@ -266,7 +266,7 @@ void PlaneSet::judge(WindowState& state) {
         WindowPlane& plane = state.planes[static_cast<std::size_t>(landmark.plane)];
         ++plane.constraints;
         plane.mean_chi2 += landmark.plane_chi2;
-        if (landmark.plane_chi2 > config_.leave_sigmas * config_.leave_sigmas) {
+        if (landmark.plane_chi2 > RegularityConfig::kLeaveSigmas * RegularityConfig::kLeaveSigmas) {
             landmark.plane = Landmark::kNoPlane;
             ++landmark.plane_misfits;
         }

@@ -31,6 +31,8 @@ constexpr std::string_view to_string(RegularityMode mode) {
 
 /// Units, ranges and meanings: kRegularityFields below. Except for the mode, all fields matter in kSpr only.
 struct RegularityConfig {
+    /// A landmark leaves its plane in the window if its distance is above this many standard deviations.
+    static constexpr double kLeaveSigmas = 3.0;
     RegularityMode mode = RegularityMode::kS;  ///< chosen with the run, not among the parameters
     double sigma_m = 0.01;
     double height_correlation = 0.1;
@@ -39,13 +41,9 @@ struct RegularityConfig {
     int keep_constraints = 8;
     double min_extent_m = 0.3;
     double join_sigmas = 2.5;
-    double leave_sigmas = 3.0;
     double max_plane_chi2 = 1.0;
     bool use_pairs = true;
     bool use_gravity = true;
-    double pair_sigma_deg = 0.3;
-    double pair_threshold = 1.0;
-    double pair_gate_deg = 3.0;
 
     /// Standard deviation with which the height of each of `count` landmarks on one plane counts (m). If any two
     /// have the correlation c, their mean has the variance sigma^2 (1 + c (count - 1)) / count.
@@ -73,19 +71,11 @@ inline constexpr auto kRegularityFields = std::to_array<ParameterField<Regularit
      "Least spread (root mean square) of a new plane's landmarks along its narrower side."},
     {FACET_FIELD(RegularityConfig, join_sigmas), "-", 0.5, 10,
      "A landmark joins a plane in the window if its distance is below this many standard deviations."},
-    {FACET_FIELD(RegularityConfig, leave_sigmas), "-", 0.5, 20,
-     "A landmark leaves its plane in the window if its distance is above this many standard deviations."},
     {FACET_FIELD(RegularityConfig, max_plane_chi2), "-", 1, 100,
      "A plane is given up when the mean square of its landmarks' distances, in standard deviations, stays above this."},
     {FACET_FIELD(RegularityConfig, use_pairs), "-", 0, 1,
      "Constrain planes that are nearly parallel to be parallel, and those nearly orthogonal to be orthogonal."},
     {FACET_FIELD(RegularityConfig, use_gravity), "-", 0, 1, "Constrain floors to be level and walls to be upright."},
-    {FACET_FIELD(RegularityConfig, pair_sigma_deg), "deg", 0.01, 10,
-     "Standard deviation of the angles of level, upright, parallel and orthogonal planes: how exact buildings are."},
-    {FACET_FIELD(RegularityConfig, pair_threshold), "-", 0.1, 1000,
-     "Threshold of Cauchy's robust loss on these angles, in standard deviations: what is farther off loses weight."},
-    {FACET_FIELD(RegularityConfig, pair_gate_deg), "deg", 0.1, 20,
-     "Two planes within this angle of parallel or orthogonal are constrained as such."},
 });
 
 }  // namespace facet

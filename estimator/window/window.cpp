@@ -4,14 +4,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/values/stage_scope.h"
 #include "estimator/window/local_map.h"
 #include "estimator/window/outlier_removal.h"
 #include "estimator/window/prior_guard.h"
 #include "estimator/window/residual_count.h"
-#include "estimator/values/stage_scope.h"
 #include "platform/base/assert.h"
 
 namespace facet {
+namespace {
+
+// When the window is full, a keyframe that moved less than this from the one before is dropped first; 0: never (px).
+constexpr double kRedundant_px = 5.0;
+
+}  // namespace
 
 void Window::configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,
                        const ImuNoise& noise, const RegularityConfig& regularity) {
@@ -151,7 +157,7 @@ void Window::make_room() {
     marginalization_failed_ = false;
     const int count = static_cast<int>(state_.keyframes.size());
     const int candidate = count - 1 - kRecent;
-    const double threshold = config_.redundant_px / left_.focal_px();
+    const double threshold = kRedundant_px / left_.focal_px();
     const auto note = [this](Status status) { marginalization_failed_ = marginalization_failed_ || !ok(status); };
     if (candidate >= 1 && redundancy_.is_redundant(state_, candidate, threshold)) {
         note(marginalizer_.drop_between(candidate, state_, cameras_, problem_, workspace_.systems[0]));

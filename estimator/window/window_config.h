@@ -15,7 +15,6 @@ struct WindowConfig {
     double pixel_sigma_px = 0.5;
     bool learn_pixel_sigma = true;
     double loss_threshold = 1.2;
-    double redundant_px = 5.0;
     double outlier_threshold_px = 3.0;
     bool update_frames = true;
     bool spread_keyframes = true;
@@ -36,8 +35,6 @@ inline constexpr auto kWindowFields = std::to_array<ParameterField<WindowConfig>
     {FACET_FIELD(WindowConfig, loss_threshold), "-", 0.2, 10,
      "Threshold of Cauchy's robust loss on observations, in multiples of the residuals' robust standard deviation; 1.2 "
      "is the likelihood of Student's t with two degrees of freedom, whose tails those of real tracks resemble."},
-    {FACET_FIELD(WindowConfig, redundant_px), "px", 0, 100,
-     "When the window is full, a keyframe that moved less than this from the one before is dropped first; 0: never."},
     {FACET_FIELD(WindowConfig, outlier_threshold_px), "px", 0.5, 20,
      "Observations whose residual after optimization is larger than this are removed."},
     {FACET_FIELD(WindowConfig, update_frames), "-", 0, 1,

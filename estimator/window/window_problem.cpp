@@ -142,7 +142,7 @@ double WindowProblem::add_planes(ReducedSystem& system) const {
     if (system.has_matrix()) {
         system.h().diagonal().segment(plane_row(0), rows).array() += kGuard;
     }
-    return add_plane_pairs(state_->planes, state_->plane_pairs, *regularity_config_, plane_row(0), system);
+    return add_plane_pairs(state_->planes, state_->plane_pairs, plane_row(0), system);
 }
 
 double WindowProblem::add_imu(ReducedSystem& system, int keyframe) {

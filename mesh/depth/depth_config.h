@@ -17,8 +17,6 @@ struct DepthConfig {
     double min_depth_m = 0.6;
     double search_px = 6.0;
     double min_correlation = 0.8;
-    double uniqueness = 0.7;
-    double left_right_px = 1.0;
     int neighbours = 2;
 
     /// kInvalidArgument if a field is outside its range.
@@ -44,10 +42,6 @@ inline constexpr auto kDepthFields = std::to_array<ParameterField<DepthConfig>>(
      "The search goes this far beyond the depths of the corners of the triangle that holds the pixel; outside all "
      "triangles it covers all depths."},
     {FACET_FIELD(DepthConfig, min_correlation), "-", 0, 1, "Least normalised correlation of a match."},
-    {FACET_FIELD(DepthConfig, uniqueness), "-", 0.05, 1,
-     "A match's distance from perfect correlation must be less than this times that of any other place."},
-    {FACET_FIELD(DepthConfig, left_right_px), "px", 0.1, 10,
-     "Matched back into the left image, the place must come out within this distance of the pixel."},
     {FACET_FIELD(DepthConfig, neighbours), "-", 0, 8,
      "Number of the eight squares around a match whose matches must agree with it in depth."},
 });

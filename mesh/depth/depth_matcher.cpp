@@ -8,6 +8,10 @@
 namespace facet {
 namespace {
 
+// Matched back into the left image, the place must come out within this distance of the pixel (px).
+constexpr double kLeftRight_px = 1.0;
+// A match's distance from perfect correlation must be less than this times that of any other place.
+constexpr double kUniqueness = 0.7;
 constexpr int kApart = 3;               // px: places farther apart than this are different ones
 constexpr float kSlack = 0.02F;         // what noise and slant take from a true match's correlation
 constexpr int kBackReach = 12;          // px searched to either side on the way back
@@ -116,7 +120,7 @@ bool DepthMatcher::is_unique(std::span<const float> scores, int best) const {
             second = std::max(second, height(i));
         }
     }
-    return 1.0F - height(best) + kSlack <= static_cast<float>(config_.uniqueness) * (1.0F - second + kSlack);
+    return 1.0F - height(best) + kSlack <= static_cast<float>(kUniqueness) * (1.0F - second + kSlack);
 }
 
 /// Whether the place found, looked for along the curve in the left image, is the pixel.
@@ -136,7 +140,7 @@ bool DepthMatcher::leads_back(const RowPairs& left, const RowPairs& right, const
         return false;
     }
     const auto at = static_cast<std::size_t>(best);
-    return std::abs(best - kBackReach + top_offset(back_[at - 1], back_[at], back_[at + 1])) <= config_.left_right_px;
+    return std::abs(best - kBackReach + top_offset(back_[at - 1], back_[at], back_[at + 1])) <= kLeftRight_px;
 }
 
 DepthVerdict DepthMatcher::match(const RowPairs& left, const RowPairs& right, const Ray& ray,

@@ -78,7 +78,7 @@ public:
     /// Faces that left the horizon at the last frame; empty if that had no mesh.
     std::span<const DepartedFace> departed() const;
     const PlaneFinder& planes() const { return *planes_; }
-    /// A plane with what may be claimed of it in the world (claimed_in_world()), while the mesh is that of its keyframe.
+    /// A plane as known in the world (claimed_in_world()), while the mesh is that of its keyframe.
     PlaneFit claim_of(const TrackedPlane& plane) const;
     /// Free, occupied and unknown space, all unknown before keep_grid(); null if the configuration has no grid.
     const OccupancyGrid* grid() const { return grid_.get(); }

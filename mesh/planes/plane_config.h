@@ -12,11 +12,11 @@ namespace facet {
 
 /// Units, ranges and meanings: kPlaneFields below.
 struct PlaneConfig {
+    /// A plane is no longer reported when it has not been found for more keyframes than this.
+    static constexpr int kLeaveKeyframes = 4;
     double face_angle_deg = 4.0;
     double max_face_angle_deg = 28.0;
-    double max_face_area_m2 = 0.15;
     double min_support_m2 = 0.2;
-    double search_gate_m = 0.15;
     double join_m = 0.08;
     double join_sigmas = 2.5;
     double stay_m = 0.12;
@@ -30,12 +30,6 @@ struct PlaneConfig {
     double min_extent_m = 0.12;
     double max_chi2 = 1.0;
     double max_bend_m = 0.010;
-    double max_roughness_m = 0.010;
-    double min_coherence = 0.55;
-    double same_angle_deg = 5.0;
-    double same_distance_m = 0.06;
-    int confirm_keyframes = 2;
-    int leave_keyframes = 4;
     int forget_keyframes = 100;
 
     /// The condition between fields that does not hold, as a sentence; empty if all hold.
@@ -50,12 +44,8 @@ inline constexpr auto kPlaneFields = std::to_array<ParameterField<PlaneConfig>>(
     {FACET_FIELD(PlaneConfig, max_face_angle_deg), "deg", 1, 60,
      "No face supports a plane from which its normal is turned farther than this, however uncertain it is; small "
      "faces are mostly noise."},
-    {FACET_FIELD(PlaneConfig, max_face_area_m2), "m^2", 0.01, 10,
-     "Area beyond which a face gains no more votes for a plane: however large, it stands on three points."},
     {FACET_FIELD(PlaneConfig, min_support_m2), "m^2", 0.01, 100,
      "Least votes for a new plane, as the weighted area of its faces."},
-    {FACET_FIELD(PlaneConfig, search_gate_m), "m", 0.02, 1,
-     "Landmarks within this distance of a candidate take part in its first fit."},
     {FACET_FIELD(PlaneConfig, join_m), "m", 0.005, 0.5, "A landmark joins a plane only if its distance is below this."},
     {FACET_FIELD(PlaneConfig, join_sigmas), "-", 0.5, 10,
      "A landmark joins a plane only if its distance is below this many standard deviations."},
@@ -79,19 +69,6 @@ inline constexpr auto kPlaneFields = std::to_array<ParameterField<PlaneConfig>>(
      "Largest sum of a plane's squared residuals, in standard deviations, per degree of freedom; clutter is above."},
     {FACET_FIELD(PlaneConfig, max_bend_m), "m", 0.001, 1,
      "Largest root mean square of the difference between a plane and the quadratic surface that fits its points best."},
-    {FACET_FIELD(PlaneConfig, max_roughness_m), "m", 0.001, 1,
-     "Largest root mean square of the part of a plane's residuals that neighbouring points share."},
-    {FACET_FIELD(PlaneConfig, min_coherence), "-", 0, 1,
-     "Of the faces with at least two corners on a plane, the least share with all three corners on it. Faces whose "
-     "third corner is too uncertain to be on any plane do not count where the plane's faces cover two fifths of it."},
-    {FACET_FIELD(PlaneConfig, same_angle_deg), "deg", 0.1, 30,
-     "Two planes whose normals differ by more than this are never merged."},
-    {FACET_FIELD(PlaneConfig, same_distance_m), "m", 0.005, 1,
-     "Two planes farther apart than this at their landmarks are never merged."},
-    {FACET_FIELD(PlaneConfig, confirm_keyframes), "-", 1, 20,
-     "A plane is reported once it has been found at this many keyframes."},
-    {FACET_FIELD(PlaneConfig, leave_keyframes), "-", 1, 100,
-     "A plane is no longer reported when it has not been found for more keyframes than this."},
     {FACET_FIELD(PlaneConfig, forget_keyframes), "-", 1, 10000,
      "A plane no longer reported keeps its identity if it is found again within this many keyframes."},
 });

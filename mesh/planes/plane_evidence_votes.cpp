@@ -9,6 +9,8 @@
 namespace facet {
 namespace {
 
+// Area beyond which a face gains no more votes for a plane: however large, it stands on three points (m^2).
+constexpr double kMaxFaceArea_m2 = 0.15;
 constexpr float kVoteTilt = 0.10F;  // rad: faces known better than this have their full vote
 
 }  // namespace
@@ -22,7 +24,7 @@ bool PlaneEvidence::is_explained(const Face& face) const {
 /// Faces whose normal says little do not vote.
 void PlaneEvidence::vote(SlantVotes& votes) const {
     const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
-    const auto most = static_cast<float>(config_.max_face_area_m2);
+    const auto most = static_cast<float>(kMaxFaceArea_m2);
     for (const Face& face : faces_) {
         if (!is_explained(face) && 2.0F * face.tilt_sigma < widest) {
             votes.vote(face.normal_W, face.centroid,
@@ -36,7 +38,7 @@ void PlaneEvidence::vote(SlantVotes& votes) const {
 void PlaneEvidence::vote(PlaneVotes& votes) const {
     const auto base = static_cast<float>(kRadPerDeg * config_.face_angle_deg);
     const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
-    const auto most = static_cast<float>(config_.max_face_area_m2);
+    const auto most = static_cast<float>(kMaxFaceArea_m2);
     for (const Face& face : faces_) {
         if (is_explained(face)) {
             continue;

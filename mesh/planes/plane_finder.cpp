@@ -10,6 +10,13 @@
 namespace facet {
 namespace {
 
+// Of the faces with at least two corners on a plane, the least share with all three corners on it. Faces whose third
+// corner is too uncertain to be on any plane do not count where the plane's faces cover two fifths of it.
+constexpr double kMinCoherence = 0.55;
+// Largest root mean square of the part of a plane's residuals that neighbouring points share (m).
+constexpr double kMaxRoughness_m = 0.010;
+// Landmarks within this distance of a candidate take part in its first fit (m).
+constexpr double kSearchGate_m = 0.15;
 constexpr std::size_t kMinProposed = 3;  // landmarks: fewer do not determine a plane
 constexpr int kDoubtsToWithhold = 2;     // a single doubtful keyframe may be chance
 constexpr double kSlantedAreas = 2.0;    // what a slanted plane needs of the area that others do: two angles more that
@@ -95,7 +102,7 @@ void PlaneFinder::follow(TrackedPlane& plane) {
     plane.lost += 1;
     plane.landmarks = 0;
     plane.area_m2 = 0.0;
-    if (plane.lost > config_.leave_keyframes) {
+    if (plane.lost > PlaneConfig::kLeaveKeyframes) {
         return;  // only a candidate brings it back
     }
     evidence_.collect(plane.fit, plane.serial, join_gate(), stay_gate(), support_);
@@ -137,7 +144,7 @@ double PlaneFinder::least_area(PlaneKind kind) const {
 PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, const PlaneSupport& support,
                                         double slack) const {
     if (!is_turned_as(kind, fit, slack) || fit.chi2 > slack * config_.max_chi2 ||
-        fit.bend_m > slack * config_.max_bend_m || support.roughness_m > slack * config_.max_roughness_m) {
+        fit.bend_m > slack * config_.max_bend_m || support.roughness_m > slack * kMaxRoughness_m) {
         return Verdict::kMisshapen;
     }
     const bool is_large = static_cast<double>(fit.points) * slack >= config_.min_landmarks &&
@@ -155,7 +162,7 @@ PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, con
 bool PlaneFinder::is_coherent(const PlaneFit& fit, const PlaneSupport& support, double slack) const {
     const double rectangle_m2 = 12.0 * fit.extent_along_m * fit.extent_across_m;  // if it were filled evenly
     const bool is_covered = slack * support.area_m2 >= kLeastCover * rectangle_m2;
-    return slack * (is_covered ? support.known_coherence : support.coherence) >= config_.min_coherence;
+    return slack * (is_covered ? support.known_coherence : support.coherence) >= kMinCoherence;
 }
 
 void PlaneFinder::search(const Eigen::Vector3d& origin_W) {
@@ -191,7 +198,7 @@ void PlaneFinder::examine(std::span<const PlanePeak> peaks) {
 bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
     fit.normal_W = peak.normal_W;
     fit.distance_m = peak.distance_m;
-    const double wide = config_.search_gate_m;
+    const double wide = kSearchGate_m;
     const double middle = 0.5 * (wide + config_.join_m);
     const PlaneGate none;
     const std::array<PlaneGate, 4> gates{PlaneGate{wide, 1e3}, PlaneGate{middle, 1e3}, join_gate(), join_gate()};
@@ -220,8 +227,8 @@ bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
 
 /// What a plane needs of its faces, whatever its fit.
 bool PlaneFinder::is_supported(PlaneKind kind, const PlaneSupport& support, double slack) const {
-    return support.area_m2 * slack >= least_area(kind) && support.known_coherence * slack >= config_.min_coherence &&
-           support.roughness_m <= slack * config_.max_roughness_m;
+    return support.area_m2 * slack >= least_area(kind) && support.known_coherence * slack >= kMinCoherence &&
+           support.roughness_m <= slack * kMaxRoughness_m;
 }
 
 /// A candidate that looks like a plane, its landmarks in support_: a known plane, or a new one.
@@ -236,7 +243,7 @@ void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
         }
         evidence_.own(support_, plane.serial);
         if (plane.lost > 0) {
-            counters_.found_again += plane.lost > config_.leave_keyframes && plane.id.valid() ? 1 : 0;
+            counters_.found_again += plane.lost > PlaneConfig::kLeaveKeyframes && plane.id.valid() ? 1 : 0;
             memory_.forget(plane.id);
             plane.fit = plane.is_held ? plane.fit : fit;
             plane.lost = 0;
@@ -266,7 +273,7 @@ void PlaneFinder::propose() {
     proposals_.clear();
     for (TrackedPlane& plane : planes_) {
         plane.is_reported = false;
-        if (!plane.id.valid() || plane.lost > config_.leave_keyframes || plane.doubts >= kDoubtsToWithhold) {
+        if (!plane.id.valid() || plane.lost > PlaneConfig::kLeaveKeyframes || plane.doubts >= kDoubtsToWithhold) {
             continue;
         }
         evidence_.collect_owned(plane.serial, points_);

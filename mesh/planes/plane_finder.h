@@ -66,12 +66,12 @@ struct PlaneCounters {
 ///     (SlantVotes); each peak is refined by weighted least squares.
 ///   4 A candidate becomes a plane if its landmarks form one, by number, area, extent, tilt and chi-square, without a
 ///     bend, a common trend of neighbouring residuals, or many neighbours off the plane. If it equals a known plane,
-///     lost ones included, it is that plane; else it gets an id when found at `confirm_keyframes`.
+///     lost ones included, it is that plane; else it gets an id when found at `kConfirmKeyframes`.
 /// Two planes are equal if one plane fits the landmarks of both, and if normal and distance, compared at each other's
 /// landmarks, differ by no more than their uncertainty explains, within absolute limits. What joins a plane that is a
 /// variable of the estimator has to lie on that as it is: the floor of the next room, half a degree off, would else
 /// take its id, be held on it, be doubted, be lost, and be found anew. A plane lost for more than
-/// `leave_keyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
+/// `kLeaveKeyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
 /// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
 /// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well; so is a plane that
 /// leaves, and by then is known well enough to tell. Ids are never reused, not even after reset(). Time is bounded by

@@ -9,6 +9,12 @@
 namespace facet {
 namespace {
 
+// A plane is reported once it has been found at this many keyframes.
+constexpr int kConfirmKeyframes = 2;
+// Two planes farther apart than this at their landmarks are never merged (m).
+constexpr double kSameDistance_m = 0.06;
+// Two planes whose normals differ by more than this are never merged (deg).
+constexpr double kSameAngle_deg = 5.0;
 constexpr double kEqualSigmas = 3.0;    // of the difference of two planes
 constexpr double kEqualFloor = 0.015;   // m: difference at each other's landmarks that is allowed in any case
 constexpr double kEqualTurn = 1.0;      // deg, likewise
@@ -30,15 +36,14 @@ bool PlaneFinder::may_be_same(const TrackedPlane& a, PlaneKind kind, const Plane
         return f.sigma_along_rad * f.sigma_along_rad + f.sigma_across_rad * f.sigma_across_rad;
     };
     const double turn_sigma = std::sqrt(turn_variance(a.fit) + turn_variance(fit));
-    const double turn =
-        std::min(kRadPerDeg * config_.same_angle_deg, kRadPerDeg * kEqualTurn + kEqualSigmas * turn_sigma);
+    const double turn = std::min(kRadPerDeg * kSameAngle_deg, kRadPerDeg * kEqualTurn + kEqualSigmas * turn_sigma);
     if (a.fit.normal_W.dot(fit.normal_W) < std::cos(turn)) {
         return false;
     }
     const auto is_near = [&](const PlaneFit& plane, const PlaneFit& other) {
         const double sigma = std::hypot(plane.sigma_at(other.centroid_W), other.sigma_m, drift);
         return std::abs(plane.residual(other.centroid_W)) <=
-               std::min(config_.same_distance_m, kEqualFloor + kEqualSigmas * sigma);
+               std::min(kSameDistance_m, kEqualFloor + kEqualSigmas * sigma);
     };
     return is_near(a.fit, fit) && is_near(fit, a.fit);
 }
@@ -102,7 +107,7 @@ bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
         older.lost = younger.lost;
         older.doubts = 0;
     }
-    if (older.id.valid() && older.lost > config_.leave_keyframes + 1) {
+    if (older.id.valid() && older.lost > PlaneConfig::kLeaveKeyframes + 1) {
         memory_.keep(as_seen(older));
     }
     older.landmarks += younger.landmarks;
@@ -167,19 +172,20 @@ void PlaneFinder::remember(TrackedPlane& plane) {
 
 void PlaneFinder::retire() {
     for (TrackedPlane& plane : planes_) {
-        if (plane.id.valid() && plane.lost == config_.leave_keyframes + 1 && plane.doubts < config_.leave_keyframes) {
+        if (plane.id.valid() && plane.lost == PlaneConfig::kLeaveKeyframes + 1 &&
+            plane.doubts < PlaneConfig::kLeaveKeyframes) {
             remember(plane);
         }
     }
     for (std::size_t i = 0; i < planes_.size();) {
         const TrackedPlane& plane = planes_[i];
-        const bool is_doubtful = plane.doubts >= config_.leave_keyframes;
+        const bool is_doubtful = plane.doubts >= PlaneConfig::kLeaveKeyframes;
         if (plane.id.valid() && is_doubtful) {  // its landmarks may form it again when seen from elsewhere
             memory_.keep(as_seen(plane));
         }
-        const bool is_gone = plane.id.valid() ? plane.lost > config_.leave_keyframes + config_.forget_keyframes
-                                              : plane.lost >= config_.confirm_keyframes;
-        if (plane.lost == config_.leave_keyframes + 1 || is_doubtful || is_gone) {
+        const bool is_gone = plane.id.valid() ? plane.lost > PlaneConfig::kLeaveKeyframes + config_.forget_keyframes
+                                              : plane.lost >= kConfirmKeyframes;
+        if (plane.lost == PlaneConfig::kLeaveKeyframes + 1 || is_doubtful || is_gone) {
             evidence_.release(plane.serial);
         }
         if (is_doubtful || is_gone) {
@@ -204,7 +210,7 @@ bool PlaneFinder::make_room() {
     }
     std::size_t longest = planes_.size();
     for (std::size_t i = 0; i < planes_.size(); ++i) {
-        if (planes_[i].id.valid() && planes_[i].lost > config_.leave_keyframes &&
+        if (planes_[i].id.valid() && planes_[i].lost > PlaneConfig::kLeaveKeyframes &&
             (longest == planes_.size() || planes_[i].lost > planes_[longest].lost)) {
             longest = i;
         }
@@ -219,7 +225,7 @@ bool PlaneFinder::make_room() {
 
 void PlaneFinder::confirm() {
     const auto is_new = [this](const TrackedPlane& p) {
-        return !p.id.valid() && p.lost == 0 && p.found >= config_.confirm_keyframes;
+        return !p.id.valid() && p.lost == 0 && p.found >= kConfirmKeyframes;
     };
     for (auto next = planes_.begin(); (next = std::find_if(planes_.begin(), planes_.end(), is_new)) != planes_.end();) {
         const PlaneSerial serial = next->serial;

@@ -2,6 +2,7 @@
 #include "app/lab/faults/calibration_error.h"
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "app/support/rng.h"
 #include "estimator/geometry/so3.h"
@@ -11,9 +12,22 @@ namespace {
 
 constexpr std::uint64_t kPurpose = 43;  // of the random numbers, the left camera's; the right one has the next
 
+/// Student's t with three degrees of freedom: a normal number over the root of the mean square of three others.
+double heavy_tailed(RandomStream& random) {
+    const double value = random.normal();
+    double squares = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        squares += std::pow(random.normal(), 2);
+    }
+    return value / std::sqrt(squares / 3.0);
+}
+
 /// @return whether the camera can be used (otherwise untouched)
-bool disturb(const CalibrationSigmas& sigmas, double factor, RandomStream& random, CameraModel& camera, Se3& T_B_C) {
-    const auto error = [&](double sigma) { return factor * sigma * random.normal(); };
+bool disturb(const CalibrationSigmas& sigmas, double factor, ErrorDraw draw, RandomStream& random, CameraModel& camera,
+             Se3& T_B_C) {
+    const auto error = [&](double sigma) {
+        return factor * sigma * (draw == ErrorDraw::kTails ? heavy_tailed(random) : random.normal());
+    };
     CameraIntrinsics k = camera.intrinsics();
     k.fx *= 1.0 + error(sigmas.focal);
     k.fy *= 1.0 + error(sigmas.focal);
@@ -48,12 +62,13 @@ bool disturb(const CalibrationSigmas& sigmas, double factor, RandomStream& rando
 
 }  // namespace
 
-bool add_calibration_error(double factor, std::uint64_t seed, StereoRig& rig, const CalibrationSigmas& sigmas) {
+bool add_calibration_error(double factor, std::uint64_t seed, StereoRig& rig, ErrorDraw draw,
+                           const CalibrationSigmas& sigmas) {
     StereoRig wrong = rig;
     RandomStream left(seed, kPurpose);
     RandomStream right(seed, kPurpose + 1);
-    if (!disturb(sigmas, factor, left, wrong.left, wrong.T_B_C0) ||
-        !disturb(sigmas, factor, right, wrong.right, wrong.T_B_C1) || !(wrong.baseline_m() > 1e-3)) {
+    if (!disturb(sigmas, factor, draw, left, wrong.left, wrong.T_B_C0) ||
+        !disturb(sigmas, factor, draw, right, wrong.right, wrong.T_B_C1) || !(wrong.baseline_m() > 1e-3)) {
         return false;
     }
     rig = wrong;

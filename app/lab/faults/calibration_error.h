@@ -19,10 +19,16 @@ struct CalibrationSigmas {
     double place_m = 3e-4;         ///< of each camera on the body, along every axis
 };
 
+/// How errors are distributed.
+enum class ErrorDraw : std::uint8_t {
+    kNormal,
+    kTails,  ///< Student's t with three degrees of freedom: each parameter as if its sigma had a factor of its own
+};
+
 /// The rig with an error in every parameter of both cameras, each drawn independently: `factor` times its sigma times a
-/// standard normal number that depends on the seed alone, so that factors of one seed lie on a line. Time offset and
-/// IMU stay.
+/// number that depends on the seed alone, so that factors of one seed lie on a line. Time offset and IMU stay.
 /// @return false if the result is no usable rig (`rig` untouched): the factor is too large. Reentrant.
-bool add_calibration_error(double factor, std::uint64_t seed, StereoRig& rig, const CalibrationSigmas& sigmas = {});
+bool add_calibration_error(double factor, std::uint64_t seed, StereoRig& rig, ErrorDraw draw = ErrorDraw::kNormal,
+                           const CalibrationSigmas& sigmas = {});
 
 }  // namespace facet

@@ -30,7 +30,8 @@ Calibration disturbed(const ReplayOptions& options) {
     Calibration calibration = options.calibration;
     for (const Fault& fault : options.faults) {
         if (fault.kind == FaultKind::kCalibration &&
-            !add_calibration_error(fault.values[0], static_cast<std::uint64_t>(fault.values[1]), calibration.rig)) {
+            !add_calibration_error(fault.values[0], static_cast<std::uint64_t>(fault.values[1]), calibration.rig,
+                                   word_of<ErrorDraw>(fault, 2))) {
             throw InputError(fmt::format("--inject '{}': no usable camera is left", fault.spec));
         }
     }

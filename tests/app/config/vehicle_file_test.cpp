@@ -218,7 +218,8 @@ TEST_CASE("the link to the flight controller has options, and defaults that fit 
     const Vehicle other = load(
         "{udp_port: 14580, udp_local_port: 14540, system: 7, component: 198, autopilot_component: 2, time: own, "
         "commands_from: 255, message: vision_position_estimate, send_lost: true, "
-        "signing: {key_file: link.key, link: 4, accept_unsigned: true}, obstacles: {max_range_m: 20, rate_hz: 5}}");
+        "signing: {key_file: link.key, link: 4, accept_unsigned: true}, obstacles: {max_range_m: 20, rate_hz: 5}, "
+        "origin: {latitude_deg: 47.4, longitude_deg: 8.5}}");
     REQUIRE(other.mavlink);
     const MavlinkOptions& o = *other.mavlink;
     CHECK(o.address == MavlinkAddress{7, 198});
@@ -234,6 +235,9 @@ TEST_CASE("the link to the flight controller has options, and defaults that fit 
     CHECK(o.signing->key[31] == 255);
     CHECK(o.signing->link == 4);
     CHECK(o.signing->accept_unsigned);
+    REQUIRE(other.mavlink->origin);
+    CHECK(other.mavlink->origin->latitude_deg == 47.4);
+    CHECK(other.mavlink->origin->altitude_m == 0.0);
     REQUIRE(other.obstacles);
     CHECK(other.obstacles->max_range_m == 20.0);
     CHECK(other.obstacles->rate_hz == 5.0);
@@ -412,6 +416,8 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
          ":6: sinks.mavlink.time: 'gps' is unknown; one of: autopilot, own"},
         {kHead + kCameras + kImu + "sinks: {mavlink: {commands_from: 256}}\n",
          ":4: sinks.mavlink.commands_from: must be within [0, 255], is 256"},
+        {kHead + kCameras + kImu + "sinks: {mavlink: {origin: {latitude_deg: 91, longitude_deg: 0}}}\n",
+         ":4: sinks.mavlink.origin.latitude_deg: must be within [-90, 90], is 91"},
         {kHead + kCameras + kImu + "sinks: {mavlink: {obstacles: {max_range_m: 0}}}\n",
          ":4: sinks.mavlink.obstacles.max_range_m: must be within [1, 100], is 0"},
         {kHead + kCameras + kImu + "sinks: {mavlink: {signing: {link: 1}}}\n",

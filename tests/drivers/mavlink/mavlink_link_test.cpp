@@ -309,6 +309,45 @@ TEST_CASE("arming comes from the flight controller's heartbeat, and is unknown w
     CHECK(scene.link.arming() == Arming::kUnknown);
 }
 
+TEST_CASE("a flight controller is sent an origin from its first heartbeat until it reports one") {
+    MavlinkOptions options;
+    options.origin = GlobalOrigin{47.3977419, -8.5455938, 488.25};
+    Scene scene(options);
+    const auto origins_in = [&](int seconds) {
+        std::size_t count = 0;
+        for (int i = 0; i < 4 * seconds; ++i) {
+            scene.arm(false);
+            count += scene.heard(MavlinkId::kSetGpsGlobalOrigin).size();
+            scene.clock.advance(Duration::from_seconds(0.25));
+        }
+        return count;
+    };
+    scene.link.service();
+    CHECK(scene.heard(MavlinkId::kSetGpsGlobalOrigin).empty());  // nobody is there
+    scene.arm(false);
+    const auto sent = scene.heard(MavlinkId::kSetGpsGlobalOrigin);
+    REQUIRE(sent.size() == 1);
+    MavlinkReader in({sent[0].payload.data(), sent[0].payload.size()});
+    CHECK(in.take<std::int32_t>() == 473'977'419);
+    CHECK(in.take<std::int32_t>() == -85'455'938);
+    CHECK(in.take<std::int32_t>() == 488'250);
+    CHECK(in.take<std::uint8_t>() == 1);
+    scene.clock.advance(Duration::from_seconds(1.0));
+    CHECK(origins_in(3) == 3);
+    MavlinkPayload report;
+    report.resize(20);
+    scene.say(MavlinkId::kGpsGlobalOrigin, report, {2, 1});  // another vehicle's
+    CHECK(origins_in(2) == 2);
+    scene.say(MavlinkId::kGpsGlobalOrigin, report);
+    CHECK(origins_in(3) == 0);
+    scene.clock.advance(Duration::from_seconds(6.0));
+    scene.link.service();  // it has gone, and may come back without what it knew
+    CHECK(origins_in(2) == 2);
+    Scene usual;
+    usual.arm(false);
+    CHECK(usual.heard(MavlinkId::kSetGpsGlobalOrigin).empty());
+}
+
 TEST_CASE("commands are obeyed from the configured system only, and answered") {
     MavlinkOptions options;
     options.commands_from = 255;

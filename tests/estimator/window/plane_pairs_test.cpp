@@ -86,7 +86,7 @@ TEST_CASE("plane pairs: gravity levels floors and stands walls upright", "[plane
         double cost = 0.0;
         for (int iteration = 0; iteration < 5; ++iteration) {
             system->reset(1, kFirst + kPlaneDim * static_cast<int>(planes.size()));
-            cost = add_plane_pairs(planes, pairs, config, kFirst, *system);
+            cost = add_plane_pairs(planes, pairs, kFirst, *system);
             Eigen::MatrixXd h = system->h().selfadjointView<Eigen::Lower>();
             h.diagonal().array() += 1e-6;
             const Eigen::VectorXd step = h.ldlt().solve(-Eigen::VectorXd(system->g()));
@@ -106,7 +106,6 @@ namespace {
 /// Tilt (deg) at which a floor comes to rest that landmarks show at `seen_deg` from level, known to `sigma_deg`.
 double tilt_at_rest(double seen_deg, double sigma_deg) {
     constexpr double kRad = std::numbers::pi / 180.0;
-    const RegularityConfig config;
     const WindowPlane seen =
         make_plane(PlaneKind::kHorizontal, {std::sin(seen_deg * kRad), 0.0, std::cos(seen_deg * kRad)});
     WindowPlanes planes;
@@ -117,7 +116,7 @@ double tilt_at_rest(double seen_deg, double sigma_deg) {
     for (int iteration = 0; iteration < 50; ++iteration) {
         planes[0].plane_lin = planes[0].plane;
         system->reset(1, kPlaneDim);
-        add_plane_pairs(planes, pairs, config, 0, *system);
+        add_plane_pairs(planes, pairs, 0, *system);
         Eigen::Matrix3d h = system->h().topLeftCorner<3, 3>().selfadjointView<Eigen::Lower>();
         h.diagonal().array() += information;
         const Eigen::Vector3d pull = information * planes[0].plane.box_minus_to(seen.plane);

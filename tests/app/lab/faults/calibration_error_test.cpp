@@ -68,6 +68,24 @@ TEST_CASE("the errors of a seed are proportional to the factor, the same each ti
     CHECK(other.left.intrinsics().cx != once.left.intrinsics().cx);
 }
 
+TEST_CASE("errors with heavy tails have the same median, and far more of more than four sigmas") {
+    const StereoRig truth = sim::euroc_rig();
+    const double sigma = CalibrationSigmas{}.principal_px;
+    int beyond_median = 0;
+    int far = 0;
+    constexpr int kSeeds = 1000;
+    for (int seed = 0; seed < kSeeds; ++seed) {
+        StereoRig rig = truth;
+        REQUIRE(add_calibration_error(1.0, static_cast<std::uint64_t>(seed), rig, ErrorDraw::kTails));
+        const double error = std::abs(rig.left.intrinsics().cx - truth.left.intrinsics().cx) / sigma;
+        beyond_median += error > 0.765 ? 1 : 0;  // of the absolute value of Student's t, three degrees of freedom
+        far += error > 4.0 ? 1 : 0;              // 2.8 %; of a normal number 0.006 %
+    }
+    CHECK(beyond_median == Approx(kSeeds / 2).margin(60));
+    CHECK(far > 10);
+    CHECK(far < 50);
+}
+
 TEST_CASE("without error the rig stays, and one that cannot be used is refused") {
     const StereoRig truth = sim::euroc_rig();
     StereoRig rig = truth;

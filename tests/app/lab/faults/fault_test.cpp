@@ -35,6 +35,7 @@ TEST_CASE("what is left out has its default, and no end") {
     CHECK(parse_fault("drop_frames=0.1").values == Values{0.1, 1.0, 0.0, 0.0});
     CHECK(parse_fault("calibration").values == Values{1.0, 1.0, 0.0, 0.0});
     CHECK(parse_fault("calibration=1.5,4").values == Values{1.5, 4.0, 0.0, 0.0});
+    CHECK(parse_fault("calibration=1.5,4,tails").values == Values{1.5, 4.0, 1.0, 0.0});
     CHECK(parse_fault("vibration=flight").values == Values{1.0, 1.0, 1.0, 0.0});
     CHECK(parse_fault("vibration=idle,7@2").values == Values{0.0, 7.0, 1.0, 0.0});
     CHECK(parse_fault("vibration=flight,7,3").values == Values{1.0, 7.0, 3.0, 0.0});
