@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A sensor that hangs is doubted by what a living one could say as well, and for as long as it hangs.
+// A sensor that hangs is suspected by what a living one could say as well, and for as long as it hangs.
 #include <cmath>
 
 #include "tests/support/still_vehicle.h"
@@ -57,7 +57,7 @@ struct Flight {
 
 }  // namespace
 
-TEST_CASE("an accelerometer that leads astray is doubted before it has led far, however slowly", "[hanging]") {
+TEST_CASE("an accelerometer that leads astray is suspected before it has led far, however slowly", "[hanging]") {
     const bool lives = GENERATE(true, false);
     const double push = GENERATE(0.5, 1.0, 2.0);
     Flight flight;
@@ -84,7 +84,7 @@ TEST_CASE("a sensor that hangs at what is right is no reason to doubt it", "[han
     CHECK(flight.estimate.health.state == TrackingState::kTracking);
 }
 
-TEST_CASE("a sensor that hangs is doubted as long as it hangs, and believed soon after", "[hanging]") {
+TEST_CASE("a sensor that hangs is suspected as long as it hangs, and believed soon after", "[hanging]") {
     Flight flight;
     flight.push_x = 4.0;
     flight.lives = false;

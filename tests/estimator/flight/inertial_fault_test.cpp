@@ -122,7 +122,8 @@ struct Recovered {
 
 }  // namespace
 
-TEST_CASE("readings are doubted where images show one other motion, not where some of the scene moves", "[doubt]") {
+TEST_CASE("readings are suspected where images show one other motion, not where some of the scene moves",
+          "[inertial_fault]") {
     CHECK_FALSE(InertialFault::is_called_for(frame(3.0, 200, 190), kLimits, false));
     CHECK(InertialFault::is_called_for(frame(900.0, 200, 3), kLimits, false));
     CHECK(InertialFault::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 180), kLimits, false));
@@ -133,7 +134,7 @@ TEST_CASE("readings are doubted where images show one other motion, not where so
     CHECK_FALSE(InertialFault::is_justified(frame(900.0, 200, 3), frame(1.0, 200, 60), kLimits, false));
 }
 
-TEST_CASE("readings that images have bent are doubted where the scene is one piece", "[doubt]") {
+TEST_CASE("readings that images have bent are suspected where the scene is one piece", "[inertial_fault]") {
     FrameEstimate bent = frame(1.0, 200, 195);
     bent.inertial_chi2 = 100.0;
     CHECK(InertialFault::is_called_for(bent, kLimits, false));
@@ -144,7 +145,7 @@ TEST_CASE("readings that images have bent are doubted where the scene is one pie
     CHECK_FALSE(InertialFault::is_called_for(bent, kLimits, false));
 }
 
-TEST_CASE("of a sensor that hangs less contradiction is needed, but some, and by the whole scene", "[doubt]") {
+TEST_CASE("of a sensor that hangs less contradiction is needed, but some, and by the whole scene", "[inertial_fault]") {
     const auto seen = [](double chi2, double inertial_chi2) {
         FrameEstimate out = frame(chi2, 200, 150);
         out.inertial_chi2 = inertial_chi2;
@@ -161,7 +162,7 @@ TEST_CASE("of a sensor that hangs less contradiction is needed, but some, and by
     CHECK_FALSE(InertialFault::is_called_for(seen(3.0, 4.0), kLimits, true));
 }
 
-TEST_CASE("the sensor that hangs is the one at fault", "[doubt]") {
+TEST_CASE("the sensor that hangs is the one at fault", "[inertial_fault]") {
     InertialFault fault;
     Faulty({}).begin(doubt, kGyroAxes);  // nothing tells yet which of them it is
     CHECK(fault.axes() == kGyroAxes);
@@ -177,7 +178,7 @@ TEST_CASE("the sensor that hangs is the one at fault", "[doubt]") {
     CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
 }
 
-TEST_CASE("the sensor at fault is found; both are doubted where that is unclear", "[doubt]") {
+TEST_CASE("the sensor at fault is found; both are suspected where that is unclear", "[inertial_fault]") {
     InertialFault fault;
     CHECK_FALSE(fault.is_active());
     Faulty(kGyroFault).begin(doubt);
@@ -193,7 +194,7 @@ TEST_CASE("the sensor at fault is found; both are doubted where that is unclear"
     CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
 }
 
-TEST_CASE("the noise is what the replaced readings leave", "[doubt]") {
+TEST_CASE("the noise is what the replaced readings leave", "[inertial_fault]") {
     InertialFault fault;
     Faulty faulty(kAccelFault);
     faulty.begin(doubt);
@@ -202,7 +203,7 @@ TEST_CASE("the noise is what the replaced readings leave", "[doubt]") {
     CHECK(fault.noise().gyro.x() < 0.25 * 0.03 * 0.03);
 }
 
-TEST_CASE("the doubt ends when the readings have agreed at two keyframes in a row", "[doubt]") {
+TEST_CASE("the doubt ends when the readings have agreed at two keyframes in a row", "[inertial_fault]") {
     InertialFault fault;
     Faulty faulty(kGyroFault);
     Faulty right({});
@@ -219,7 +220,7 @@ TEST_CASE("the doubt ends when the readings have agreed at two keyframes in a ro
     CHECK(fault.tilt_rad() == 0.0);
 }
 
-TEST_CASE("however lively the turn, a gyroscope that works again is believed after two keyframes", "[doubt]") {
+TEST_CASE("however lively the turn, a gyroscope that works again is believed after two keyframes", "[inertial_fault]") {
     Recovered recovered;
     REQUIRE(recovered.fault.axes() == kGyroAxes);
     recovered.follow(1.6);
@@ -232,7 +233,7 @@ TEST_CASE("however lively the turn, a gyroscope that works again is believed aft
     CHECK(recovered.fault.tilt_rad() == 0.0);
 }
 
-TEST_CASE("a sensor is not believed while it hangs, though it may read what is right", "[doubt]") {
+TEST_CASE("a sensor is not believed while it hangs, though it may read what is right", "[inertial_fault]") {
     Recovered hanging(Recovered::steady(), 1.5);
     REQUIRE(hanging.fault.axes() == kGyroAxes);
     for (int k = 0; k < 4; ++k) {
@@ -245,7 +246,7 @@ TEST_CASE("a sensor is not believed while it hangs, though it may read what is r
     CHECK_FALSE(hanging.fault.is_active());
 }
 
-TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "[doubt]") {
+TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "[inertial_fault]") {
     InertialFault fault;
     Faulty right({});
     Faulty(kAccelFault).begin(doubt);
@@ -267,7 +268,7 @@ TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "
     CHECK(fault.tilt_rad() == Approx(0.1).epsilon(0.05));
 }
 
-TEST_CASE("a steady motion goes on at the rate of the last two frames", "[doubt]") {
+TEST_CASE("a steady motion goes on at the rate of the last two frames", "[inertial_fault]") {
     const Faulty right({});
     InertialFault fault;
     fault.see(at(1.0), right.state(1.0));

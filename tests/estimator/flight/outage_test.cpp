@@ -242,7 +242,7 @@ TEST_CASE("stamps near the ends of their range are refused, all others work", "[
     CHECK(ok(estimator.add_frame(vehicle.frame(0.5), estimate)));
 }
 
-TEST_CASE("an accelerometer that goes wrong at rest is doubted, though keyframes are rare there", "[outage]") {
+TEST_CASE("an accelerometer that goes wrong at rest is suspected, though keyframes are rare there", "[outage]") {
     Flight flight;
     flight.begin(2.5);
     const Estimate before = flight.estimate;
@@ -272,7 +272,7 @@ TEST_CASE("an accelerometer that is right again is believed again, and nothing i
     CHECK(up_B.head<2>().norm() < 0.01);
 }
 
-TEST_CASE("doubted readings are all there is when the images go, and as uncertain as they were found", "[outage]") {
+TEST_CASE("suspected readings are all there is when the images go, and as uncertain as they were found", "[outage]") {
     Flight flight;
     flight.begin(2.5);
     const Eigen::Vector3d before = flight.estimate.state.p_W_B;

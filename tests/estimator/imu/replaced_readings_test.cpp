@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Inertial samples that are not believed: replaced by a steady motion, noisier, and as read again when trust returns.
+// Inertial samples that are not believed: replaced by a steady motion, noisier, and restored to the bit afterwards.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -17,34 +17,34 @@ const SteadyMotion kMotion{{0.0, 0.0, 1.0}, {0.0, 2.0, 9.0}, {{0.01, 0.0, 0.0}, 
 
 }  // namespace
 
-TEST_CASE("doubted readings are those of a steady motion, of the axes in doubt only", "[imu_doubt]") {
+TEST_CASE("replaced readings are those of a steady motion, of the suspected axes only", "[replaced_readings]") {
     const auto buffer = filled(41);
-    buffer->doubt(ms(50), ms(100), kGyroAxes, kMotion);
-    CHECK(buffer->sample(10).w_B == ramp(10 * kStep_ns).w_B);  // at 50 ms: before the doubt
+    buffer->replace(ms(50), ms(100), kGyroAxes, kMotion);
+    CHECK(buffer->sample(10).w_B == ramp(10 * kStep_ns).w_B);  // at 50 ms: before
     CHECK(buffer->sample(21).w_B == ramp(21 * kStep_ns).w_B);
     for (int k = 11; k <= 20; ++k) {
         CHECK(buffer->sample(k).w_B == Eigen::Vector3d(0.01, 0.0, 1.0));
         CHECK(buffer->sample(k).a_B == ramp(k * kStep_ns).a_B);
     }
-    buffer->doubt(ms(50), ms(100), kAccelAxes, kMotion);
+    buffer->replace(ms(50), ms(100), kAccelAxes, kMotion);
     CHECK(buffer->sample(15).w_B == ramp(15 * kStep_ns).w_B);
     // After 25 ms at 1 rad/s gravity has turned by as much, the other way.
     const Eigen::Vector3d turned(2.0 * std::sin(0.025), 2.0 * std::cos(0.025) + 0.1, 9.0);
     CHECK((buffer->sample(15).a_B - turned).norm() < 1e-12);
 }
 
-TEST_CASE("doubt raises the noise of the axes in doubt, and the span tells", "[imu_doubt]") {
+TEST_CASE("replacing raises the noise of the suspected axes, and the span reports it", "[replaced_readings]") {
     const auto buffer = filled(41);
     Preintegration sure;
-    Preintegration doubted;
+    Preintegration replaced;
     ImuSpan span;
     REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, sure, &span)));
     CHECK_FALSE(span.is_replaced);
     buffer->set_replacement_noise({Eigen::Vector3d::Constant(0.25), Eigen::Vector3d::Constant(4.0)});
-    buffer->doubt(ms(50), ms(100), kAccelAxes, kMotion);
-    REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, doubted, &span)));
+    buffer->replace(ms(50), ms(100), kAccelAxes, kMotion);
+    REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, replaced, &span)));
     CHECK(span.is_replaced);
-    const Eigen::Matrix<double, 9, 9> more = doubted.covariance() - sure.covariance();
+    const Eigen::Matrix<double, 9, 9> more = replaced.covariance() - sure.covariance();
     CHECK(more.topLeftCorner<3, 3>().norm() < 1e-6);
     for (int i = 6; i < 9; ++i) {
         CHECK(more(i, i) == Approx(4.0 * 0.05).epsilon(0.01));  // white noise over 50 ms
@@ -53,7 +53,7 @@ TEST_CASE("doubt raises the noise of the axes in doubt, and the span tells", "[i
     CHECK_FALSE(span.is_replaced);
 }
 
-TEST_CASE("the span tells of a sensor that hangs, and what is doubted is no habit of it", "[imu_doubt]") {
+TEST_CASE("the span reports a sensor that hangs, and replaced readings are not learnt from", "[replaced_readings]") {
     const auto buffer = filled(41);
     std::int64_t stamp_ns = 40 * kStep_ns;
     const auto hang = [&](int samples) {
@@ -73,7 +73,7 @@ TEST_CASE("the span tells of a sensor that hangs, and what is doubted is no habi
     CHECK(stuck(0, 60 * kStep_ns) == 0);
     CHECK(stuck(0, 62 * kStep_ns) == kAccelAxes);
     CHECK(stuck(70 * kStep_ns, stamp_ns) == kAccelAxes);
-    buffer->doubt(Timestamp{50 * kStep_ns}, Timestamp{stamp_ns}, kAccelAxes, kMotion);
+    buffer->replace(Timestamp{50 * kStep_ns}, Timestamp{stamp_ns}, kAccelAxes, kMotion);
     CHECK(stuck(70 * kStep_ns, stamp_ns) == kAccelAxes);
     REQUIRE(ok(buffer->push(ramp(stamp_ns += kStep_ns))));
     const std::int64_t again_ns = stamp_ns;
@@ -88,18 +88,18 @@ TEST_CASE("the span tells of a sensor that hangs, and what is doubted is no habi
     CHECK(stuck(third_ns, stamp_ns) == kAccelAxes);
 }
 
-TEST_CASE("trust restores the readings to the bit", "[imu_doubt]") {
+TEST_CASE("readings are restored to the bit", "[replaced_readings]") {
     const auto buffer = filled(41);
     buffer->set_replacement_noise({Eigen::Vector3d::Constant(0.25), Eigen::Vector3d::Constant(4.0)});
-    buffer->doubt(ms(0), ms(200), kGyroAxes | kAccelAxes, kMotion);
-    buffer->doubt(ms(50), ms(100), kGyroAxes, {});
+    buffer->replace(ms(0), ms(200), kGyroAxes | kAccelAxes, kMotion);
+    buffer->replace(ms(50), ms(100), kGyroAxes, {});
     buffer->show_as_read(ms(100), ms(200));
     Preintegration shown;
     ImuSpan span;
     REQUIRE(ok(buffer->integrate_between(ms(105), ms(150), ImuNoise{}, shown, &span)));
     CHECK(span.is_replaced);
     CHECK(buffer->sample(30).w_B == ramp(30 * kStep_ns).w_B);
-    buffer->trust(ms(0), ms(200));
+    buffer->restore(ms(0), ms(200));
     for (int k = 0; k < buffer->size(); ++k) {
         CHECK(buffer->sample(k).w_B == ramp(k * kStep_ns).w_B);
         CHECK(buffer->sample(k).a_B == ramp(k * kStep_ns).a_B);
@@ -108,12 +108,12 @@ TEST_CASE("trust restores the readings to the bit", "[imu_doubt]") {
     CHECK_FALSE(span.is_replaced);
 }
 
-TEST_CASE("what was read can be integrated while it is doubted", "[imu_doubt]") {
+TEST_CASE("what was read can be integrated while it is replaced", "[replaced_readings]") {
     const auto buffer = filled(41);
     Preintegration read;
     REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, read)));
-    buffer->doubt(ms(45), ms(90), kGyroAxes | kAccelAxes, kMotion);
-    buffer->doubt(ms(90), ms(95), kGyroAxes, kMotion);
+    buffer->replace(ms(45), ms(90), kGyroAxes | kAccelAxes, kMotion);
+    buffer->replace(ms(90), ms(95), kGyroAxes, kMotion);
     Preintegration believed;
     REQUIRE(ok(buffer->integrate_between(ms(50), ms(100), ImuNoise{}, believed)));
     CHECK((believed.delta_v() - read.delta_v()).norm() > 0.01);
@@ -128,7 +128,7 @@ TEST_CASE("what was read can be integrated while it is doubted", "[imu_doubt]") 
     CHECK(restored.delta_v() == believed.delta_v());
 }
 
-TEST_CASE("a sample that comes again is told from one of another time", "[imu_doubt]") {
+TEST_CASE("a sample that comes again is told from one of another time", "[replaced_readings]") {
     const auto buffer = filled(41);
     CHECK(buffer->has(ramp(10 * kStep_ns)));
     ImuSample other = ramp(10 * kStep_ns);
