@@ -34,6 +34,12 @@ std::string describe_imu(const Vehicle& vehicle) {
         return fmt::format("{} on {}, {}", vehicle.imu_spi->source.name, vehicle.imu_spi->device,
                            vehicle.imu_spi->data_ready ? "with a data-ready line" : "polled: for the bench only");
     }
+    if (vehicle.imu_iio) {
+        const ImuIioOptions& iio = *vehicle.imu_iio;
+        return fmt::format("{} of the kernel's industrial I/O{}",
+                           iio.gyro == iio.accel ? iio.gyro : iio.gyro + " and " + iio.accel,
+                           iio.stamps == IioStamps::kKernel ? "" : ", stamped when read: for the bench only");
+    }
     if (vehicle.imu_mavlink) {
         return fmt::format("the flight controller's, {} at {:g} Hz", to_string(vehicle.imu_mavlink->message),
                            vehicle.imu_mavlink->rate_hz);

@@ -48,6 +48,7 @@ constexpr std::array kExamples{
     Example{"decoder: dbc",
             "imu: {can: {decoder: dbc, dbc: none, map: {rate: {message: r, signals: [x, y, z]}, force: {message: f, "
             "signals: [x, y, z]}}}}"},
+    Example{"iio", "imu: {iio: {device: imu}}"},
     Example{"mavlink", "imu: {mavlink: {}}"},
     Example{"gpio", "trigger_output: {gpio: {line: 0}}"},
     Example{"side_by_side", "cameras: {side_by_side: {}}"},

@@ -47,6 +47,9 @@ std::set<std::string> devices_of(const Vehicle& vehicle) {
             add_line(vehicle.imu_spi->data_ready->line);
         }
     }
+    if (vehicle.imu_iio) {
+        devices.insert("char-iio");  // plugged in again it may have another number
+    }
     if (vehicle.mavlink && !vehicle.mavlink->channel.serial.empty()) {
         const std::string& serial = vehicle.mavlink->channel.serial;
         devices.insert(serial.starts_with("/dev/ttyUSB")   ? "char-ttyUSB"
@@ -94,6 +97,9 @@ std::string service_drop_in(const Vehicle& vehicle) {
                 "SystemCallFilter=@chown\n",
                 escaped(vehicle.world->group));
         }
+    }
+    if (vehicle.imu_iio) {
+        text += "# The attributes of the inertial sensor, whose rights udev's rules give.\nProtectKernelTunables=no\n";
     }
     if (vehicle.pulses && !vehicle.pulses->pwm_chip.empty()) {
         const std::string chip = escaped(vehicle.pulses->pwm_chip);

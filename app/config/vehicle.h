@@ -13,6 +13,7 @@
 #include "drivers/imu_can/dbc_decoder.h"
 #include "drivers/imu_can/dronecan.h"
 #include "drivers/imu_can/imu_can.h"
+#include "drivers/imu_iio/imu_iio.h"
 #include "drivers/imu_spi/adis16.h"
 #include "drivers/imu_spi/bmi088.h"
 #include "drivers/imu_spi/icm42688.h"
@@ -120,8 +121,9 @@ struct Vehicle {
     VehicleCameras cameras;
     std::optional<VehicleTrigger> trigger;
     std::optional<VehiclePulses> pulses;
-    std::optional<VehicleImuSpi> imu_spi;  ///< one of the three
+    std::optional<VehicleImuSpi> imu_spi;  ///< one of the four
     std::optional<VehicleImuCan> imu_can;
+    std::optional<ImuIioOptions> imu_iio;
     std::optional<ImuMavlinkOptions> imu_mavlink;  ///< over the link of `mavlink`
     VehicleOdometry odometry;
     std::optional<MavlinkOptions> mavlink;

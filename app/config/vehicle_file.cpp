@@ -180,6 +180,9 @@ void set_silences(Vehicle& vehicle) {
     if (vehicle.imu_can) {
         vehicle.imu_can->source.silence = samples;
     }
+    if (vehicle.imu_iio) {
+        vehicle.imu_iio->silence = samples;
+    }
     if (vehicle.imu_mavlink) {
         constexpr double kLeastForLink_s = 0.25;  // a flight controller sends when it has nothing better to do
         vehicle.imu_mavlink->silence =

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "app/config/read_duration.h"
+#include "app/config/vehicle_iio.h"
 #include "app/config/vehicle_mavlink.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
@@ -254,15 +255,20 @@ void read_imu(const YamlNode& node, Vehicle& vehicle) {
     read_duration(section, "latency_s", latency, 0.0, 0.1);
     const auto spi = section.find("spi");
     const auto can = section.find("can");
+    const auto iio = section.find("iio");
     const auto mavlink = section.find("mavlink");
     section.finish();
-    if (int{spi.has_value()} + int{can.has_value()} + int{mavlink.has_value()} != 1) {
-        node.fail("must have one of 'spi', 'can' and 'mavlink'");
+    if (int{spi.has_value()} + int{can.has_value()} + int{iio.has_value()} + int{mavlink.has_value()} != 1) {
+        node.fail("must have one of 'spi', 'can', 'iio' and 'mavlink'");
     }
     if (spi) {
         vehicle.imu_spi = read_imu_spi(*spi);
         vehicle.imu_spi->source.axes = axes;
         vehicle.imu_spi->source.latency = latency;
+    } else if (iio) {
+        vehicle.imu_iio = read_imu_iio(*iio, vehicle.calibration.noise.rate_hz);
+        vehicle.imu_iio->axes = axes;
+        vehicle.imu_iio->latency = latency;
     } else if (mavlink) {
         vehicle.imu_mavlink = read_imu_mavlink(*mavlink, vehicle.calibration.noise.rate_hz);
         vehicle.imu_mavlink->axes = axes;

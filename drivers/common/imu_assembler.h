@@ -40,6 +40,9 @@ public:
     /// @return kNotReady if there is none yet
     Status pop(ImuSample& sample);
 
+    /// Whether a rate waits, and so the next sample for a force; after pop() said that there is none.
+    bool lacks_force() const { return !rates_.empty(); }
+
     /// Forgets waiting measurements; keeps the counters and the order.
     void clear();
     const ImuAssemblerCounters& counters() const { return counters_; }

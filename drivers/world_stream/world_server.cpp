@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
+#include <optional>
 
 namespace facet {
 namespace {
@@ -36,11 +38,26 @@ bool is_left_over(const sockaddr_un& address) {
     return is_refused;
 }
 
+/// Number of a group of /etc/group. Not by getgrnam(), which asks whatever else the system names, by libraries that a
+/// program linked statically must not load.
+std::optional<gid_t> find_group(const std::string& name) {
+    std::FILE* const file = std::fopen("/etc/group", "re");
+    if (file == nullptr) {
+        return std::nullopt;
+    }
+    std::optional<gid_t> number;
+    for (const ::group* entry = nullptr; !number && (entry = ::fgetgrent(file)) != nullptr;) {
+        number = name == entry->gr_name ? std::optional(entry->gr_gid) : std::nullopt;
+    }
+    (void)std::fclose(file);
+    return number;
+}
+
 }  // namespace
 
 Status WorldServer::open(const std::string& path, const WorldAccess& access) {
-    const ::group* const owner = access.group.empty() ? nullptr : ::getgrnam(access.group.c_str());
-    if (owner == nullptr && !access.group.empty()) {
+    const std::optional<gid_t> owner = access.group.empty() ? std::nullopt : find_group(access.group);
+    if (!owner && !access.group.empty()) {
         return Status::kNotFound;
     }
     sockaddr_un address{};
@@ -64,7 +81,7 @@ Status WorldServer::open(const std::string& path, const WorldAccess& access) {
         (void)::unlink(path.c_str());
         bound = ::bind(listener_, any_address, sizeof(address));
     }
-    if (bound == 0 && ((owner != nullptr && ::chown(path.c_str(), static_cast<uid_t>(-1), owner->gr_gid) != 0) ||
+    if (bound == 0 && ((owner && ::chown(path.c_str(), static_cast<uid_t>(-1), *owner) != 0) ||
                        (access.mode && ::chmod(path.c_str(), *access.mode) != 0))) {
         (void)::unlink(path.c_str());
         bound = -1;

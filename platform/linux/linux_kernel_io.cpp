@@ -7,6 +7,7 @@
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
 
@@ -49,6 +50,11 @@ std::int64_t LinuxKernelIo::read(int fd, void* buffer, std::size_t size) {
 
 std::int64_t LinuxKernelIo::write(int fd, const void* buffer, std::size_t size) {
     return checked([&]() -> std::int64_t { return ::write(fd, buffer, size); });
+}
+
+// By its number: the C library of older systems has no such function.
+std::int64_t LinuxKernelIo::read_folder(int fd, void* entries, std::size_t size) {
+    return checked([&]() -> std::int64_t { return ::syscall(SYS_getdents64, fd, entries, size); });
 }
 
 int LinuxKernelIo::device_number(int fd, unsigned& major, unsigned& minor) {

@@ -14,6 +14,7 @@ public:
     int ioctl(int fd, unsigned long request, void* argument) override;
     std::int64_t read(int fd, void* buffer, std::size_t size) override;
     std::int64_t write(int fd, const void* buffer, std::size_t size) override;
+    std::int64_t read_folder(int fd, void* entries, std::size_t size) override;
     int wait_readable(int fd, Duration timeout) override;
     int device_number(int fd, unsigned& major, unsigned& minor) override;
     int map(int fd, std::size_t length, std::int64_t offset, void*& address) override;

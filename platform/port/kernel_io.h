@@ -23,6 +23,9 @@ public:
     virtual int ioctl(int fd, unsigned long request, void* argument) = 0;
     virtual std::int64_t read(int fd, void* buffer, std::size_t size) = 0;
     virtual std::int64_t write(int fd, const void* buffer, std::size_t size) = 0;
+    /// Some of the entries of an open folder, as records of getdents64(2); then the next ones.
+    /// @return bytes, 0 after the last entry, or -errno
+    virtual std::int64_t read_folder(int fd, void* entries, std::size_t size) = 0;
     /// Waits until a read, or a dequeue, would not block or would fail.
     /// @param timeout  zero: do not wait
     /// @return 1 if so, 0 after the timeout, -errno

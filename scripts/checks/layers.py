@@ -55,6 +55,8 @@ ALLOWED = {
     "app/view": APP_BASE + ("app/foxglove/", "app/output/"),
     "app/lab": APP_PIPELINE + ("app/lab/",),
     "app/commands": ("platform/", "drivers/", "estimator/", "mesh/", "app/"),
+    # Not part of the program: what Python loads instead of it.
+    "app/python": APP_PIPELINE + ("app/lab/",),
     "app": ("app/commands/",),
     "tests": ("platform/", "drivers/", "estimator/", "mesh/", "app/"),
     # Sees what is installed: toolchains/install_library.cmake.
@@ -74,6 +76,7 @@ PURE_AREAS = ("estimator", "mesh")
 THIRD_PARTY = (
     (re.compile(r"^yaml-cpp/"), ("app",)),
     (re.compile(r"^CLI/"), ("app",)),
+    (re.compile(r"^pybind11/"), ("app/python",)),
     (re.compile(r"^nlohmann/"), ("app",)),
     (re.compile(r"^spdlog/"), ("app",)),
     (re.compile(r"^fmt/"), ("app", "drivers")),

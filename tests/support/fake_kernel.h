@@ -16,6 +16,7 @@ public:
     int ioctl(int, unsigned long, void*) override { return -ENOSYS; }
     std::int64_t read(int, void*, std::size_t) override { return -ENOSYS; }
     std::int64_t write(int, const void*, std::size_t) override { return -ENOSYS; }
+    std::int64_t read_folder(int, void*, std::size_t) override { return -ENOSYS; }
     int wait_readable(int, Duration) override { return -ENOSYS; }
     int device_number(int, unsigned&, unsigned&) override { return -ENOSYS; }
     int map(int, std::size_t, std::int64_t, void*&) override { return -ENOSYS; }

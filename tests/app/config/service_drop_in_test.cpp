@@ -48,6 +48,15 @@ TEST_CASE("the service may use the devices that the vehicle file names, and no o
     CHECK(has(text, "DeviceAllow=char-ttyUSB rw"));  // plugged in again it may be ttyUSB1
 }
 
+TEST_CASE("the service may set up a sensor of the kernel's") {
+    Vehicle vehicle = spi_vehicle();
+    vehicle.imu_spi.reset();
+    vehicle.imu_iio.emplace();
+    const std::string text = service_drop_in(vehicle);
+    CHECK(has(text, "DeviceAllow=char-iio rw"));
+    CHECK(has(text, "ProtectKernelTunables=no"));
+}
+
 TEST_CASE("the service may talk to the flight controller's address") {
     Vehicle vehicle = spi_vehicle();
     vehicle.mavlink->channel.serial = "";

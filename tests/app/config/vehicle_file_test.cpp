@@ -122,6 +122,22 @@ TEST_CASE("the example with the flight controller's IMU is a whole vehicle") {
     CHECK(v.mavlink->channel.serial == "/dev/ttyS1");
 }
 
+TEST_CASE("the example with a sensor of the kernel's is a whole vehicle") {
+    const test::TempDir dir;
+    write_calibration(dir);
+    const Vehicle v = load_vehicle(dir.write("vehicle.yaml", example("vehicle_iio.yaml")));
+    REQUIRE(v.imu_iio);
+    CHECK_FALSE(v.imu_spi);
+    CHECK(v.imu_iio->gyro == "icm42600-gyro");
+    CHECK(v.imu_iio->accel == "icm42600-accel");
+    CHECK(v.imu_iio->device.rate_hz == 200.0);
+    CHECK(v.imu_iio->latency == Duration::from_seconds(0.002));
+    CHECK(v.imu_iio->silence == Duration::from_seconds(0.1));
+    REQUIRE(v.imu_iio->device.settings.size() == 2);
+    CHECK(v.imu_iio->device.settings[1].name == "in_accel_scale");
+    CHECK(v.imu_iio->device.settings[1].value == "0.004788403");
+}
+
 TEST_CASE("cameras have any format that fits, and their rate unless something triggers them") {
     const test::TempDir dir;
     write_calibration(dir);
@@ -183,7 +199,7 @@ TEST_CASE("the flight controller's IMU has options, and needs the link") {
     CHECK_THROWS_WITH(load("{message: attitude}", link), Catch::Contains("message"));
     CHECK_THROWS_WITH(load("{rate_hz: 5}", link), Catch::Contains("rate_hz"));
     CHECK_THROWS_WITH(load("{gyro_filter_hz: 0.5}", link), Catch::Contains("1 Hz at least"));
-    CHECK_THROWS_WITH(load("{}, can: {}", link), Catch::Contains("must have one of 'spi', 'can' and 'mavlink'"));
+    CHECK_THROWS_WITH(load("{}, can: {}", link), Catch::Contains("must have one of 'spi', 'can', 'iio' and 'mavlink'"));
 }
 
 TEST_CASE("a vehicle file needs calibration, cameras and an IMU, and has defaults for the rest") {
@@ -377,7 +393,7 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {"cameras: {}\n", ":1: calibration: missing"},
         {kHead + kImu, ":1: cameras: missing"},
         {kHead + kCameras, ":1: imu: missing"},
-        {kHead + kCameras + "imu: {}\n", ":3: imu: must have one of 'spi', 'can' and 'mavlink'"},
+        {kHead + kCameras + "imu: {}\n", ":3: imu: must have one of 'spi', 'can', 'iio' and 'mavlink'"},
         {kHead + kCameras + kImu + "tirgger: {}\n",
          ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, trigger_output, imu, sinks, "
          "realtime"},

@@ -146,6 +146,18 @@ TEST_CASE("a CAN interface and a log folder that are not there") {
     CHECK_FALSE(std::filesystem::exists(dir.file("log/dry_run.tmp")));
 }
 
+TEST_CASE("a sensor of the kernel's that is not there is named") {
+    FakeBench kernel;
+    Vehicle vehicle = spi_vehicle();
+    vehicle.imu_spi.reset();
+    vehicle.imu_iio.emplace();
+    vehicle.imu_iio->gyro = "gyro_3d";
+    vehicle.imu_iio->accel = "accel_3d";
+    const std::vector<ProbeLine> lines = probe(kernel, vehicle);
+    CHECK(line_of(lines, "imu").finding == Finding::kWrong);
+    CHECK(line_of(lines, "imu").text == "gyro_3d: no such device in /sys/bus/iio/devices, which has none");
+}
+
 TEST_CASE("the flight controller's inertial sensor is heard over the link, and its rounding is judged") {
     ManualClock clock({100'000'000'000});
     test::AutopilotKernel kernel(clock);
