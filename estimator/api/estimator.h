@@ -18,7 +18,7 @@
 
 namespace facet {
 
-class Flight;
+class FlightEstimator;
 
 /// Fixed-lag stereo visual-inertial smoother. Usage:
 ///   Estimator estimator;
@@ -135,7 +135,7 @@ public:
     const VisionResiduals& residuals() const;
 
 private:
-    std::unique_ptr<Flight> flight_;
+    std::unique_ptr<FlightEstimator> flight_;
 };
 
 }  // namespace facet

@@ -5,7 +5,7 @@
 
 namespace facet {
 
-Estimator::Estimator() : flight_(std::make_unique<Flight>()) {}
+Estimator::Estimator() : flight_(std::make_unique<FlightEstimator>()) {}
 Estimator::~Estimator() = default;
 
 Status Estimator::configure(const EstimatorConfig& config, const StereoRig& rig) {
@@ -52,6 +52,6 @@ Status Estimator::resume(const KeptState& kept, double elapsed_s) { return fligh
 
 CalibrationEstimate Estimator::calibration() const { return flight_->calibration(); }
 
-std::span<const MemoryPart> Estimator::memory() { return Flight::memory(); }
+std::span<const MemoryPart> Estimator::memory() { return FlightEstimator::memory(); }
 
 }  // namespace facet

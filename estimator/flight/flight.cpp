@@ -28,7 +28,7 @@ private:
 
 }  // namespace
 
-Status Flight::configure(const EstimatorConfig& config, const StereoRig& rig) {
+Status FlightEstimator::configure(const EstimatorConfig& config, const StereoRig& rig) {
     FACET_TRY(config.validate());
     FACET_TRY(CameraModel::validate(rig.left.intrinsics()));
     FACET_TRY(CameraModel::validate(rig.right.intrinsics()));
@@ -56,8 +56,8 @@ Status Flight::configure(const EstimatorConfig& config, const StereoRig& rig) {
     return Status::kOk;
 }
 
-std::span<const MemoryPart> Flight::memory() {
-    static_assert(sizeof(Flight) <= kMemoryBudget / 2, "the other half is for images, mesh and planes");
+std::span<const MemoryPart> FlightEstimator::memory() {
+    static_assert(sizeof(FlightEstimator) <= kMemoryBudget / 2, "the other half is for images, mesh and planes");
     static constexpr MemoryPart kParts[] = {{"window", sizeof(Window)},
                                             {"inertial history", sizeof(ImuBuffer)},
                                             {"front-end", 2 * sizeof(Frontend) + sizeof(FrontendOutput)},
@@ -68,23 +68,23 @@ std::span<const MemoryPart> Flight::memory() {
     return kParts;
 }
 
-Status Flight::set_masks(const ImageView& left, const ImageView& right) {
+Status FlightEstimator::set_masks(const ImageView& left, const ImageView& right) {
     FACET_TRY(frontend_.set_masks(left, right));
     return other_frontend_.set_masks(right, left);
 }
 
-void Flight::set_stage_observer(StageObserver* observer) {
+void FlightEstimator::set_stage_observer(StageObserver* observer) {
     observer_ = observer;
     window_.set_stage_observer(observer);
 }
 
-void Flight::request_reset() {
+void FlightEstimator::request_reset() {
     if (has_window(s_.phase)) {
         s_.restart.add(RestartReason::kUser);
     }
 }
 
-Status Flight::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
+Status FlightEstimator::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
     const Status status = imu_.push(sample, clipped);
     if (status == Status::kOutOfOrder && !imu_.has(sample)) {
         s_.clocks.refuse_sample(sample.stamp);
@@ -106,7 +106,7 @@ Status Flight::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
     return Status::kOk;
 }
 
-Status Flight::add_frame(const StereoFrame& frame, Estimate& estimate) {
+Status FlightEstimator::add_frame(const StereoFrame& frame, Estimate& estimate) {
     if (!ImuBuffer::is_sane(frame.stamp)) {
         return Status::kInvalidArgument;
     }
@@ -134,7 +134,7 @@ Status Flight::add_frame(const StereoFrame& frame, Estimate& estimate) {
     return has_window(s_.phase) ? carry_on(seen, stamp, estimate) : start(seen, estimate);
 }
 
-Status Flight::check_order(Timestamp image, Timestamp stamp) {
+Status FlightEstimator::check_order(Timestamp image, Timestamp stamp) {
     const FrameTimes& frames = s_.frames;
     if (s_.phase == Phase::kEmpty || (image > frames.last_image && stamp > s_.now.stamp)) {
         return Status::kOk;
@@ -147,7 +147,7 @@ Status Flight::check_order(Timestamp image, Timestamp stamp) {
     return Status::kOutOfOrder;
 }
 
-Status Flight::take_carried(Estimate& estimate) {
+Status FlightEstimator::take_carried(Estimate& estimate) {
     if (!s_.carried) {
         return Status::kNotReady;
     }
@@ -156,7 +156,7 @@ Status Flight::take_carried(Estimate& estimate) {
     return Status::kOk;
 }
 
-Status Flight::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
+Status FlightEstimator::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
     const Timestamp before = s_.now.stamp;
     s_.gauge.begin_frame();
     Preintegration preintegration = preintegration_from({});
@@ -193,7 +193,7 @@ Status Flight::carry_on(const StereoFrame& frame, Timestamp stamp, Estimate& est
     return tracked;
 }
 
-PredictionEvidence Flight::prediction_evidence(const StereoFrame& frame) const {
+PredictionEvidence FlightEstimator::prediction_evidence(const StereoFrame& frame) const {
     PredictionEvidence e;
     e.phase = s_.phase;
     e.is_lost = monitor_.state() == TrackingState::kLost && config_.health.auto_reset;
@@ -209,7 +209,7 @@ PredictionEvidence Flight::prediction_evidence(const StereoFrame& frame) const {
     return e;
 }
 
-Status Flight::track(const StereoFrame& frame, Timestamp before, bool wants_keyframe) {
+Status FlightEstimator::track(const StereoFrame& frame, Timestamp before, bool wants_keyframe) {
     close_view();
     FrameHints hints;
     hints.wants_keyframe = wants_keyframe;
@@ -243,7 +243,7 @@ Status Flight::track(const StereoFrame& frame, Timestamp before, bool wants_keyf
     return Status::kOk;
 }
 
-void Flight::act(FrameAction action, Preintegration& preintegration) {
+void FlightEstimator::act(FrameAction action, Preintegration& preintegration) {
     s_.fit = {};
     if (action != FrameAction::kCarryOn) {
         take_waiting(preintegration);
@@ -274,7 +274,7 @@ void Flight::act(FrameAction action, Preintegration& preintegration) {
     }
 }
 
-Status Flight::predict(Timestamp stamp, Preintegration& preintegration) {
+Status FlightEstimator::predict(Timestamp stamp, Preintegration& preintegration) {
     const StageScope scope(observer_, Stage::kPropagation);
     Status status = Status::kNotFound;
     if (s_.phase != Phase::kCoasting) {
@@ -293,19 +293,19 @@ Status Flight::predict(Timestamp stamp, Preintegration& preintegration) {
     return Status::kOk;
 }
 
-Preintegration Flight::preintegration_from(const ImuBias& bias) const {
+Preintegration FlightEstimator::preintegration_from(const ImuBias& bias) const {
     Preintegration preintegration(bias, gravity_m_per_s2_);
     preintegration.set_scale(window_.calibration().imu, config_.calibration.estimate_imu);
     return preintegration;
 }
 
-bool Flight::seeks_delay() const {
+bool FlightEstimator::seeks_delay() const {
     return config_.calibration.estimate_time_offset &&
            delay_.is_open(window_.calibration().time_offset_s, config_.calibration.time_offset_sigma_s,
                           monitor_.state() == TrackingState::kTracking);
 }
 
-void Flight::correct_delay() {
+void FlightEstimator::correct_delay() {
     if (!delay_.is_ready() || !tracks_.is_keyframe || !has_window(s_.phase)) {
         return;
     }

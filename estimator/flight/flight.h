@@ -40,7 +40,7 @@ namespace facet {
 ///   flight_upkeep.cpp    what is taken from the window afterwards
 ///   flight_blind.cpp     without frames, with other cameras
 ///   flight_report.cpp    what is reported
-class Flight {
+class FlightEstimator {
 public:
     Status configure(const EstimatorConfig& config, const StereoRig& rig);
     Status set_masks(const ImageView& left, const ImageView& right);

@@ -6,7 +6,7 @@
 
 namespace facet {
 
-void Flight::exchange_cameras() {
+void FlightEstimator::exchange_cameras() {
     take_waiting();
     const RigCalibration corrections = cameras_.exchange(window_.calibration());
     frontend_.swap(other_frontend_);
@@ -25,7 +25,7 @@ void Flight::exchange_cameras() {
     }
 }
 
-Status Flight::pass_over(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
+Status FlightEstimator::pass_over(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
     s_.frames.last_image = frame.stamp;
     if (!has_window(s_.phase) || !ok(carry_to(stamp, estimate))) {
         report(frame, FrameUse::kMissing, estimate);
@@ -34,7 +34,7 @@ Status Flight::pass_over(const StereoFrame& frame, Timestamp stamp, Estimate& es
     return Status::kOk;
 }
 
-Eigen::Quaterniond Flight::turn_since_frame(Timestamp before) {
+Eigen::Quaterniond FlightEstimator::turn_since_frame(Timestamp before) {
     Eigen::Quaterniond& q_Bf_B = s_.frames.q_Bf_B;
     Eigen::Quaterniond turn;
     if (!ok(imu_.rotation_between(before, s_.now.stamp, s_.now.state.bias.gyro, turn))) {
@@ -47,7 +47,7 @@ Eigen::Quaterniond Flight::turn_since_frame(Timestamp before) {
     return q_Bf_B;
 }
 
-void Flight::carry_without_frames() {
+void FlightEstimator::carry_without_frames() {
     const Timestamp newest = imu_.newest();
     const Timestamp until = s_.frames.carry_until(newest);
     // At high rates the history is short: half of it is kept for frames.
@@ -64,7 +64,7 @@ void Flight::carry_without_frames() {
     }
 }
 
-Status Flight::carry_to(Timestamp stamp, Estimate& estimate) {
+Status FlightEstimator::carry_to(Timestamp stamp, Estimate& estimate) {
     take_waiting();
     const Belief before = s_.now;
     Preintegration preintegration = preintegration_from(before.state.bias);
@@ -82,7 +82,7 @@ Status Flight::carry_to(Timestamp stamp, Estimate& estimate) {
     return Status::kOk;
 }
 
-void Flight::update_rest(bool images_rest) {
+void FlightEstimator::update_rest(bool images_rest) {
     s_.rest.step(images_rest, imu_, s_.now.stamp, {config_.imu_noise, s_.now.state.bias, gravity_m_per_s2_},
                  config_.stationarity);
 }

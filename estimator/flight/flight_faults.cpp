@@ -11,7 +11,7 @@ constexpr double kLastReadings = 1.5;
 
 }  // namespace
 
-Status Flight::compare_with_map(const Preintegration& preintegration, FrameEstimate& out) {
+Status FlightEstimator::compare_with_map(const Preintegration& preintegration, FrameEstimate& out) {
     const StageScope scope(observer_, Stage::kFrameUpdate);
     const FramePrediction prediction{s_.newest.state, preintegration, s_.now.state, s_.newest.covariance,
                                      config_.imu_noise};
@@ -21,20 +21,20 @@ Status Flight::compare_with_map(const Preintegration& preintegration, FrameEstim
     return Status::kOk;
 }
 
-void Flight::update_by_image(Preintegration& preintegration) {
+void FlightEstimator::update_by_image(Preintegration& preintegration) {
     FrameEstimate updated;
     if (ok(examine_image(preintegration, updated))) {
         take_over(updated);
     }
 }
 
-void Flight::take_over(const FrameEstimate& updated) {
+void FlightEstimator::take_over(const FrameEstimate& updated) {
     s_.now.state = updated.state;
     s_.now.covariance = updated.covariance;
     s_.fit = {updated.landmarks, updated.chi2};
 }
 
-Status Flight::examine_image(Preintegration& preintegration, FrameEstimate& out) {
+Status FlightEstimator::examine_image(Preintegration& preintegration, FrameEstimate& out) {
     // The map takes the tilt of its keyframes for known: during a start an error of it would be taken for a bias.
     const bool is_starting = monitor_.state() == TrackingState::kInit;
     if (!config_.window.update_frames || is_starting || s_.phase == Phase::kCoasting || map_.empty()) {
@@ -51,11 +51,11 @@ Status Flight::examine_image(Preintegration& preintegration, FrameEstimate& out)
     return Status::kOk;
 }
 
-bool Flight::suggests_fault(const FrameEstimate& usual) const {
+bool FlightEstimator::suggests_fault(const FrameEstimate& usual) const {
     return InertialFault::is_called_for(usual, fault_limits(), (s_.span.stuck & ~s_.fault.axes()) != 0);
 }
 
-void Flight::isolate_fault(Preintegration& preintegration, FrameEstimate& out) {
+void FlightEstimator::isolate_fault(Preintegration& preintegration, FrameEstimate& out) {
     InertialFault& fault = s_.fault;
     const Timestamp stamp = s_.now.stamp;
     const Preintegration as_read = preintegration;
@@ -84,7 +84,7 @@ void Flight::isolate_fault(Preintegration& preintegration, FrameEstimate& out) {
     }
 }
 
-void Flight::replace_readings(Timestamp stamp) {
+void FlightEstimator::replace_readings(Timestamp stamp) {
     if (s_.fault.is_active()) {
         const ReplacedReadings replaced = s_.fault.readings(s_.now.state, gravity_m_per_s2_);
         imu_.replace(s_.now.stamp, stamp, replaced.axes, replaced.motion);
@@ -92,7 +92,7 @@ void Flight::replace_readings(Timestamp stamp) {
     }
 }
 
-void Flight::drop_unsupported_fault(Preintegration& preintegration) {
+void FlightEstimator::drop_unsupported_fault(Preintegration& preintegration) {
     const bool is_judged = s_.fault.is_active() && s_.phase != Phase::kCoasting;
     s_.stereo.support(s_.fault.is_active(), is_judged && tracks_.is_keyframe);
     if (!is_judged) {
@@ -114,7 +114,7 @@ void Flight::drop_unsupported_fault(Preintegration& preintegration) {
     static_cast<void>(predict(s_.now.stamp, preintegration));
 }
 
-void Flight::follow_fault() {
+void FlightEstimator::follow_fault() {
     const auto& keyframes = window_.state().keyframes;
     const std::size_t n = keyframes.size();
     if (!s_.fault.is_active() || n < 3 || !keyframes[n - 1].has_imu_factor || !keyframes[n - 2].has_imu_factor) {

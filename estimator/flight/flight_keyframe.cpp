@@ -16,7 +16,7 @@ constexpr std::size_t kSettledKeyframes = 3;
 
 }  // namespace
 
-KeyframeInput Flight::keyframe_input() const {
+KeyframeInput FlightEstimator::keyframe_input() const {
     KeyframeInput input;
     input.stamp = s_.now.stamp;
     input.observations = {tracks_.observations.data(), tracks_.observations.size()};
@@ -29,12 +29,12 @@ KeyframeInput Flight::keyframe_input() const {
     return input;
 }
 
-double Flight::effort() const {
+double FlightEstimator::effort() const {
     const bool may_be_far = monitor_.state() == TrackingState::kInit || s_.fault.is_active();
     return may_be_far ? kFarEffort : (s_.is_late ? kLateEffort : 1.0);
 }
 
-void Flight::add_keyframe(Preintegration& preintegration, Phase before) {
+void FlightEstimator::add_keyframe(Preintegration& preintegration, Phase before) {
     FrameEstimate seen;
     const bool is_seen = ok(examine_image(preintegration, seen));
     // Inertial samples lead astray: in a second of shaking by millimetres, far enough for the solver to end before it
@@ -50,7 +50,7 @@ void Flight::add_keyframe(Preintegration& preintegration, Phase before) {
     }
 }
 
-bool Flight::enter_window(const KeyframeInput& input, const Preintegration& preintegration, double effort) {
+bool FlightEstimator::enter_window(const KeyframeInput& input, const Preintegration& preintegration, double effort) {
     if (!ok(window_.add_keyframe(input, preintegration))) {
         return false;
     }
@@ -77,7 +77,7 @@ bool Flight::enter_window(const KeyframeInput& input, const Preintegration& prei
     return true;
 }
 
-void Flight::take_keyframe(const Preintegration& preintegration, const NavState* guess) {
+void FlightEstimator::take_keyframe(const Preintegration& preintegration, const NavState* guess) {
     KeyframeInput input = keyframe_input();
     input.guess = guess;
     const Eigen::Vector3d predicted_W = s_.now.state.p_W_B;
@@ -93,7 +93,7 @@ void Flight::take_keyframe(const Preintegration& preintegration, const NavState*
     }
 }
 
-bool Flight::may_wait(Phase before) const {
+bool FlightEstimator::may_wait(Phase before) const {
     const bool is_calm = before == Phase::kFollowing && monitor_.state() == TrackingState::kTracking &&
                          !s_.fault.is_active() && !s_.factors.is_violated() && !s_.restart.any() && !s_.span.has_gap &&
                          s_.span.clipped == 0;
@@ -102,7 +102,7 @@ bool Flight::may_wait(Phase before) const {
     return config_.window.spread_keyframes && is_calm && is_under_way && tracks_.stereo >= HealthMonitor::kFewStereo;
 }
 
-void Flight::let_wait(const Preintegration& preintegration, const FrameEstimate& seen, const NavState* guess) {
+void FlightEstimator::let_wait(const Preintegration& preintegration, const FrameEstimate& seen, const NavState* guess) {
     waiting_.is_set = true;
     waiting_.wants_view = false;
     waiting_.tracks = tracks_;
@@ -120,7 +120,7 @@ void Flight::let_wait(const Preintegration& preintegration, const FrameEstimate&
     take_over(seen);
 }
 
-void Flight::take_waiting() {
+void FlightEstimator::take_waiting() {
     if (!waiting_.is_set) {
         return;
     }
@@ -143,14 +143,14 @@ void Flight::take_waiting() {
     }
 }
 
-void Flight::take_waiting(Preintegration& preintegration) {
+void FlightEstimator::take_waiting(Preintegration& preintegration) {
     if (waiting_.is_set) {
         take_waiting();
         static_cast<void>(predict(s_.now.stamp, preintegration));  // within what the inertial history holds: as before
     }
 }
 
-void Flight::finish_frame() {
+void FlightEstimator::finish_frame() {
     if (!waiting_.is_set) {
         complete_view();
         return;

@@ -8,7 +8,7 @@
 
 namespace facet {
 
-HealthEvidence Flight::evidence(const StereoFrame& frame, FrameUse use) const {
+HealthEvidence FlightEstimator::evidence(const StereoFrame& frame, FrameUse use) const {
     const WindowSummary& summary = s_.keyframe.summary;
     HealthEvidence e;
     e.stamp = s_.now.stamp;
@@ -48,7 +48,7 @@ HealthEvidence Flight::evidence(const StereoFrame& frame, FrameUse use) const {
     return e;
 }
 
-void Flight::report(const StereoFrame& frame, FrameUse use, Estimate& estimate) {
+void FlightEstimator::report(const StereoFrame& frame, FrameUse use, Estimate& estimate) {
     const HealthEvidence e = evidence(frame, use);
     s_.is_late = s_.is_late && !e.is_keyframe;
     s_.keyframe.is_new = false;
@@ -86,7 +86,7 @@ void Flight::report(const StereoFrame& frame, FrameUse use, Estimate& estimate) 
     imu_.counters().report(health);
 }
 
-Eigen::Matrix<double, 9, 9> Flight::reported_covariance() const {
+Eigen::Matrix<double, 9, 9> FlightEstimator::reported_covariance() const {
     const NavState& state = s_.now.state;
     const Gauge& gauge = s_.gauge.gauge();
     const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
@@ -103,7 +103,7 @@ Eigen::Matrix<double, 9, 9> Flight::reported_covariance() const {
     return reported;
 }
 
-CalibrationEstimate Flight::calibration() {
+CalibrationEstimate FlightEstimator::calibration() {
     CalibrationEstimate estimate;
     estimate.correction = cameras_.as_given(window_.calibration());
     estimate.correction.time_offset_s = image_delay_s();
@@ -116,7 +116,7 @@ CalibrationEstimate Flight::calibration() {
     return estimate;
 }
 
-KeptState Flight::keep() {
+KeptState FlightEstimator::keep() {
     KeptState kept;
     kept.state = s_.now.state;
     StateCovariance covariance = s_.now.covariance;
@@ -129,7 +129,7 @@ KeptState Flight::keep() {
     return kept;
 }
 
-Status Flight::resume(const KeptState& kept, double elapsed_s) {
+Status FlightEstimator::resume(const KeptState& kept, double elapsed_s) {
     constexpr double kInflation = 2.0;
     Belief belief;
     belief.state = kept.state;

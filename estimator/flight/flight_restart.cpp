@@ -18,7 +18,7 @@ constexpr double kTilt_rad_per_s = 0.15;
 
 }  // namespace
 
-void Flight::begin_window(const StateCovariance& information, CalibrationStart calibration) {
+void FlightEstimator::begin_window(const StateCovariance& information, CalibrationStart calibration) {
     const KeyframeInput input = keyframe_input();
     window_.start(input, s_.now.state, information, calibration);
     waiting_.is_set = false;
@@ -45,20 +45,20 @@ void Flight::begin_window(const StateCovariance& information, CalibrationStart c
     }
 }
 
-void Flight::begin_window_in_place_of(const Belief& before) {
+void FlightEstimator::begin_window_in_place_of(const Belief& before) {
     keep_place(s_.trusted && is_finite(before) ? &before : nullptr, s_.now);
     fix_gauge();
     begin_window(inverse(s_.now.covariance), calibration_start());
 }
 
-void Flight::fix_gauge() {
+void FlightEstimator::fix_gauge() {
     if (s_.trusted) {
         s_.gauge.absorb(s_.now);
     }
     fix_place(s_.now);
 }
 
-void Flight::restart_in_motion() {
+void FlightEstimator::restart_in_motion() {
     InitialState initial;
     if (!ok(initialize_state(imu_, s_.now.stamp, gravity_m_per_s2_, config_.initializer, initial, false))) {
         return;
@@ -74,7 +74,7 @@ void Flight::restart_in_motion() {
     monitor_.restart(s_.now.stamp, false);
 }
 
-void Flight::restart_in_flight() {
+void FlightEstimator::restart_in_flight() {
     inflate_covariance();
     const bool is_worthless =
         monitor_.has_diverged() || !is_finite(s_.now) || tilt_sigma(s_.now) > kWorthlessTiltSigma_rad;
@@ -94,7 +94,7 @@ void Flight::restart_in_flight() {
     monitor_.restart(s_.now.stamp, false);
 }
 
-void Flight::inflate_covariance() {
+void FlightEstimator::inflate_covariance() {
     const double lost_s = std::min(s_.clocks.take_lost_s(), 1.0);
     // A tilt hides as a bias of the accelerometer.
     const double bend_m_per_s2 = (s_.now.state.bias.accel - s_.factors.bias_before().accel).norm();
@@ -111,7 +111,7 @@ void Flight::inflate_covariance() {
     }
 }
 
-Status Flight::fall_back_to_gravity() {
+Status FlightEstimator::fall_back_to_gravity() {
     InitialState initial;
     FACET_TRY(initialize_state(imu_, s_.now.stamp, gravity_m_per_s2_, config_.initializer, initial));
     const bool is_worth_keeping = is_finite(s_.now) && !monitor_.has_diverged();
@@ -121,7 +121,7 @@ Status Flight::fall_back_to_gravity() {
     return Status::kOk;
 }
 
-void Flight::begin_on_new_clock() {
+void FlightEstimator::begin_on_new_clock() {
     // By the cameras' clock, if that has gone on.
     const double lost_s = s_.clocks.time_on_new_clock_s(s_.trusted.value_or(Belief{}).stamp);
     const Timestamp offered = s_.clocks.offered();
@@ -132,7 +132,7 @@ void Flight::begin_on_new_clock() {
     imu_.restart();
 }
 
-void Flight::begin_like_first(double lost_s) {
+void FlightEstimator::begin_like_first(double lost_s) {
     if (s_.trusted) {
         widen_after_unknown(s_.fault.rate_B(), lost_s, *s_.trusted);
         // A sensor that has begun anew may have other biases; after a wrong delay they are wrong, too.

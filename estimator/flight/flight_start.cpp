@@ -12,7 +12,7 @@ constexpr double kFruitless_s = 2.0;
 
 }  // namespace
 
-void Flight::configure_starts() {
+void FlightEstimator::configure_starts() {
     const StereoRig& rig = cameras_.rig();
     motion_start_.configure(rig, config_.imu_noise, gravity_m_per_s2_, config_.window.pixel_sigma_px);
     // Twice the sigma of a sighting: its error repeats from keyframe to keyframe, and the lens is not exact.
@@ -20,7 +20,7 @@ void Flight::configure_starts() {
                                2.0 * config_.window.pixel_sigma_px / rig.left.focal_px());
 }
 
-Status Flight::start(const StereoFrame& frame, Estimate& estimate) {
+Status FlightEstimator::start(const StereoFrame& frame, Estimate& estimate) {
     const Timestamp before = s_.now.stamp;
     s_.now.stamp = imu_stamp(frame.stamp);
     InitialState initial;
@@ -50,12 +50,12 @@ Status Flight::start(const StereoFrame& frame, Estimate& estimate) {
     return tracked;
 }
 
-StillnessEvidence Flight::stillness() const {
+StillnessEvidence FlightEstimator::stillness() const {
     return {tracks_.image == ImageState::kUsable, monitor_.state() == TrackingState::kInit, tracks_.tracked,
             tracks_.rest_disparity_px, FrontendConfig::kStillDisparity_px};
 }
 
-void Flight::judge_rest() {
+void FlightEstimator::judge_rest() {
     const StillnessEvidence e = stillness();
     update_rest(e.is_usable);
     if (s_.start.can_judge_claim(e)) {
@@ -67,7 +67,7 @@ void Flight::judge_rest() {
     s_.start.judge_stand(e);
 }
 
-void Flight::continue_start(const KeyframeInput& input) {
+void FlightEstimator::continue_start(const KeyframeInput& input) {
     motion_start_.add_keyframe(s_.now.stamp, input.observations, imu_);
     monocular_start_.add_keyframe(s_.now.stamp, input.observations, imu_, s_.now.state.bias);
     if (s_.start.may_stand()) {
@@ -77,7 +77,7 @@ void Flight::continue_start(const KeyframeInput& input) {
     }
 }
 
-void Flight::check_start() {
+void FlightEstimator::check_start() {
     NavState better;
     StateCovariance information;
     const bool is_monocular = tracks_.stereo < kStereoStart;
@@ -97,7 +97,7 @@ void Flight::check_start() {
     }
 }
 
-void Flight::collect_alone() {
+void FlightEstimator::collect_alone() {
     if (tracks_.stereo >= kStereoStart) {  // the other camera is back
         monocular_start_.reset();
         begin_window(inverse(s_.now.covariance), calibration_start());
@@ -117,7 +117,7 @@ void Flight::collect_alone() {
     }
 }
 
-void Flight::begin_shaken_rest() {
+void FlightEstimator::begin_shaken_rest() {
     if (!s_.start.stands_long_enough(s_.now.stamp)) {
         return;
     }

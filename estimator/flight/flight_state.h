@@ -34,7 +34,8 @@ struct KeyframeOutcome {
     bool view_is_open = false;  ///< its view is still to be filled
 };
 
-/// Each part judges one thing from the evidence that Flight gives it; only Flight knows them all. Reset by assignment.
+/// Each part judges one thing from the evidence that FlightEstimator gives it; only that knows them all. Reset by
+/// assignment.
 struct FlightState {
     Phase phase = Phase::kEmpty;
     Belief newest;  ///< at the newest keyframe

@@ -19,7 +19,7 @@ static_assert(CameraCorrections::kDim == kCameraTermsDim && kLeftLens == kRigDim
 
 }  // namespace
 
-void Flight::complete_view() {
+void FlightEstimator::complete_view() {
     {
         const StageScope scope(observer_, Stage::kTracking);
         frontend_.match_surface(tracks_);
@@ -30,7 +30,7 @@ void Flight::complete_view() {
     fill_view(tracks_);
 }
 
-void Flight::fill_view(const FrontendOutput& seen) {
+void FlightEstimator::fill_view(const FrontendOutput& seen) {
     close_view();
     const StageScope scope(observer_, Stage::kLandmarks);
     fill_keyframe_view(window_, seen, view_);
@@ -41,14 +41,14 @@ void Flight::fill_view(const FrontendOutput& seen) {
     view_.is_exchanged = cameras_.is_exchanged();
 }
 
-void Flight::close_view() {
+void FlightEstimator::close_view() {
     if (s_.keyframe.view_is_open) {
         update_corrections();
         s_.keyframe.view_is_open = false;
     }
 }
 
-void Flight::update_covariance() {
+void FlightEstimator::update_covariance() {
     const StageScope scope(observer_, Stage::kSolve);
     if (ok(window_.newest_covariance(s_.now.covariance))) {
         for (int i = 0; i < kRigDim; ++i) {
@@ -57,7 +57,7 @@ void Flight::update_covariance() {
     }
 }
 
-void Flight::learn_vibration() {
+void FlightEstimator::learn_vibration() {
     const bool is_raised = s_.span.gyro_noise_ratio > 1.0 || s_.span.accel_noise_ratio > 1.0;
     const bool is_sound =
         !s_.span.has_gap && !s_.span.is_replaced && s_.span.clipped == 0 && !window_.newest().rests_since_previous;
@@ -74,7 +74,7 @@ void Flight::learn_vibration() {
     imu_.believe(vibration_.share());
 }
 
-void Flight::forget_corrections() {
+void FlightEstimator::forget_corrections() {
     s_.corrections = {};
     if (config_.calibration.estimate_cameras) {
         for (int i = 0; i < CameraCorrections::kDim; ++i) {
@@ -84,7 +84,7 @@ void Flight::forget_corrections() {
     }
 }
 
-void Flight::update_corrections() {
+void FlightEstimator::update_corrections() {
     if (!config_.calibration.estimate_cameras) {
         return;
     }
@@ -97,7 +97,7 @@ void Flight::update_corrections() {
     frontend_.correct_cameras(s_.corrections);
 }
 
-void Flight::reintegrate() {
+void FlightEstimator::reintegrate() {
     const StageScope scope(observer_, Stage::kPropagation);
     const auto& keyframes = window_.state().keyframes;
     for (std::size_t k = 1; k < keyframes.size(); ++k) {
