@@ -41,11 +41,11 @@ struct Faulty {
         return s;
     }
     Preintegration readings(double t0, double t1) { return flight.preintegrate(t0, t1, {}, ImuNoise{}); }
-    void begin(InertialFault& doubt, ImuAxisMask stuck = 0) {
+    void begin(InertialFault& fault, ImuAxisMask stuck = 0) {
         fault.begin(state(1.0), state(1.1), readings(1.0, 1.1), stuck);
     }
     /// A keyframe at t, two tenths of a second after the one before it.
-    void judge(InertialFault& doubt, double t) {
+    void judge(InertialFault& fault, double t) {
         fault.judge(state(t - 0.4), state(t - 0.2), state(t), readings(t - 0.4, t - 0.2), readings(t - 0.2, t));
     }
 
@@ -62,7 +62,7 @@ struct Recovered {
     /// @param hangs_until_s  the gyroscope of a vehicle that does not turn
     explicit Recovered(const SyntheticFlight::Options& options = turning(), double hangs_until_s = 0.0)
         : flight(options) {
-        Faulty(kGyroFault).begin(doubt, hangs_until_s > 0.0 ? kGyroAxes : ImuAxisMask{0});
+        Faulty(kGyroFault).begin(fault, hangs_until_s > 0.0 ? kGyroAxes : ImuAxisMask{0});
         for (int k = 0; k <= 480; ++k) {
             ImuSample sample = flight.imu(0.005 * k);
             sample.w_B.x() += 0.005 * k > hangs_until_s && k % 2 == 0 ? 1e-6 : 0.0;
@@ -83,7 +83,7 @@ struct Recovered {
     }
     Keyframe keyframe(double t) {
         const double t0 = t - kPeriod_s;
-        imu->doubt(at(t0), at(t), kGyroAxes, {flight.rate(t0 - 0.05), Eigen::Vector3d::Zero(), {}});
+        imu->replace(at(t0), at(t), kGyroAxes, {flight.rate(t0 - 0.05), Eigen::Vector3d::Zero(), {}});
         Preintegration replaced;
         REQUIRE(ok(imu->integrate_between(at(t0), at(t), noise, replaced)));
         Keyframe out;
@@ -164,40 +164,40 @@ TEST_CASE("of a sensor that hangs less contradiction is needed, but some, and by
 
 TEST_CASE("the sensor that hangs is the one at fault", "[inertial_fault]") {
     InertialFault fault;
-    Faulty({}).begin(doubt, kGyroAxes);  // nothing tells yet which of them it is
+    Faulty({}).begin(fault, kGyroAxes);  // nothing tells yet which of them it is
     CHECK(fault.axes() == kGyroAxes);
-    Faulty({}).begin(doubt, kGyroAxes);  // contradicted again, with that one replaced
+    Faulty({}).begin(fault, kGyroAxes);  // contradicted again, with that one replaced
     CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
     fault.end();
-    Faulty({}).begin(doubt, kGyroAxes | kAccelAxes);
+    Faulty({}).begin(fault, kGyroAxes | kAccelAxes);
     CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
     fault.end();
-    Faulty(kAccelFault).begin(doubt, kGyroAxes);  // a gyroscope that repeats, without noise, and is right
+    Faulty(kAccelFault).begin(fault, kGyroAxes);  // a gyroscope that repeats, without noise, and is right
     CHECK(fault.axes() == kAccelAxes);
-    Faulty({}).begin(doubt, kGyroAxes);
+    Faulty({}).begin(fault, kGyroAxes);
     CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
 }
 
 TEST_CASE("the sensor at fault is found; both are suspected where that is unclear", "[inertial_fault]") {
     InertialFault fault;
     CHECK_FALSE(fault.is_active());
-    Faulty(kGyroFault).begin(doubt);
+    Faulty(kGyroFault).begin(fault);
     CHECK(fault.axes() == kGyroAxes);
     fault.end();
     CHECK_FALSE(fault.is_active());
-    Faulty(kAccelFault).begin(doubt);
+    Faulty(kAccelFault).begin(fault);
     CHECK(fault.axes() == kAccelAxes);
-    Faulty(kAccelFault).begin(doubt);  // contradicted again, with one of them replaced
+    Faulty(kAccelFault).begin(fault);  // contradicted again, with one of them replaced
     CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
     fault.end();
-    Faulty({kGyroFault.gyro, kAccelFault.accel}).begin(doubt);
+    Faulty({kGyroFault.gyro, kAccelFault.accel}).begin(fault);
     CHECK(fault.axes() == (kGyroAxes | kAccelAxes));
 }
 
 TEST_CASE("the noise is what the replaced readings leave", "[inertial_fault]") {
     InertialFault fault;
     Faulty faulty(kAccelFault);
-    faulty.begin(doubt);
+    faulty.begin(fault);
     fault.measure(faulty.state(1.0), faulty.state(1.1), faulty.readings(1.0, 1.1));
     CHECK(fault.noise().accel.x() == Approx(0.25 * 25.0).epsilon(0.02));  // 5 m/s^2 for 0.25 s
     CHECK(fault.noise().gyro.x() < 0.25 * 0.03 * 0.03);
@@ -207,15 +207,15 @@ TEST_CASE("the doubt ends when the readings have agreed at two keyframes in a ro
     InertialFault fault;
     Faulty faulty(kGyroFault);
     Faulty right({});
-    faulty.begin(doubt);
-    faulty.judge(doubt, 1.6);
+    faulty.begin(fault);
+    faulty.judge(fault, 1.6);
     CHECK(fault.is_active());
-    right.judge(doubt, 1.8);
+    right.judge(fault, 1.8);
     CHECK(fault.is_active());
-    faulty.judge(doubt, 2.0);
-    right.judge(doubt, 2.2);
+    faulty.judge(fault, 2.0);
+    right.judge(fault, 2.2);
     CHECK(fault.is_active());
-    right.judge(doubt, 2.4);
+    right.judge(fault, 2.4);
     CHECK_FALSE(fault.is_active());
     CHECK(fault.tilt_rad() == 0.0);
 }
@@ -249,7 +249,7 @@ TEST_CASE("a sensor is not believed while it hangs, though it may read what is r
 TEST_CASE("a horizontal force that stays in the world is the attitude's tilt", "[inertial_fault]") {
     InertialFault fault;
     Faulty right({});
-    Faulty(kAccelFault).begin(doubt);
+    Faulty(kAccelFault).begin(fault);
     // The states lean by 0.1 rad about the x axis of the world.
     const Eigen::Quaterniond lean(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()));
     const auto leaning = [&](double t) {

@@ -111,8 +111,8 @@ TEST_CASE("the sigma of the line is how far one sigma of a parameter moves it", 
     EpipolarGeometry geometry;
     geometry.configure(rig);
     for (int i = 0; i < CameraCorrections::kDim; ++i) {
-        CameraCorrections doubt;
-        fault.covariance(i, i) = kStep * kStep;
+        CameraCorrections corrections;
+        corrections.covariance(i, i) = kStep * kStep;
         Eigen::Matrix<double, CameraCorrections::kDim, 1> d = Eigen::Matrix<double, CameraCorrections::kDim, 1>::Zero();
         d(i) = kStep;
         CameraCorrections moved;
@@ -122,7 +122,7 @@ TEST_CASE("the sigma of the line is how far one sigma of a parameter moves it", 
             EpipolarGeometry::Ray ray;
             EpipolarGeometry::Place claimed;
             EpipolarGeometry::Place measured;
-            geometry.correct(doubt);
+            geometry.correct(corrections);
             REQUIRE(ok(geometry.ray_of(left, ray)));
             REQUIRE(ok(geometry.compare(ray, right, claimed)));
             geometry.correct(moved);
