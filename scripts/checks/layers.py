@@ -85,6 +85,7 @@ THIRD_PARTY = (
     (re.compile(r"^tiffio\.h$"), ("drivers/replay_asl",)),
     (re.compile(r"^(zlib|bzlib|zstd|lz4frame)\.h$"), ("app/mcap",)),
     (re.compile(r"^gpiod\.h$"), ("drivers/trigger_gpio",)),
+    (re.compile(r"^(dds/|[a-z0-9]+_msgs\.h$)"), ("drivers/ros2",)),
 )
 
 
