@@ -10,6 +10,7 @@
 
 #include "app/config/read_duration.h"
 #include "app/config/vehicle_mavlink.h"
+#include "app/config/vehicle_ros2.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
 #include "drivers/imu_can/openimu300.h"
@@ -255,9 +256,10 @@ void read_imu(const YamlNode& node, Vehicle& vehicle) {
     const auto spi = section.find("spi");
     const auto can = section.find("can");
     const auto mavlink = section.find("mavlink");
+    const auto ros2 = section.find("ros2");
     section.finish();
-    if (int{spi.has_value()} + int{can.has_value()} + int{mavlink.has_value()} != 1) {
-        node.fail("must have one of 'spi', 'can' and 'mavlink'");
+    if (int{spi.has_value()} + int{can.has_value()} + int{mavlink.has_value()} + int{ros2.has_value()} != 1) {
+        node.fail("must have one of 'spi', 'can', 'mavlink' and 'ros2'");
     }
     if (spi) {
         vehicle.imu_spi = read_imu_spi(*spi);
@@ -267,6 +269,10 @@ void read_imu(const YamlNode& node, Vehicle& vehicle) {
         vehicle.imu_mavlink = read_imu_mavlink(*mavlink, vehicle.calibration.noise.rate_hz);
         vehicle.imu_mavlink->axes = axes;
         vehicle.imu_mavlink->latency = latency;
+    } else if (ros2) {
+        vehicle.imu_ros2 = read_imu_ros2(*ros2);
+        vehicle.imu_ros2->axes = axes;
+        vehicle.imu_ros2->latency = latency;
     } else {
         vehicle.imu_can = read_imu_can(*can);
         vehicle.imu_can->source.axes = axes;
