@@ -102,10 +102,9 @@ dds_entity_t CycloneNode::make_writer(dds_entity_t topic, const CycloneQos& opti
     return writer;
 }
 
-bool has_ros2() { return true; }
-
-std::unique_ptr<Ros2Node> make_ros2_node(const Ros2NodeOptions& options) {
-    return std::make_unique<CycloneNode>(options);
-}
-
 }  // namespace facet
+
+/// See Ros2ModuleMake.
+extern "C" [[gnu::visibility("default")]] facet::Ros2Node* facet_make_ros2_node(const facet::Ros2NodeOptions& options) {
+    return new facet::CycloneNode(options);
+}
