@@ -383,7 +383,8 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {kHead + kCameras, ":1: imu: missing"},
         {kHead + kCameras + "imu: {}\n", ":3: imu: must have one of 'spi', 'can', 'mavlink' and 'ros2'"},
         {kHead + kCameras + kImu + "tirgger: {}\n",
-         ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, trigger_output, imu, sinks, "
+         ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, trigger_output, imu, ros2, "
+         "sinks, "
          "realtime"},
         {kHead + "cameras:\n  rate_hz: fast\n" + kImu, ":3: cameras.rate_hz: must be a number"},
         {kHead + "cameras:\n  rate_hz: 0\n" + kImu, ":3: cameras.rate_hz: must be within [1, 200], is 0"},
