@@ -79,8 +79,8 @@ public:
     virtual std::unique_ptr<Ros2Publisher> publisher(const Ros2OutputNames& names) = 0;
 };
 
-/// Whether there is a middleware, which is loaded by then: the module that the program was built with, if Cyclone DDS was
-/// installed. Without, nothing can be opened.
+/// Whether there is a middleware, which is loaded by then: the module that the program was built with, if Cyclone DDS
+/// was installed. Without, nothing can be opened.
 bool has_ros2();
 /// As long as nobody calls either function, the middleware is not even in memory.
 std::unique_ptr<Ros2Node> make_ros2_node(const Ros2NodeOptions& options);
