@@ -22,9 +22,9 @@ namespace {
 std::string describe_cameras(const Vehicle& vehicle) {
     const VehicleCameras& cameras = vehicle.cameras;
     const CameraIntrinsics& size = vehicle.calibration.rig.left.intrinsics();
-    const std::string& left = cameras.left.capture.device;
+    const std::string& left = cameras.left_name();
     const std::string devices = cameras.side_by_side                ? left + ", both views side by side"
-                                : vehicle.calibration.rig.has_right ? left + " and " + cameras.right.capture.device
+                                : vehicle.calibration.rig.has_right ? left + " and " + cameras.right_name()
                                                                     : left + ", one camera";
     return fmt::format("{}, {}x{} at {:g} Hz", devices, size.width, size.height, cameras.rate_hz);
 }
@@ -44,6 +44,9 @@ std::string describe_imu(const Vehicle& vehicle) {
         return fmt::format("the flight controller's, {} at {:g} Hz", to_string(vehicle.imu_mavlink->message),
                            vehicle.imu_mavlink->rate_hz);
     }
+    if (vehicle.imu_ros2) {
+        return fmt::format("ROS 2, {}", vehicle.imu_ros2->topic);
+    }
     return fmt::format("CAN, {}", vehicle.imu_can->source.socket.interface);
 }
 
@@ -56,7 +59,7 @@ std::string describe_can_out(const CanOutOptions& can) {
 
 std::string describe_mavlink(const Vehicle& vehicle) {
     if (!vehicle.mavlink) {
-        return vehicle.can_out ? "none" : "none: nobody receives the estimates";
+        return vehicle.can_out || vehicle.ros2_out ? "none" : "none: nobody receives the estimates";
     }
     const MavlinkOptions& link = *vehicle.mavlink;
     const MavlinkChannelOptions& channel = link.channel;

@@ -35,6 +35,12 @@ void print_imu(const ImuMavlink& imu) {
         imu.sent_rate_hz(), c.requests, c.duplicates, c.incomplete, c.without_time, c.stamps_refused, c.reboots);
 }
 
+void print_ros2_out(const Ros2Output& out) {
+    const Ros2OutputCounters& c = out.counters();
+    print_out("ros 2        {} poses, {} held back while lost, {} meshes and clouds; {} dropped\n", c.poses.load(),
+              c.lost.load(), c.scenes.load(), c.dropped.load());
+}
+
 /// @param given  what estimates for it are given to
 template <class Sink>
 void open_sink(Sink* sink, OdometrySink* given, std::uint8_t first_reset, bool is_in_flight,
@@ -49,7 +55,9 @@ void open_sink(Sink* sink, OdometrySink* given, std::uint8_t first_reset, bool i
         }
         print_err("warning: {}; begun without it in flight\n", problem);
     }
-    sink->begin_resets_at(first_reset);
+    if constexpr (requires { sink->begin_resets_at(first_reset); }) {
+        sink->begin_resets_at(first_reset);
+    }
     sinks.push_back(given);
 }
 
@@ -59,6 +67,7 @@ std::vector<OdometrySink*> open_sinks(Hardware& hardware, const ResetCount& rese
     std::vector<OdometrySink*> sinks;
     open_sink(hardware.mavlink(), hardware.mavlink_sink(), resets.first(), is_in_flight, sinks);
     open_sink(hardware.can_out(), hardware.can_out(), resets.first(), is_in_flight, sinks);
+    open_sink(hardware.ros2_out(), hardware.ros2_out(), resets.first(), is_in_flight, sinks);
     if (!sinks.empty() && resets.is_restart()) {
         print_err("reset counter begins at {}: the pose begins anew\n", resets.first());
     }
@@ -99,6 +108,10 @@ void print_sinks(Hardware& hardware) {
     }
     if (hardware.can_out() != nullptr) {
         print_can_out(*hardware.can_out());
+    }
+    if (hardware.ros2_out() != nullptr) {
+        hardware.ros2_out()->close();
+        print_ros2_out(*hardware.ros2_out());
     }
 }
 

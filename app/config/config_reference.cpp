@@ -35,7 +35,9 @@ sinks:
   mavlink: {obstacles: {}, origin: {latitude_deg: 0, longitude_deg: 0}}
   can: {interface: can0}
   world: {path: /run/facet/world}
+  ros2: {}
   log: {folder: log}
+ros2: {}
 realtime: {threads: {estimator: {}, cameras: {}, imu: {}, trigger: {}, output: {}}}
 )";
 
@@ -50,6 +52,8 @@ constexpr std::array kExamples{
             "signals: [x, y, z]}}}}"},
     Example{"iio", "imu: {iio: {device: imu}}"},
     Example{"mavlink", "imu: {mavlink: {}}"},
+    Example{"ros2", "cameras: {ros2: {left: /left/image, right: /right/image}}"},
+    Example{"ros2", "imu: {ros2: {topic: /imu}}"},
     Example{"gpio", "trigger_output: {gpio: {line: 0}}"},
     Example{"side_by_side", "cameras: {side_by_side: {}}"},
     Example{"signing", "sinks: {mavlink: {signing: {key_file: none}}}"},

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 #include <string_view>
@@ -69,6 +70,11 @@ std::string on_vehicle(const std::string& path, const std::string& vehicle_file)
 
 bool is_loopback(std::string_view host) { return host.starts_with("127.") || host == "::1" || host == "localhost"; }
 
+bool leaves_computer_for_ros2(const Vehicle& vehicle) {
+    const bool speaks = vehicle.cameras.ros2 || vehicle.imu_ros2 || vehicle.ros2_out;
+    return speaks && std::ranges::any_of(vehicle.ros2.interfaces, [](const std::string& name) { return name != "lo"; });
+}
+
 }  // namespace
 
 std::string service_drop_in(const Vehicle& vehicle) {
@@ -81,6 +87,11 @@ std::string service_drop_in(const Vehicle& vehicle) {
     }
     if (vehicle.mavlink && vehicle.mavlink->channel.serial.empty() && !is_loopback(vehicle.mavlink->channel.udp_host)) {
         text += fmt::format("IPAddressAllow={}\n", escaped(vehicle.mavlink->channel.udp_host));
+    }
+    if (leaves_computer_for_ros2(vehicle)) {
+        text +=
+            "# Whoever speaks ROS 2 on the interfaces that the vehicle file names, and "
+            "multicast.\nIPAddressAllow=any\n";
     }
     const std::string log = on_vehicle(vehicle.log.folder, vehicle.source);
     if (!log.empty() && !log.starts_with("/var/lib/facet/")) {

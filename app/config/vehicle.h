@@ -20,13 +20,22 @@
 #include "drivers/imu_spi/imu_spi.h"
 #include "drivers/mavlink/imu_mavlink.h"
 #include "drivers/mavlink/mavlink_link.h"
+#include "drivers/ros2/camera_ros2.h"
+#include "drivers/ros2/imu_ros2.h"
+#include "drivers/ros2/ros2_node.h"
 #include "drivers/trigger_gpio/trigger_gpio.h"
 #include "drivers/trigger_gpio/trigger_output.h"
 
 namespace facet {
 
+/// Topics that the cameras' drivers publish on.
+struct VehicleRos2Cameras {
+    CameraRos2Options left;
+    CameraRos2Options right;
+};
+
 /// Two nodes, or one whose images are twice as wide: left and right side by side. With a calibration of one camera
-/// `left` is all there is.
+/// `left` is all there is. With `ros2` topics take the place of the nodes.
 struct VehicleCameras {
     bool side_by_side = false;  ///< then `left` is the node, its width twice the calibration's
     bool use_sequence = true;   ///< the drivers count frames
@@ -35,6 +44,11 @@ struct VehicleCameras {
     CameraV4l2Options left;
     CameraV4l2Options right;
     std::optional<AutoExposureOptions> auto_exposure;  ///< of both alike
+    std::optional<VehicleRos2Cameras> ros2;
+
+    /// Of its node or topic.
+    const std::string& left_name() const { return ros2 ? ros2->left.topic : left.capture.device; }
+    const std::string& right_name() const { return ros2 ? ros2->right.topic : right.capture.device; }
 };
 
 /// The line whose edges mark the exposures of the cameras.
@@ -125,11 +139,14 @@ struct Vehicle {
     std::optional<VehicleImuCan> imu_can;
     std::optional<ImuIioOptions> imu_iio;
     std::optional<ImuMavlinkOptions> imu_mavlink;  ///< over the link of `mavlink`
+    std::optional<ImuRos2Options> imu_ros2;
+    Ros2NodeOptions ros2;  ///< of whatever speaks ROS 2
     VehicleOdometry odometry;
     std::optional<MavlinkOptions> mavlink;
     std::optional<ObstacleOptions> obstacles;  ///< sent by mavlink
     std::optional<CanOutOptions> can_out;
     std::optional<VehicleWorld> world;
+    std::optional<Ros2OutputNames> ros2_out;
     VehicleLog log;
     VehicleRealtime realtime;
 };

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "app/config/read_duration.h"
+#include "app/config/vehicle_ros2.h"
 #include "app/config/vehicle_sensors.h"
 
 namespace facet {
@@ -72,6 +73,19 @@ AutoExposureOptions read_auto_exposure(const YamlNode& node) {
     return options;
 }
 
+/// Topics take the place of nodes, of which nothing else may be said then.
+void read_topics(const YamlNode& node, const YamlNode& topics, const Calibration& calibration,
+                 VehicleCameras& cameras) {
+    for (const auto& item : node.raw()) {
+        const std::string key = item.first.Scalar();
+        if (key != "rate_hz" && key != "lag_frames" && key != "ros2") {
+            node.fail(fmt::format("'{}' is of cameras on nodes, not of topics: leave out that or 'ros2'", key));
+        }
+    }
+    cameras.ros2 = read_ros2_cameras(topics, calibration);
+    cameras.use_sequence = false;  // their messages are not numbered
+}
+
 }  // namespace
 
 VehicleCameras read_cameras(const YamlNode& node, const Calibration& calibration) {
@@ -92,7 +106,12 @@ VehicleCameras read_cameras(const YamlNode& node, const Calibration& calibration
     const auto both = section.find("side_by_side");
     const auto left = section.find("left");
     const auto right = section.find("right");
+    const auto topics = section.find("ros2");
     section.finish();
+    if (topics) {
+        read_topics(node, *topics, calibration, cameras);
+        return cameras;
+    }
     if (!calibration.rig.has_right && (both || right)) {
         (both ? *both : *right).fail("the calibration has one camera: say 'left' only");
     }

@@ -12,6 +12,7 @@
 #include "app/config/config_table.h"
 #include "app/config/vehicle_can_out.h"
 #include "app/config/vehicle_mavlink.h"
+#include "app/config/vehicle_ros2.h"
 #include "app/config/vehicle_sensors.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
@@ -109,6 +110,9 @@ void read_sinks(const YamlNode& node, Vehicle& vehicle) {
     if (const auto world = section.find("world")) {
         vehicle.world = read_world(*world);
     }
+    if (const auto ros2 = section.find("ros2")) {
+        vehicle.ros2_out = read_ros2_out(*ros2);
+    }
     if (const auto log = section.find("log")) {
         YamlSection fields(*log);
         vehicle.log.folder = beside(fields.at("folder"));
@@ -171,6 +175,9 @@ void set_silences(Vehicle& vehicle) {
     const Duration samples =
         Duration::from_seconds(std::max(kLeastForImu_s, kPeriods / vehicle.calibration.noise.rate_hz));
     vehicle.cameras.left.silence = vehicle.cameras.right.silence = frames;
+    if (vehicle.cameras.ros2) {
+        vehicle.cameras.ros2->left.silence = vehicle.cameras.ros2->right.silence = frames;
+    }
     if (vehicle.trigger) {
         vehicle.trigger->input.silence = frames;
     }
@@ -183,8 +190,11 @@ void set_silences(Vehicle& vehicle) {
     if (vehicle.imu_iio) {
         vehicle.imu_iio->silence = samples;
     }
+    constexpr double kLeastForLink_s = 0.25;  // other programs send when they have nothing better to do
+    if (vehicle.imu_ros2) {
+        vehicle.imu_ros2->silence = std::max(samples, Duration::from_seconds(kLeastForLink_s));
+    }
     if (vehicle.imu_mavlink) {
-        constexpr double kLeastForLink_s = 0.25;  // a flight controller sends when it has nothing better to do
         vehicle.imu_mavlink->silence =
             Duration::from_seconds(std::max(kLeastForLink_s, kPeriods / vehicle.imu_mavlink->rate_hz));
     }
@@ -244,6 +254,7 @@ std::vector<std::string> check_vehicle(const YamlNode& file, const Calibration* 
     attempt_if_there("trigger_output",
                      [&](const YamlNode& node) { vehicle.pulses = read_pulses(node, vehicle.cameras.rate_hz); });
     attempt([&] { read_imu(root.at("imu"), vehicle); });
+    attempt_if_there("ros2", [&](const YamlNode& node) { vehicle.ros2 = read_ros2(node); });
     bool has_link = false;
     attempt_if_there("sinks", [&](const YamlNode& node) {
         has_link = node.has("mavlink");

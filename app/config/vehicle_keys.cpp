@@ -60,6 +60,13 @@ constexpr std::array kKeys{
     VehicleKey{"cameras.right.device", "", "Its node."},
     VehicleKey{"cameras.side_by_side.device", "", "Its node."},
 
+    VehicleKey{"cameras.ros2", "",
+               "Topics of drivers that speak ROS 2, instead of nodes; only rate_hz may stand beside it."},
+    VehicleKey{"cameras.ros2.left", "",
+               "The left camera's, of type Image; of type CompressedImage (JPEG) if it ends in /compressed."},
+    VehicleKey{"cameras.ros2.right", "", "The right camera's; left out with a calibration of one camera."},
+    VehicleKey{"cameras.ros2.latency_s", "s", "From the middle of the exposure to the stamp of the header."},
+
     VehicleKey{"trigger", "", "The line whose edges start the exposures; left out if there is none."},
     VehicleKey{"trigger.chip", "", "GPIO chip of the line."},
     VehicleKey{"trigger.line", "", "Its number, or its name in gpioinfo."},
@@ -79,7 +86,8 @@ constexpr std::array kKeys{
     VehicleKey{"trigger_output.pwm.channel", "", "Which of the chip's outputs."},
     VehicleKey{"trigger_output.gpio", "", "A line that a thread switches."},
 
-    VehicleKey{"imu", "", "The inertial sensor: on spi or can, by iio, or the flight controller's by mavlink."},
+    VehicleKey{"imu", "",
+               "The inertial sensor: on spi or can, by iio, the flight controller's by mavlink, or a topic of ros2."},
     VehicleKey{"imu.axes", "",
                "Which sensor axis each of the body's x, y, z is, such as \"y -x z\"; \"x y z\" if it is left out."},
     VehicleKey{"imu.latency_s", "s", "Delay of the sensor's filter."},
@@ -140,6 +148,16 @@ constexpr std::array kKeys{
                "Cut-off of its second-order low-pass, whose delay is taken off the stamps; 0: none."},
     VehicleKey{"imu.mavlink.accel_filter_hz", "Hz", "The same of accelerations."},
 
+    VehicleKey{"imu.ros2", "", "A topic of a driver that speaks ROS 2."},
+    VehicleKey{"imu.ros2.topic", "", "Its name, of type Imu, with rates and accelerations in one message."},
+
+    VehicleKey{"ros2", "", "How the topics of cameras, imu and sinks are reached."},
+    VehicleKey{"ros2.domain", "", "ROS_DOMAIN_ID of the others."},
+    VehicleKey{"ros2.interfaces", "",
+               "Network interfaces on which this program is visible, and nowhere else; lo if it is left out: this "
+               "computer."},
+    VehicleKey{"ros2.peers", "", "Addresses of computers to ask for topics where multicast does not reach them."},
+
     VehicleKey{"sinks", "", "Where estimates go."},
     VehicleKey{"sinks.rate_hz", "Hz",
                "Estimates a second, each carried on to the newest inertial sample; 0: one a frame, at its exposure."},
@@ -190,6 +208,11 @@ constexpr std::array kKeys{
     VehicleKey{"sinks.world.path", "", "Its path; /run/facet/world is one that the service may make."},
     VehicleKey{"sinks.world.group", "", "Group that may connect; the program's user must be in it."},
     VehicleKey{"sinks.world.mode", "", "Of the socket, in octal digits."},
+    VehicleKey{"sinks.ros2", "", "Topics of ROS 2: odometry, /tf, /diagnostics, mesh, planes, landmarks, path."},
+    VehicleKey{"sinks.ros2.prefix", "", "Before the names of all topics but /tf and /diagnostics."},
+    VehicleKey{"sinks.ros2.odom_frame", "", "Name of the world's frame."},
+    VehicleKey{"sinks.ros2.base_frame", "", "Name of the body's frame."},
+    VehicleKey{"sinks.ros2.tf", "", "Whether the transform between them is published, too."},
     VehicleKey{"sinks.log", "", "Files of the flights."},
     VehicleKey{"sinks.log.folder", "", "Each flight gets a folder in there."},
     VehicleKey{"sinks.log.keep_mb", "MB", "Of the disc for all flights: the oldest are removed; 0: none is."},

@@ -11,6 +11,7 @@
 #include "app/config/read_duration.h"
 #include "app/config/vehicle_iio.h"
 #include "app/config/vehicle_mavlink.h"
+#include "app/config/vehicle_ros2.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
 #include "drivers/imu_can/openimu300.h"
@@ -257,9 +258,12 @@ void read_imu(const YamlNode& node, Vehicle& vehicle) {
     const auto can = section.find("can");
     const auto iio = section.find("iio");
     const auto mavlink = section.find("mavlink");
+    const auto ros2 = section.find("ros2");
     section.finish();
-    if (int{spi.has_value()} + int{can.has_value()} + int{iio.has_value()} + int{mavlink.has_value()} != 1) {
-        node.fail("must have one of 'spi', 'can', 'iio' and 'mavlink'");
+    const int chosen = int{spi.has_value()} + int{can.has_value()} + int{iio.has_value()} + int{mavlink.has_value()} +
+                       int{ros2.has_value()};
+    if (chosen != 1) {
+        node.fail("must have one of 'spi', 'can', 'iio', 'mavlink' and 'ros2'");
     }
     if (spi) {
         vehicle.imu_spi = read_imu_spi(*spi);
@@ -273,6 +277,10 @@ void read_imu(const YamlNode& node, Vehicle& vehicle) {
         vehicle.imu_mavlink = read_imu_mavlink(*mavlink, vehicle.calibration.noise.rate_hz);
         vehicle.imu_mavlink->axes = axes;
         vehicle.imu_mavlink->latency = latency;
+    } else if (ros2) {
+        vehicle.imu_ros2 = read_imu_ros2(*ros2);
+        vehicle.imu_ros2->axes = axes;
+        vehicle.imu_ros2->latency = latency;
     } else {
         vehicle.imu_can = read_imu_can(*can);
         vehicle.imu_can->source.axes = axes;

@@ -71,6 +71,13 @@ void show_frame(const FrameResult& result, const StereoFrame& frame, const Keyfr
             std::ranges::transform(result.planes, std::back_inserter(mesh.planes), to_scene);
         };
     }
+    if (result.has_mesh) {
+        fillers.landmarks = [&seen](std::vector<Eigen::Vector3f>& points) {
+            for (const LandmarkSnapshot& landmark : seen.landmarks) {
+                points.push_back(landmark.p_W.cast<float>());
+            }
+        };
+    }
     const StereoFrame& shown = result.has_mesh ? pipeline.mapped().frame : frame;  // its points are known
     const bool takes_right = shown.left.empty() || (result.has_mesh && seen.is_exchanged);
     const Scene scene{takes_right ? shown.right : shown.left, result.has_mesh ? &seen : nullptr};

@@ -84,7 +84,7 @@ public:
         }
         source.stop();
     }
-    void camera(CameraSource& source, const std::string& device, const CameraV4l2Options& options);
+    void camera(CameraSource& source, const std::string& device, const std::string& name);
     void trigger(TriggerSource& source, const std::string& device);
     void pulses(PulseOutput& pulses);
     void pairing(const PairingSources& sources, PulseOutput& pulses);
@@ -93,7 +93,7 @@ public:
     void imu_rounding(const ImuMavlinkOptions& imu);
     template <class Sink>
     void sink(Sink& sink, const char* device);
-    void sinks(MavlinkLink* mavlink, CanOut* can);
+    void sinks(Hardware& hardware);
     void log_folder();
 
     bool is_good_so_far() const {
@@ -109,14 +109,18 @@ private:
     std::vector<ProbeLine> lines_;
 };
 
-void Probe::camera(CameraSource& source, const std::string& device, const CameraV4l2Options& options) {
-    const auto ignore = [](const CameraFrame&) {};
-    this->source<CameraSource, CameraFrame>(source, device, ignore, [&](const Heard& heard) {
+void Probe::camera(CameraSource& source, const std::string& device, const std::string& name) {
+    int width = 0;
+    int height = 0;
+    const auto measure = [&](const CameraFrame& frame) {
+        width = frame.image.width;
+        height = frame.image.height;
+    };
+    this->source<CameraSource, CameraFrame>(source, device, measure, [&](const Heard& heard) {
         const double wanted = vehicle_.cameras.rate_hz;
         const SourceCounters c = source.counters();
-        const std::string what =
-            fmt::format("{} {}x{}, {:.1f} frames/s, {} lost, {} bad", options.capture.device, options.capture.width,
-                        options.capture.height, heard.rate_hz(), c.lost, c.corrupt);
+        const std::string what = fmt::format("{} {}x{}, {:.1f} frames/s, {} lost, {} bad", name, width, height,
+                                             heard.rate_hz(), c.lost, c.corrupt);
         if (!source.warning().empty()) {
             add(Finding::kDoubtful, device, fmt::format("{}; {}", what, source.warning()));
         } else if (heard.oldest_age > Duration::from_seconds(5.0) || heard.oldest_age.ns < 0) {
@@ -257,14 +261,17 @@ void Probe::sink(Sink& sink, const char* device) {
     }
 }
 
-void Probe::sinks(MavlinkLink* mavlink, CanOut* can) {
-    if (mavlink != nullptr) {
-        sink(*mavlink, "mavlink");
+void Probe::sinks(Hardware& hardware) {
+    if (hardware.mavlink() != nullptr) {
+        sink(*hardware.mavlink(), "mavlink");
     }
-    if (can != nullptr) {
-        sink(*can, "can out");
+    if (hardware.can_out() != nullptr) {
+        sink(*hardware.can_out(), "can out");
     }
-    if (mavlink == nullptr && can == nullptr) {
+    if (hardware.ros2_out() != nullptr) {
+        sink(*hardware.ros2_out(), "ros 2");
+    }
+    if (hardware.mavlink() == nullptr && hardware.can_out() == nullptr && hardware.ros2_out() == nullptr) {
         add(Finding::kDoubtful, "mavlink", "not configured: nobody receives the estimates");
     }
 }
@@ -296,9 +303,9 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
     if (hardware.pulses() != nullptr) {
         probe.pulses(*hardware.pulses());
     }
-    probe.camera(*sources.left, vehicle.cameras.side_by_side ? "cameras" : "left camera", cameras.left);
+    probe.camera(*sources.left, vehicle.cameras.side_by_side ? "cameras" : "left camera", cameras.left_name());
     if (sources.right != nullptr) {
-        probe.camera(*sources.right, "right camera", cameras.right);
+        probe.camera(*sources.right, "right camera", cameras.right_name());
     }
     if (sources.trigger != nullptr) {
         probe.trigger(*sources.trigger, "trigger");
@@ -313,7 +320,7 @@ std::vector<ProbeLine> dry_run(Hardware& hardware, Clock& clock, const Vehicle& 
         }
         hardware.pulses()->stop();
     }
-    probe.sinks(hardware.mavlink(), hardware.can_out());
+    probe.sinks(hardware);
     probe.log_folder();
     probe.add(probe_system(vehicle.realtime));
     return probe.take();

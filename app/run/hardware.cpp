@@ -6,15 +6,10 @@
 namespace facet {
 
 Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
-    if (vehicle.cameras.auto_exposure) {
-        exposure_ = std::make_unique<SharedExposure>(*vehicle.cameras.auto_exposure);
+    if (vehicle.cameras.ros2 || vehicle.imu_ros2 || vehicle.ros2_out) {
+        make_ros2(clock, vehicle);
     }
-    left_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.left, exposure_.get(), 0);
-    sources_.left = left_.get();
-    if (!vehicle.cameras.side_by_side && vehicle.calibration.rig.has_right) {
-        right_ = std::make_unique<CameraV4l2>(io, clock, vehicle.cameras.right, exposure_.get(), 1);
-        sources_.right = right_.get();
-    }
+    make_cameras(io, clock, vehicle);
     if (vehicle.trigger) {
         trigger_ = std::make_unique<TriggerGpio>(io, clock, vehicle.trigger->input);
         sources_.trigger = trigger_.get();
@@ -33,6 +28,8 @@ Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
         auto imu = std::make_unique<ImuMavlink>(*mavlink_, clock, *vehicle.imu_mavlink);
         imu_mavlink_ = imu.get();
         imu_ = std::move(imu);
+    } else if (vehicle.imu_ros2) {
+        imu_ = std::make_unique<ImuRos2>(*ros2_, clock, *vehicle.imu_ros2);
     } else {
         make_can(io, clock, *vehicle.imu_can);
     }
@@ -40,6 +37,35 @@ Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
     if (vehicle.can_out) {
         can_out_ = std::make_unique<CanOut>(io, clock, *vehicle.can_out);
     }
+}
+
+void Hardware::make_ros2(const Clock& clock, const Vehicle& vehicle) {
+    ros2_ = make_ros2_node(vehicle.ros2);
+    if (vehicle.ros2_out) {
+        ros2_view_ = std::make_unique<Ros2View>();
+        ros2_out_ = std::make_unique<Ros2Output>(*ros2_, clock, *vehicle.ros2_out);
+        ros2_out_->show(ros2_view_.get());
+    }
+}
+
+void Hardware::make_cameras(KernelIo& io, const Clock& clock, const Vehicle& vehicle) {
+    const VehicleCameras& cameras = vehicle.cameras;
+    const bool has_second = !cameras.side_by_side && vehicle.calibration.rig.has_right;
+    if (cameras.ros2) {
+        left_ = std::make_unique<CameraRos2>(*ros2_, clock, cameras.ros2->left);
+    } else {
+        if (cameras.auto_exposure) {
+            exposure_ = std::make_unique<SharedExposure>(*cameras.auto_exposure);
+        }
+        left_ = std::make_unique<CameraV4l2>(io, clock, cameras.left, exposure_.get(), 0);
+    }
+    if (has_second && cameras.ros2) {
+        right_ = std::make_unique<CameraRos2>(*ros2_, clock, cameras.ros2->right);
+    } else if (has_second) {
+        right_ = std::make_unique<CameraV4l2>(io, clock, cameras.right, exposure_.get(), 1);
+    }
+    sources_.left = left_.get();
+    sources_.right = right_.get();
 }
 
 OdometrySink* Hardware::mavlink_sink() {

@@ -8,6 +8,7 @@
 
 #include "app/config/vehicle.h"
 #include "app/run/pulse_output.h"
+#include "app/run/ros2_view.h"
 #include "app/run/sensor_threads.h"
 #include "drivers/imu_spi/spidev.h"
 
@@ -27,18 +28,27 @@ public:
     const ImuMavlink* imu_mavlink() const { return imu_mavlink_; }
     /// nullptr if no estimates go onto a CAN bus.
     CanOut* can_out() { return can_out_.get(); }
+    /// nullptr if no estimates go to ROS 2.
+    Ros2Output* ros2_out() { return ros2_out_.get(); }
+    /// Who is shown the flight for it; nullptr without.
+    FlightViewer* ros2_view() { return ros2_view_.get(); }
     /// nullptr if something else triggers the cameras.
     PulseOutput* pulses() { return pulses_.get(); }
     /// nullptr if the IMU's data-ready line is not wired.
     TriggerGpio* data_ready() { return data_ready_.get(); }
 
 private:
+    void make_cameras(KernelIo& io, const Clock& clock, const Vehicle& vehicle);
+    void make_ros2(const Clock& clock, const Vehicle& vehicle);
     void make_spi(KernelIo& io, Clock& clock, const VehicleImuSpi& spi);
     void make_can(KernelIo& io, const Clock& clock, const VehicleImuCan& can);
 
+    std::unique_ptr<Ros2Node> ros2_;  ///< before those who use it
+    std::unique_ptr<Ros2View> ros2_view_;
+    std::unique_ptr<Ros2Output> ros2_out_;
     std::unique_ptr<SharedExposure> exposure_;
-    std::unique_ptr<CameraV4l2> left_;
-    std::unique_ptr<CameraV4l2> right_;
+    std::unique_ptr<CameraSource> left_;
+    std::unique_ptr<CameraSource> right_;
     std::unique_ptr<TriggerGpio> trigger_;
     std::unique_ptr<PulseOutput> pulses_;
     std::unique_ptr<TriggerGpio> data_ready_;

@@ -31,6 +31,7 @@ public:
         std::function<void(ViewMesh&)> mesh;
         std::function<void(ViewPicture&)> picture;
         std::function<void(CalibrationEstimate&)> calibration;
+        std::function<void(std::vector<Eigen::Vector3f>&)> landmarks;  ///< in W (m); up to kMaxLandmarks
     };
     virtual void offer(const ViewState& state, const Fillers& fillers) = 0;
 };

@@ -86,10 +86,11 @@ THIRD_PARTY = (
     (re.compile(r"^boost/(asio|beast)"), ("app/view",)),
     (re.compile(r"^lib(avcodec|avformat|avutil)/"), ("app/lab/convert",)),
     (re.compile(r"^sqlite3\.h$"), ("app/lab/convert",)),
-    (re.compile(r"^jpeglib\.h$"), ("drivers/camera_v4l2", "drivers/replay_asl")),
+    (re.compile(r"^jpeglib\.h$"), ("drivers/common", "drivers/replay_asl")),
     (re.compile(r"^tiffio\.h$"), ("drivers/replay_asl",)),
     (re.compile(r"^(zlib|bzlib|zstd|lz4frame)\.h$"), ("app/mcap",)),
     (re.compile(r"^gpiod\.h$"), ("drivers/trigger_gpio",)),
+    (re.compile(r"^(dds/|[a-z0-9]+_msgs\.h$)"), ("drivers/ros2",)),
 )
 
 

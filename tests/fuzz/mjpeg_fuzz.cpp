@@ -2,7 +2,7 @@
 // Images of a camera that sends JPEGs, to a decoder that has others before and after.
 #include <array>
 
-#include "drivers/camera_v4l2/mjpeg_decoder.h"
+#include "drivers/common/mjpeg_decoder.h"
 #include "tests/fuzz/fuzz_input.h"
 
 using namespace facet;

@@ -66,6 +66,16 @@ TEST_CASE("the service may talk to the flight controller's address") {
     CHECK(has(service_drop_in(vehicle), "IPAddressAllow=10.41.1.1"));
 }
 
+TEST_CASE("the service leaves this computer for ROS 2 only if an interface is named") {
+    Vehicle vehicle = spi_vehicle();
+    vehicle.ros2_out.emplace();
+    CHECK(service_drop_in(vehicle).find("IPAddressAllow") == std::string::npos);
+    vehicle.ros2.interfaces = {"lo", "eth0"};
+    CHECK(has(service_drop_in(vehicle), "IPAddressAllow=any"));
+    vehicle.ros2_out.reset();
+    CHECK(service_drop_in(vehicle).find("IPAddressAllow") == std::string::npos);
+}
+
 TEST_CASE("a log folder elsewhere may be written, wherever the vehicle file is read") {
     Vehicle vehicle = spi_vehicle();
     vehicle.log.folder = "/data/flights";

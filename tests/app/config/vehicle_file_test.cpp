@@ -166,14 +166,21 @@ TEST_CASE("the shortest vehicle files of the bring-up are whole vehicles") {
     int files = 0;
     for (std::size_t at = document.find(begin); at != std::string::npos; at = document.find(begin, at + 1)) {
         const std::size_t from = at + 4;
-        const Vehicle v = load_vehicle(dir.write("v.yaml", document.substr(from, document.find("```", from) - from)));
-        CHECK(v.imu_mavlink);
+        const std::string text = document.substr(from, document.find("```", from) - from);
+        const bool is_ros2 = text.find("ros2") != std::string::npos;
+        if (is_ros2 && !has_ros2()) {
+            continue;
+        }
+        const Vehicle v = load_vehicle(dir.write("v.yaml", text));
         CHECK(v.mavlink);
-        CHECK(v.cameras.side_by_side);
-        CHECK(v.cameras.left.capture.rate_hz == 30.0);
+        CHECK(v.imu_mavlink.has_value() != is_ros2);
+        CHECK(v.imu_ros2.has_value() == is_ros2);
+        CHECK(v.cameras.side_by_side != is_ros2);
+        CHECK(v.cameras.rate_hz == 30.0);
+        CHECK((is_ros2 || v.cameras.left.capture.rate_hz == 30.0));
         ++files;
     }
-    CHECK(files == 2);
+    CHECK(files == (has_ros2() ? 3 : 2));
 }
 
 TEST_CASE("the flight controller's IMU has options, and needs the link") {
@@ -199,7 +206,8 @@ TEST_CASE("the flight controller's IMU has options, and needs the link") {
     CHECK_THROWS_WITH(load("{message: attitude}", link), Catch::Contains("message"));
     CHECK_THROWS_WITH(load("{rate_hz: 5}", link), Catch::Contains("rate_hz"));
     CHECK_THROWS_WITH(load("{gyro_filter_hz: 0.5}", link), Catch::Contains("1 Hz at least"));
-    CHECK_THROWS_WITH(load("{}, can: {}", link), Catch::Contains("must have one of 'spi', 'can', 'iio' and 'mavlink'"));
+    CHECK_THROWS_WITH(load("{}, can: {}", link),
+                      Catch::Contains("must have one of 'spi', 'can', 'iio', 'mavlink' and 'ros2'"));
 }
 
 TEST_CASE("a vehicle file needs calibration, cameras and an IMU, and has defaults for the rest") {
@@ -393,9 +401,10 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {"cameras: {}\n", ":1: calibration: missing"},
         {kHead + kImu, ":1: cameras: missing"},
         {kHead + kCameras, ":1: imu: missing"},
-        {kHead + kCameras + "imu: {}\n", ":3: imu: must have one of 'spi', 'can', 'iio' and 'mavlink'"},
+        {kHead + kCameras + "imu: {}\n", ":3: imu: must have one of 'spi', 'can', 'iio', 'mavlink' and 'ros2'"},
         {kHead + kCameras + kImu + "tirgger: {}\n",
-         ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, trigger_output, imu, sinks, "
+         ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, trigger_output, imu, ros2, "
+         "sinks, "
          "realtime"},
         {kHead + "cameras:\n  rate_hz: fast\n" + kImu, ":3: cameras.rate_hz: must be a number"},
         {kHead + "cameras:\n  rate_hz: 0\n" + kImu, ":3: cameras.rate_hz: must be within [1, 200], is 0"},

@@ -4,7 +4,7 @@
 
 #include "drivers/camera_v4l2/camera_v4l2.h"
 #include "tests/drivers/camera_v4l2/camera_harness.h"
-#include "tests/drivers/camera_v4l2/jpeg_images.h"
+#include "tests/support/jpeg_images.h"
 
 namespace facet {
 namespace {

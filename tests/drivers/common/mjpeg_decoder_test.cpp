@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "drivers/camera_v4l2/mjpeg_decoder.h"
+#include "drivers/common/mjpeg_decoder.h"
 
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "tests/drivers/camera_v4l2/jpeg_images.h"
+#include "tests/support/jpeg_images.h"
 #include "tests/support/allocation_guard.h"
 
 namespace facet {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "drivers/camera_v4l2/mjpeg_decoder.h"
+#include "drivers/common/mjpeg_decoder.h"
 
 #include <jpeglib.h>
 #include <cstdio>  // jpeglib.h needs it before it
