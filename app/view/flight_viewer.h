@@ -28,10 +28,10 @@ public:
     /// Each fills in a value whose vectors are empty; called by offer(), on its thread, or not at all. An empty one
     /// says that there is nothing new.
     struct Fillers {
-        std::function<void(ViewMesh&)> mesh;
-        std::function<void(ViewPicture&)> picture;
-        std::function<void(CalibrationEstimate&)> calibration;
-        std::function<void(std::vector<Eigen::Vector3f>&)> landmarks;  ///< in W (m); up to kMaxLandmarks
+        std::function<void(ViewMesh&)> mesh{};
+        std::function<void(ViewPicture&)> picture{};
+        std::function<void(CalibrationEstimate&)> calibration{};
+        std::function<void(std::vector<Eigen::Vector3f>&)> landmarks{};  ///< in W (m); up to kMaxLandmarks
     };
     virtual void offer(const ViewState& state, const Fillers& fillers) = 0;
 };
