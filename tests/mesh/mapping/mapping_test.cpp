@@ -58,7 +58,6 @@ TEST_CASE("frames that are refused are never TRACKING: DEGRADED at first, then L
         const bool is_long = kFrame_s * k > lost_after_s + 1e-6;
         CHECK(estimate.health.state == (is_long ? TrackingState::kLost : TrackingState::kDegraded));
         CHECK((estimate.health.quality == 0) == is_long);
-        CHECK(mapping->keep().has_value() == !is_long);
     }
 }
 
