@@ -275,8 +275,9 @@ class Files(Benchmark):
             _, _, bench, _ = script.parse_arguments(script.make_parser(), given)
             self.assertTrue(bench.plan.flights, name)
             if "conditions" in bench.plan.content and len(bench.plan.conditions) > 1:
-                first = "0, flight" if name == "mismatch" else "1, flight"  # it draws its calibrations (K = 1) by the case
-            self.assertEqual(str(bench.plan.conditions[0]), first, f"{name}: realistic conditions come first")
+                # mismatch draws its calibrations, of K = 1, by the case.
+                first = "0, flight" if name == "mismatch" else "1, flight"
+                self.assertEqual(str(bench.plan.conditions[0]), first, f"{name}: realistic conditions come first")
             documents = [entry.get("document") for entry in
                          (bench.plan.content, *(bench.plan.content.get("tables") or {}).values())]
             for document in filter(None, documents):
