@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "drivers/camera_v4l2/auto_exposure.h"
-#include "drivers/common/mjpeg_decoder.h"
 #include "drivers/camera_v4l2/v4l2_capture.h"
 #include "drivers/camera_v4l2/v4l2_controls.h"
 #include "drivers/common/device_life.h"
 #include "drivers/common/increasing_stamps.h"
+#include "drivers/common/mjpeg_decoder.h"
 #include "platform/port/camera_source.h"
 
 namespace facet {

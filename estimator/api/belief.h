@@ -25,9 +25,9 @@ struct Belief {
     Timestamp stamp;
     NavState state;
     StateCovariance covariance = StateCovariance::Zero();
-    ImuScale imu_scale;        ///< to carry the state on with
-    VibrationShare vibration;  ///< likewise
-    ReplacedReadings replaced;   ///< after the stamp
+    ImuScale imu_scale;         ///< to carry the state on with
+    VibrationShare vibration;   ///< likewise
+    ReplacedReadings replaced;  ///< after the stamp
 };
 
 inline bool is_finite(const Belief& b) {

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "estimator/api/belief.h"
-#include "estimator/values/refused_run.h"
 #include "estimator/imu/imu_buffer.h"
+#include "estimator/values/refused_run.h"
 
 namespace facet {
 

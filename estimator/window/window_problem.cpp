@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "estimator/factors/rest_factor.h"
-#include "estimator/window/plane_pairs.h"
 #include "estimator/values/stage_scope.h"
+#include "estimator/window/plane_pairs.h"
 #include "platform/base/assert.h"
 
 namespace facet {

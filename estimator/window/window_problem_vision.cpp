@@ -4,8 +4,8 @@
 #include <boost/container/static_vector.hpp>
 #include <cmath>
 
-#include "estimator/window/landmark_triangulation.h"
 #include "estimator/values/stage_scope.h"
+#include "estimator/window/landmark_triangulation.h"
 #include "estimator/window/window_problem.h"
 
 namespace facet {

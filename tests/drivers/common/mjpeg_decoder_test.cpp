@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "tests/support/jpeg_images.h"
 #include "tests/support/allocation_guard.h"
+#include "tests/support/jpeg_images.h"
 
 namespace facet {
 namespace {
