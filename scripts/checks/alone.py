@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
 """Compiles every header of the project, and every source of the program, alone: each includes all that it needs.
-Skipped are those that passed before and have not changed since, and headers that begin their own source: x.h where
-x.cpp begins by including it, but for the tests, whose sources are not compiled here.
+Skipped are those that passed before and have not changed since, headers that begin their own source: x.h where x.cpp
+begins by including it, but for the tests, whose sources are not compiled here; and parts that this build leaves out:
+headers in a folder whose sources it does not compile.
 
 Clang reads each as the beginning of a file that goes on, so that no template is instantiated at its end, which is most
 of a compiler's work; Eigen, where it is included, is precompiled. Warnings are for the build to find.
@@ -47,6 +48,11 @@ def is_first_in_its_source(header):
     return first is not None and first.group(1) == header.relative_to(ROOT).as_posix()
 
 
+def is_left_out(header, compiled):
+    sources = set(header.parent.glob("*.cpp"))
+    return header.relative_to(ROOT).parts[0] != "tests" and bool(sources) and not sources & compiled
+
+
 def needs_eigen(file):
     return any(b"#include <Eigen/" in contents(part) for part in closure(file))
 
@@ -61,7 +67,8 @@ def main():
     of_source = {source.file: [*CLANG, *chosen_flags([source], PATHS + MACHINE)] for source in compiled
                  if source.folder() != "tests"}
     cache = Cache("alone")
-    headers = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob("*.h"))
+    headers = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob("*.h")
+                     if not is_left_out(file, of_source.keys()))
     begun = [header for header in headers if not is_first_in_its_source(header)]
     eigen = cache.folder / "eigen.h"
     eigen.write_text(EIGEN, encoding="utf-8")
