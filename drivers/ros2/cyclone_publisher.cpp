@@ -23,7 +23,7 @@ struct TopicType {
 constexpr std::size_t kTopics = static_cast<std::size_t>(Ros2Topic::kCount);
 
 const std::array<TopicType, kTopics>& topic_types() {
-    static const std::array<TopicType, kTopics> types{{
+    static const std::array<TopicType, kTopics> kTypes{{
         {"/odometry", &nav_msgs_msg_dds__Odometry__desc, 10, true},
         {"/tf", &tf2_msgs_msg_dds__TFMessage__desc, 100, false},
         {"/diagnostics", &diagnostic_msgs_msg_dds__DiagnosticArray__desc, 10, false},
@@ -32,7 +32,7 @@ const std::array<TopicType, kTopics>& topic_types() {
         {"/landmarks", &sensor_msgs_msg_dds__PointCloud2__desc, 1, true},
         {"/path", &nav_msgs_msg_dds__Path__desc, 1, true},
     }};
-    return types;
+    return kTypes;
 }
 
 /// Messages have strings that may be written to; nobody does.

@@ -40,7 +40,7 @@ bool CameraRoles::must_exchange(const StereoFrame& frame) const {
 }
 
 RigCalibration CameraRoles::exchange(const RigCalibration& corrections) {
-    const RigCalibration out = exchanged(corrections, rig_);
+    RigCalibration out = exchanged(corrections, rig_);
     rig_ = rig_.exchanged();
     is_exchanged_ = !is_exchanged_;
     return out;

@@ -224,7 +224,7 @@ bool PlaneFinder::make_room() {
 }
 
 void PlaneFinder::confirm() {
-    const auto is_new = [this](const TrackedPlane& p) {
+    const auto is_new = [](const TrackedPlane& p) {
         return !p.id.valid() && p.lost == 0 && p.found >= kConfirmKeyframes;
     };
     for (auto next = planes_.begin(); (next = std::find_if(planes_.begin(), planes_.end(), is_new)) != planes_.end();) {
