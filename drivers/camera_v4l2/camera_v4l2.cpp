@@ -213,11 +213,7 @@ Status CameraV4l2::deliver(const V4l2Buffer& buffer, CameraFrame& frame) {
     camera_counters_.not_monotonic += buffer.monotonic ? 0 : 1;
     const Duration exposure = exposures_.at(buffer.sequence, options_.exposure);
     const Timestamp stamp = midpoint(buffer, exposure);
-    const char* fault = stamp_fault(buffer.stamp, clock_, clock());
-    counters_.discarded += fault == nullptr ? 0 : 1;
-    if (fault == nullptr && !order_.allows(stamp, counters_.discarded)) {
-        fault = "stamps that do not increase";
-    }
+    const char* const fault = delivery_fault({buffer.stamp, stamp}, clock_, clock(), order_, counters_.discarded);
     if (fault != nullptr) {
         ++camera_counters_.stamps_refused;
         life_.refuse(fault);

@@ -21,4 +21,13 @@ const char* stamp_fault(Timestamp stamp, const Clock& clock, ClockDomain domain)
     return stamp < now - kOldest ? "stamps of long ago" : nullptr;
 }
 
+const char* delivery_fault(const SampleStamps& stamps, const Clock& clock, ClockDomain domain, IncreasingStamps& order,
+                           std::uint64_t& refused) {
+    if (const char* const fault = stamp_fault(stamps.given, clock, domain)) {
+        ++refused;
+        return fault;
+    }
+    return order.allows(stamps.delivered, refused) ? nullptr : "stamps that do not increase";
+}
+
 }  // namespace facet

@@ -104,11 +104,7 @@ Status CameraRos2::decode(const Ros2Image& image, std::span<std::uint8_t> out) {
 Status CameraRos2::deliver(const Ros2Image& image, CameraFrame& frame) {
     const std::uint32_t sequence = received_++;
     const Timestamp stamp = image.stamp - options_.latency;
-    const char* fault = stamp_fault(image.stamp, clock_, clock());
-    counters_.discarded += fault == nullptr ? 0 : 1;
-    if (fault == nullptr && !order_.allows(stamp, counters_.discarded)) {
-        fault = "stamps that do not increase";
-    }
+    const char* const fault = delivery_fault({image.stamp, stamp}, clock_, clock(), order_, counters_.discarded);
     if (fault != nullptr) {
         ++camera_counters_.stamps_refused;
         life_.refuse(fault);

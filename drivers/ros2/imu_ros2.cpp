@@ -55,15 +55,12 @@ Status ImuRos2::take(Duration timeout, ImuSample& sample) {
         return Status::kCorrupt;
     }
     const Timestamp stamp = inertial.stamp - options_.latency;
-    const char* fault = stamp_fault(inertial.stamp, clock_, clock());
-    counters_.discarded += fault == nullptr ? 0 : 1;
-    if (fault == nullptr && !order_.pass(stamp, counters_.discarded)) {
-        fault = "stamps that do not increase";
-    }
+    const char* const fault = delivery_fault({inertial.stamp, stamp}, clock_, clock(), order_, counters_.discarded);
     if (fault != nullptr) {
         life_.refuse(fault);
         return Status::kNotReady;
     }
+    order_.delivered(stamp);
     sample.stamp = stamp;
     sample.w_B = options_.axes.apply(inertial.w);
     sample.a_B = options_.axes.apply(inertial.a);

@@ -55,15 +55,14 @@ bool TriggerGpio::take(TriggerEdge& edge) {
     while (!waiting_.empty()) {
         const TriggerEdge next = waiting_.front();
         waiting_.pop_front();
-        const char* fault = stamp_fault(next.stamp, clock_, options_.input.clock);
-        counters_.discarded += fault == nullptr ? 0 : 1;
-        if (fault == nullptr && !order_.pass(next.stamp, counters_.discarded)) {
-            fault = "stamps that do not increase";  // also two edges within the clock's resolution
-        }
+        // Not increasing are also two edges within the clock's resolution.
+        const char* const fault =
+            delivery_fault({next.stamp, next.stamp}, clock_, options_.input.clock, order_, counters_.discarded);
         if (fault != nullptr) {
             life_.refuse(fault);
             continue;
         }
+        order_.delivered(next.stamp);
         last_sequence_ = next.sequence;
         edge = next;
         return true;
