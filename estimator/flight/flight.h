@@ -27,7 +27,7 @@
 namespace facet {
 
 /// What Estimator does, behind its interface (estimator/api/estimator.h), which documents the public functions. Some
-/// 45 MB, allocated once. Thread-bound. Heap in configure() only.
+/// 33 MB, allocated once. Thread-bound. Heap in configure() only.
 ///
 /// Parts decide, each from what it is given: phase (what to do with a frame), StartProgress, RestDetector,
 /// InertialFault, StereoEvidence, FactorConsistency, GaugeTracker, ClockWatch, CameraRoles, DelayCorrection,
@@ -112,6 +112,8 @@ private:
     void begin_window(const StateCovariance& information, CalibrationStart calibration);
     /// The same at a belief found without regard to the past, which was `before`, and which gives place and yaw.
     void begin_window_in_place_of(const Belief& before);
+    /// The same at this state, found without regard to `now`, which gives place and yaw.
+    void begin_window_at(const NavState& state, const StateCovariance& covariance);
     /// Moves the uncertainty of place and yaw from `now` to the gauge: before a window begins at `now`.
     void fix_gauge();
     /// What a window that begins after a start gone astray holds of the calibration: what an estimate that was to be

@@ -51,6 +51,13 @@ void FlightEstimator::begin_window_in_place_of(const Belief& before) {
     begin_window(inverse(s_.now.covariance), calibration_start());
 }
 
+void FlightEstimator::begin_window_at(const NavState& state, const StateCovariance& covariance) {
+    const Belief before = s_.now;
+    s_.now.state = state;
+    s_.now.covariance = covariance;
+    begin_window_in_place_of(before);
+}
+
 void FlightEstimator::fix_gauge() {
     if (s_.trusted) {
         s_.gauge.absorb(s_.now);
@@ -63,10 +70,7 @@ void FlightEstimator::restart_in_motion() {
     if (!ok(initialize_state(imu_, s_.now.stamp, gravity_m_per_s2_, config_.initializer, initial, false))) {
         return;
     }
-    const Belief before = s_.now;
-    s_.now.state = initial.state;
-    s_.now.covariance = inverse(initial.information());
-    begin_window_in_place_of(before);
+    begin_window_at(initial.state, inverse(initial.information()));
     s_.rest.end();
     s_.restart.clear();
     s_.start.drop_claim();

@@ -88,9 +88,7 @@ void FlightEstimator::check_start() {
     }
     const Belief before = s_.now;
     if (ok(status)) {
-        s_.now.state = better;
-        s_.now.covariance = information.inverse();
-        begin_window_in_place_of(before);
+        begin_window_at(better, information.inverse());
     } else if (!s_.start.is_confirmed() && s_.start.age_s(s_.now.stamp) > kFruitless_s && ok(fall_back_to_gravity())) {
         monocular_start_.reset();
         begin_window_in_place_of(before);
@@ -108,9 +106,7 @@ void FlightEstimator::collect_alone() {
     StateCovariance information;
     const Belief before = s_.now;
     if (ok(monocular_start_.solve(s_.now.state, solved, information))) {
-        s_.now.state = solved;
-        s_.now.covariance = information.inverse();
-        begin_window_in_place_of(before);
+        begin_window_at(solved, information.inverse());
     } else if (ok(fall_back_to_gravity())) {
         begin_window_in_place_of(before);
         s_.start.await_answer();
@@ -127,10 +123,7 @@ void FlightEstimator::begin_shaken_rest() {
     if (!ok(initialize_shaken(imu_, rest, gravity_m_per_s2_, config_.initializer, initial))) {
         return;
     }
-    const Belief before = s_.now;
-    s_.now.state = initial.state;
-    s_.now.covariance = inverse(initial.information());
-    begin_window_in_place_of(before);
+    begin_window_at(initial.state, inverse(initial.information()));
     s_.start.begin_shaken_rest();
 }
 

@@ -20,9 +20,9 @@ inline constexpr auto kFrontendBackends = std::to_array<std::string_view>({"own"
 struct FrontendConfig {
     /// The images show standstill if the median disparity is below this (px).
     static constexpr double kStillDisparity_px = 0.5;
-    /// Lost landmarks are searched for within this distance of their predicted position; 0 turns the search off (px).
+    /// Lost landmarks are searched for within this distance of their predicted position (px).
     static constexpr double kRecallRadius_px = 15.0;
-    /// Least time between two keyframes; the default is the paper's (s).
+    /// Least time between two keyframes, the paper's (s).
     static constexpr double kKeyframeMinInterval_s = 0.2;
     /// A track is dropped if tracking it forward and back again misses its start by more than this (px).
     static constexpr double kForwardBackward_px = 0.5;

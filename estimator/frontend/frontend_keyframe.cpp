@@ -16,7 +16,7 @@ std::span<const LandmarkPrediction> Frontend::Impl::predict(const FrameHints& hi
 }
 
 void Frontend::Impl::recall(const FrameHints& hints, FrontendOutput& output) {
-    if (FrontendConfig::kRecallRadius_px <= 0.0 || predict(hints).empty()) {
+    if (predict(hints).empty()) {
         return;
     }
     const std::size_t before = tracks.size();

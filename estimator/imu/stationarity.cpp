@@ -9,8 +9,8 @@
 namespace facet {
 namespace {
 
-// Largest change of the mean specific force at rest between the halves of the examined data, beyond noise; the
-// default is less than the slowest sway of a hand (m/s^2).
+// Largest change of the mean specific force at rest between the halves of the examined data, beyond noise: less
+// than the slowest sway of a hand (m/s^2).
 constexpr double kAccelDrift_m_per_s2 = 0.015;
 // Largest change of the mean rate at rest between the halves of the examined data, beyond noise (rad/s).
 constexpr double kGyroDrift_rad_per_s = 0.003;
