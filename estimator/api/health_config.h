@@ -9,14 +9,19 @@ namespace facet {
 
 /// Units, ranges and meanings: kHealthFields below.
 struct HealthConfig {
+    /// With a standard deviation of the velocity above this the estimate is degraded; above twice this for a while,
+    /// lost (m/s).
+    static constexpr double kMaxVelocitySigma_m_per_s = 0.5;
+    /// The reported quality stays low for this time after a start (s).
+    static constexpr double kGrace_s = 2.0;
+    /// An estimated accelerometer bias above this is divergence: lost (m/s^2).
+    static constexpr double kMaxAccelBias_m_per_s2 = 2.0;
+    /// Squared vision residuals per degree of freedom above this at three keyframes in a row are divergence: lost.
+    static constexpr double kWrongVisionChi2 = 25.0;
     int few_features = 12;
     double lost_after_s = 3.0;
     double max_speed_m_per_s = 20.0;
-    double max_velocity_sigma_m_per_s = 0.5;
-    double max_accel_bias_m_per_s2 = 2.0;
     double high_vision_chi2 = 4.0;
-    double wrong_vision_chi2 = 25.0;
-    double grace_s = 2.0;
     double max_residual_bias_px = 0.015;
     double max_calibration_stretch = 4.0;
     bool auto_reset = true;
@@ -31,17 +36,9 @@ inline constexpr auto kHealthFields = std::to_array<ParameterField<HealthConfig>
     {FACET_FIELD(HealthConfig, lost_after_s), "s", 0.2, 30,
      "After this time without vision the estimator is lost; by then inertial data alone err by decimetres."},
     {FACET_FIELD(HealthConfig, max_speed_m_per_s), "m/s", 1, 100, "An estimated speed above this is divergence: lost."},
-    {FACET_FIELD(HealthConfig, max_velocity_sigma_m_per_s), "m/s", 0.05, 10,
-     "With a standard deviation of the velocity above this the estimate is degraded; above twice this for a while, "
-     "lost."},
-    {FACET_FIELD(HealthConfig, max_accel_bias_m_per_s2), "m/s^2", 0.1, 10,
-     "An estimated accelerometer bias above this is divergence: lost."},
     {FACET_FIELD(HealthConfig, high_vision_chi2), "-", 1, 100,
      "With squared residuals of vision, or of the newest inertial factor, per degree of freedom above this the "
      "estimate is degraded."},
-    {FACET_FIELD(HealthConfig, wrong_vision_chi2), "-", 2, 1000,
-     "Squared vision residuals per degree of freedom above this at three keyframes in a row are divergence: lost."},
-    {FACET_FIELD(HealthConfig, grace_s), "s", 0, 30, "The reported quality stays low for this time after a start."},
     {FACET_FIELD(HealthConfig, max_residual_bias_px), "px", 0.005, 10,
      "Residuals of an image coordinate whose mean is off zero by more than this contradict the calibration: a warning, "
      "and half the quality at most."},

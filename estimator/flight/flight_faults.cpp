@@ -37,7 +37,7 @@ void FlightEstimator::take_over(const FrameEstimate& updated) {
 Status FlightEstimator::examine_image(Preintegration& preintegration, FrameEstimate& out) {
     // The map takes the tilt of its keyframes for known: during a start an error of it would be taken for a bias.
     const bool is_starting = monitor_.state() == TrackingState::kInit;
-    if (!config_.window.update_frames || is_starting || s_.phase == Phase::kCoasting || map_.empty()) {
+    if (is_starting || s_.phase == Phase::kCoasting || map_.empty()) {
         return Status::kNotFound;
     }
     FACET_TRY(compare_with_map(preintegration, out));

@@ -68,10 +68,11 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
     raise(e.imu.clipped != 0, kReasonImuClipped);
     raise(e.imu.is_replaced, kReasonImuContradicted);
     raise(e.imu.accel_vibration_m_per_s2 > kVibration_m_per_s2, kReasonVibration);
-    raise(e.gyro_bias_rad_per_s > kMaxGyroBias_rad_per_s || e.accel_bias_m_per_s2 > config_.max_accel_bias_m_per_s2,
-          kReasonBiasLimit);
+    raise(
+        e.gyro_bias_rad_per_s > kMaxGyroBias_rad_per_s || e.accel_bias_m_per_s2 > HealthConfig::kMaxAccelBias_m_per_s2,
+        kReasonBiasLimit);
     raise(e.speed_m_per_s > config_.max_speed_m_per_s, kReasonSpeedLimit);
-    raise(e.velocity_sigma_m_per_s > config_.max_velocity_sigma_m_per_s, kReasonVelocityUncertain);
+    raise(e.velocity_sigma_m_per_s > HealthConfig::kMaxVelocitySigma_m_per_s, kReasonVelocityUncertain);
     raise(std::max(e.vision_chi2, e.imu_chi2) > config_.high_vision_chi2, kReasonHighResidual);
     raise(e.solver_failed || !e.is_finite, kReasonSolverFailed);
     raise(e.is_late, kReasonOverrun);
@@ -86,7 +87,7 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
     }
     const double share[] = {
         e.tracked / kManyFeatures,
-        e.velocity_sigma_m_per_s > 0.0 ? 0.2 * config_.max_velocity_sigma_m_per_s / e.velocity_sigma_m_per_s : 1.0,
+        e.velocity_sigma_m_per_s > 0.0 ? 0.2 * HealthConfig::kMaxVelocitySigma_m_per_s / e.velocity_sigma_m_per_s : 1.0,
         e.vision_chi2 > 0.0 ? config_.high_vision_chi2 / e.vision_chi2 : 1.0,
         e.imu_chi2 > config_.high_vision_chi2 ? config_.high_vision_chi2 / e.imu_chi2 : 1.0,
         e.residual_bias_px > config_.max_residual_bias_px ? config_.max_residual_bias_px / e.residual_bias_px : 1.0,
@@ -98,7 +99,7 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
     // have had nothing in common since the start are such a calibration (cameras exchanged), or leave scale to the IMU.
     const bool is_replaced = share[4] < 1.0 || share[5] < 1.0 || e.imu.is_replaced || (has_pair_ && !is_matched_);
     const double best = is_replaced ? kFaultQuality : 1.0;
-    double worst = (e.stamp - started_).seconds() < config_.grace_s ? kGraceQuality : 1.0;
+    double worst = (e.stamp - started_).seconds() < HealthConfig::kGrace_s ? kGraceQuality : 1.0;
     // Inertial data alone are good for a while: features count in proportion to how long they have been missing.
     const double age = std::clamp(vision_age_s(e.stamp) / config_.lost_after_s, 0.0, 1.0);
     worst = std::min(
@@ -114,7 +115,7 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
         const bool has_vision = sees_enough && (health.reasons & kReasonFewFeatures) == 0U;
         last_vision_ = has_vision ? e.stamp : last_vision_;
         if (e.is_optimized) {
-            wrong_keyframes_ = e.vision_chi2 > config_.wrong_vision_chi2 ? wrong_keyframes_ + 1 : 0;
+            wrong_keyframes_ = e.vision_chi2 > HealthConfig::kWrongVisionChi2 ? wrong_keyframes_ + 1 : 0;
         }
         if (e.is_keyframe) {
             has_pair_ = has_pair_ || e.has_right;
@@ -123,7 +124,8 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
         const bool diverged = (health.reasons & (kReasonBiasLimit | kReasonSpeedLimit)) != 0U ||
                               wrong_keyframes_ >= kWrongKeyframes || !e.is_finite;
         const bool blind = vision_age_s(e.stamp) > config_.lost_after_s;
-        if (state_ == TrackingState::kInit || e.velocity_sigma_m_per_s < 2.0 * config_.max_velocity_sigma_m_per_s) {
+        if (state_ == TrackingState::kInit ||
+            e.velocity_sigma_m_per_s < 2.0 * HealthConfig::kMaxVelocitySigma_m_per_s) {
             last_sure_ = e.stamp;
         }
         has_gap_ = e.imu.has_gap || (has_gap_ && !(last_vision_ == e.stamp && last_sure_ == e.stamp));

@@ -18,6 +18,17 @@ inline constexpr auto kFrontendBackends = std::to_array<std::string_view>({"own"
 
 /// Units, ranges and meanings: kFrontendFields below.
 struct FrontendConfig {
+    /// Largest distance of a stereo match from an epipolar line that is known exactly; six sigmas of the line are added
+    /// in quadrature (px).
+    static constexpr double kStereoEpipolar_px = 1.5;
+    /// Number of hypotheses of the outlier test; fixed, so that results and time are reproducible.
+    static constexpr int kRansacIterations = 100;
+    /// Largest number of alignment steps on each pyramid level of a track.
+    static constexpr int kLkIterations = 20;
+    /// Alignment of a track ends when a step is shorter than this (px).
+    static constexpr double kLkEpsilon_px = 0.01;
+    /// A keyframe is taken when a smaller share than this of the last keyframe's tracks is left.
+    static constexpr double kKeyframeOverlap = 0.7;
     /// The images show standstill if the median disparity is below this (px).
     static constexpr double kStillDisparity_px = 0.5;
     /// Lost landmarks are searched for within this distance of their predicted position (px).
@@ -35,14 +46,9 @@ struct FrontendConfig {
     double corner_quality = 1e-3;
     int pyramid_levels = 3;
     int window_px = 15;
-    int lk_iterations = 20;
-    double lk_epsilon_px = 0.01;
-    double stereo_epipolar_px = 1.5;
     double min_depth_m = 0.3;
-    int ransac_iterations = 100;
     std::uint32_t seed = 1;
     double keyframe_max_interval_s = 1.0;
-    double keyframe_overlap = 0.7;
     double keyframe_disparity_px = 8.0;
 
     bool uses_opencv() const { return backend == static_cast<int>(FrontendBackend::kOpenCv); }
@@ -73,21 +79,10 @@ inline constexpr auto kFrontendFields = std::to_array<ParameterField<FrontendCon
      "and 4 levels lose more tracks than 3."},
     {FACET_FIELD(FrontendConfig, window_px), "px", 7, 41,
      "Diameter of the tracked patch, an odd number; 21 px is 10 % more precise than 15 px at twice the time."},
-    {FACET_FIELD(FrontendConfig, lk_iterations), "-", 3, 60,
-     "Largest number of alignment steps on each pyramid level of a track."},
-    {FACET_FIELD(FrontendConfig, lk_epsilon_px), "px", 0.001, 0.5,
-     "Alignment of a track ends when a step is shorter than this."},
-    {FACET_FIELD(FrontendConfig, stereo_epipolar_px), "px", 0.1, 10,
-     "Largest distance of a stereo match from an epipolar line that is known exactly; six sigmas of the line are added "
-     "in quadrature."},
     {FACET_FIELD(FrontendConfig, min_depth_m), "m", 0.05, 5, "Least depth of a stereo match."},
-    {FACET_FIELD(FrontendConfig, ransac_iterations), "-", 10, 1000,
-     "Number of hypotheses of the outlier test; fixed, so that results and time are reproducible."},
     {FACET_FIELD(FrontendConfig, seed), "-", 0, 4294967295.0, "Seed of the random hypotheses of the outlier test."},
     {FACET_FIELD(FrontendConfig, keyframe_max_interval_s), "s", 0.1, 5,
      "Largest time between two keyframes, also while standing still."},
-    {FACET_FIELD(FrontendConfig, keyframe_overlap), "-", 0.1, 1,
-     "A keyframe is taken when a smaller share than this of the last keyframe's tracks is left."},
     {FACET_FIELD(FrontendConfig, keyframe_disparity_px), "px", 0, 100,
      "A keyframe is taken when the median disparity to the last one, rotation removed, exceeds this."},
 });

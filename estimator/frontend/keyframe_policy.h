@@ -19,7 +19,7 @@ struct KeyframeEvidence {
 
 /// A frame is a keyframe if it is the first, if one is asked for, or if at least kKeyframeMinInterval_s has passed
 /// since the last one and
-///   - the share of its tracks still alive fell below keyframe_overlap, or it had none, or
+///   - the share of its tracks still alive fell below kKeyframeOverlap, or it had none, or
 ///   - the disparity exceeds keyframe_disparity_px, or
 ///   - the last keyframe lacked the right image and this frame has it, or
 ///   - keyframe_max_interval_s has passed: the only possible reason when standing still.

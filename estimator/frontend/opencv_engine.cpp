@@ -155,8 +155,8 @@ bool OpenCvEngine::flow(const Pyramid& first, const Pyramid& second) {
     if (batch_.from.empty() || first.empty() || second.empty()) {
         return false;
     }
-    const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, config_.lk_iterations,
-                                    config_.lk_epsilon_px);
+    const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, FrontendConfig::kLkIterations,
+                                    FrontendConfig::kLkEpsilon_px);
     const int levels = config_.pyramid_levels - 1;
     try {
         cv::calcOpticalFlowPyrLK(first, second, batch_.from, batch_.to, batch_.found, batch_.error, window_, levels,
@@ -279,7 +279,7 @@ bool OpenCvEngine::accept(const EpipolarGeometry::Ray& ray, const Eigen::Vector2
         !ok(geometry_.compare(ray, right_uv, place))) {
         return false;
     }
-    const double limit_px = std::hypot(config_.stereo_epipolar_px, kLineSigmas * place.off_sigma_px);
+    const double limit_px = std::hypot(FrontendConfig::kStereoEpipolar_px, kLineSigmas * place.off_sigma_px);
     if (!(place.off_px < limit_px) ||
         !(place.inverse_depth > 1e-4 && place.inverse_depth < 1.0 / config_.min_depth_m)) {
         return false;

@@ -146,7 +146,7 @@ void OutlierTest::refine_mono(std::span<const MonoPair> pairs, Eigen::Vector3d& 
 bool OutlierTest::draw_direction(std::size_t n, Eigen::Vector3d& best_t, double& best_score) {
     random_ = config_.seed;
     best_score = -1.0;
-    for (int k = 0; k < config_.ransac_iterations; ++k) {
+    for (int k = 0; k < FrontendConfig::kRansacIterations; ++k) {
         const std::size_t i = draw(static_cast<std::uint32_t>(n));
         const std::size_t j = draw(static_cast<std::uint32_t>(n));
         const Eigen::Vector3d t = normals_[i].cross(normals_[j]);
@@ -255,7 +255,7 @@ std::size_t OutlierTest::draw_translation(std::size_t n) {
     random_ = config_.seed;
     std::size_t best = n;
     double best_score = -1.0;
-    for (int k = 0; k < config_.ransac_iterations; ++k) {
+    for (int k = 0; k < FrontendConfig::kRansacIterations; ++k) {
         const std::size_t i = draw(static_cast<std::uint32_t>(n));
         measure_stereo(n, normals_[i], covariances_[i]);
         double score = 0.0;

@@ -23,7 +23,8 @@ constexpr float kRivalMargin = 0.4F;  // a sample this much worse than the best 
 Status StereoMatcher::configure(const FrontendConfig& config, const StereoRig& rig) {
     config_ = config;
     geometry_.configure(rig);
-    FACET_TRY(aligner_.configure(config.window_px, config.pyramid_levels, config.lk_iterations, config.lk_epsilon_px));
+    FACET_TRY(aligner_.configure(config.window_px, config.pyramid_levels, FrontendConfig::kLkIterations,
+                                 FrontendConfig::kLkEpsilon_px));
     aligner_.allocate(patch_);
     aligner_.allocate(back_);
     scan_.configure(config.window_px);
@@ -141,7 +142,8 @@ Status StereoMatcher::refine(const ImagePyramid& left, const ImagePyramid& right
     }
     EpipolarGeometry::Place place;
     FACET_TRY(geometry_.compare(ray, pose.uv, place));
-    const bool is_on_line = place.off_px < std::hypot(config_.stereo_epipolar_px, kLineSigmas * place.off_sigma_px);
+    const bool is_on_line =
+        place.off_px < std::hypot(FrontendConfig::kStereoEpipolar_px, kLineSigmas * place.off_sigma_px);
     if (!is_on_line || !(place.inverse_depth > 1e-4 && place.inverse_depth < 1.0 / config_.min_depth_m)) {
         return Status::kDegenerate;
     }

@@ -28,7 +28,7 @@ struct StereoMatch {
 /// best place must stand out from every other one, so that repeated patterns stay unmatched rather than being matched
 /// wrongly. The place is refined by Lucas-Kanade to level 0, which may leave the curve, and must pass the backward
 /// check, the limit on the epipolar distance, and the test for positive depth. The limit is
-///   hypot(stereo_epipolar_px, 6 sigma),   sigma of the line by the uncertainty of the calibration:
+///   hypot(kStereoEpipolar_px, 6 sigma),   sigma of the line by the uncertainty of the calibration:
 /// wide until the calibration is found, for noise and slant alone afterwards. Both images are distorted ones; the patch
 /// is warped by the map between the two views. Heap: in configure() only. Thread-bound.
 class StereoMatcher {

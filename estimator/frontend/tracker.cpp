@@ -18,7 +18,8 @@ constexpr float kRecallCorrelation = 0.88F;
 Status Tracker::configure(const FrontendConfig& config, const CameraModel& camera) {
     config_ = config;
     camera_ = camera;
-    FACET_TRY(aligner_.configure(config.window_px, config.pyramid_levels, config.lk_iterations, config.lk_epsilon_px));
+    FACET_TRY(aligner_.configure(config.window_px, config.pyramid_levels, FrontendConfig::kLkIterations,
+                                 FrontendConfig::kLkEpsilon_px));
     templates_.resize(kTemplates);
     for (PatchTemplate& patch : templates_) {
         aligner_.allocate(patch);

@@ -41,11 +41,11 @@ struct TurnedForce {
     double direction_spread_rad = 0.0;  ///< rms angle of block means to the mean, per horizontal axis
 };
 
-Status find_stretch(const ImuBuffer& buffer, Timestamp stamp, const InitializerConfig& config, Stretch& out) {
+Status find_stretch(const ImuBuffer& buffer, Timestamp stamp, Stretch& out) {
     if (buffer.empty()) {
         return Status::kNotReady;
     }
-    Stretch s{std::max(buffer.oldest(), stamp - Duration::from_seconds(config.max_duration_s)), stamp};
+    Stretch s{std::max(buffer.oldest(), stamp - Duration::from_seconds(InitializerConfig::kMaxDuration_s)), stamp};
     if (s.end < s.begin) {
         return Status::kNotReady;
     }
@@ -55,7 +55,7 @@ Status find_stretch(const ImuBuffer& buffer, Timestamp stamp, const InitializerC
                 s.begin = b.stamp;
             }
         }));
-    if (s.end - s.begin < Duration::from_seconds(config.min_duration_s)) {
+    if (s.end - s.begin < Duration::from_seconds(InitializerConfig::kMinDuration_s)) {
         return Status::kNotReady;
     }
     out = s;
@@ -138,12 +138,12 @@ void fill_still(const TaperedMeans& means, double gravity, const InitializerConf
     out.state.q_W_B = level_attitude(up_B);
     out.state.bias.gyro = means.w_B;
     out.state.bias.accel = (force - gravity) * up_B;
-    const double accel_sigma = std::hypot(config.still_accel_sigma_m_per_s2, means.a_sigma.maxCoeff());
-    fill_prior(
-        {std::hypot(config.accel_bias_sigma_m_per_s2, accel_sigma) / gravity, config.still_velocity_sigma_m_per_s,
-         std::hypot(config.still_gyro_bias_sigma_rad_per_s, means.w_sigma.maxCoeff()),
-         config.accel_bias_sigma_m_per_s2},
-        out);
+    const double accel_sigma = std::hypot(InitializerConfig::kStillAccelSigma_m_per_s2, means.a_sigma.maxCoeff());
+    fill_prior({std::hypot(config.accel_bias_sigma_m_per_s2, accel_sigma) / gravity,
+                InitializerConfig::kStillVelocitySigma_m_per_s,
+                std::hypot(InitializerConfig::kStillGyroBiasSigma_rad_per_s, means.w_sigma.maxCoeff()),
+                config.accel_bias_sigma_m_per_s2},
+               out);
     tie_tilt_to_bias(accel_sigma, config.accel_bias_sigma_m_per_s2, gravity, out);
 }
 
@@ -166,9 +166,10 @@ void fill_moving(const TurnedForce& turned, double duration_s, double gravity, c
     const double tilt = std::sqrt(turned.direction_spread_rad * turned.direction_spread_rad +
                                   magnitude_error * magnitude_error + turn_error * turn_error);
     out.state.q_W_B = level_attitude(turned.mean_B / force);
-    fill_prior({std::max(tilt, config.moving_tilt_sigma_rad), config.moving_velocity_sigma_m_per_s,
-                config.gyro_bias_sigma_rad_per_s, config.accel_bias_sigma_m_per_s2},
-               out);
+    fill_prior(
+        {std::max(tilt, InitializerConfig::kMovingTiltSigma_rad), InitializerConfig::kMovingVelocitySigma_m_per_s,
+         config.gyro_bias_sigma_rad_per_s, config.accel_bias_sigma_m_per_s2},
+        out);
 }
 
 }  // namespace
@@ -192,7 +193,7 @@ Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity
     Stretch stretch;
     StretchStatistics statistics;
     TurnedForce turned;
-    FACET_TRY(find_stretch(buffer, stamp, config, stretch));
+    FACET_TRY(find_stretch(buffer, stamp, stretch));
     FACET_TRY(stretch_statistics(buffer, stretch.begin, stretch.end, statistics));
     FACET_TRY(average_turned_force(buffer, stretch, turned));
     InitialState result;

@@ -29,7 +29,7 @@ struct InitialState {
 /// Attitude with W z along up_B (unit) and yaw zero as below. Reentrant. No heap.
 Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B);
 
-/// State at a frame's stamp from the samples of up to max_duration_s before it that follow the last gap or clipped
+/// State at a frame's stamp from the samples of up to kMaxDuration_s before it that follow the last gap or clipped
 /// reading.
 ///
 /// Frame: the origin of W is the body at this stamp, W z is opposite to gravity, and the yaw is zero: the body x axis,
@@ -45,13 +45,13 @@ Eigen::Quaterniond level_attitude(const Eigen::Vector3d& up_B);
 /// Moving, otherwise: forces are rotated into the last body frame with the gyroscope before they are averaged; velocity
 /// and biases are zero with wide sigmas; the tilt sigma grows with the spread of the forces' direction over tenths of
 /// the stretch, the error of their magnitude, and the rotation of the mean by the unknown gyro bias; it is at least
-/// moving_tilt_sigma_rad.
+/// kMovingTiltSigma_rad.
 ///
 /// @param stamp             of the first frame
 /// @param gravity_m_per_s2  its strength, g above
 /// @param may_rest          false: images show motion, whatever the samples look like
 /// @param out               written on kOk only
-/// @return kNotReady if samples do not reach the stamp, or cover less than min_duration_s before it without gaps and
+/// @return kNotReady if samples do not reach the stamp, or cover less than kMinDuration_s before it without gaps and
 ///         clipping; kDegenerate if the mean force is below 1 m/s^2 (free fall). Reentrant. No heap.
 Status initialize_state(const ImuBuffer& buffer, Timestamp stamp, double gravity_m_per_s2,
                         const InitializerConfig& config, InitialState& out, bool may_rest = true);

@@ -53,9 +53,9 @@ double CalibrationConfig::single_camera_sigma(int parameter) const {
 
 double CalibrationConfig::walk_per_sqrt_s(int parameter) const {
     if (parameter == kTimeOffset) {
-        return estimate_time_offset ? time_offset_walk_s_per_sqrt_s : 0.0;
+        return estimate_time_offset ? kTimeOffsetWalk_s_per_sqrt_s : 0.0;
     }
-    return sigma(parameter) / std::sqrt(wander_time_s);
+    return sigma(parameter) / std::sqrt(kWanderTime_s);
 }
 
 Status CalibrationConfig::validate() const { return validate_fields(kCalibrationFields, *this); }

@@ -9,6 +9,11 @@ namespace facet {
 
 /// Units, ranges and meanings: kCalibrationFields below.
 struct CalibrationConfig {
+    /// Time in which any other parameter wanders by the standard deviation of its prior, by warmth and hard landings
+    /// (s).
+    static constexpr double kWanderTime_s = 3600.0;
+    /// How the time offset wanders, a random walk (s/sqrt(s)).
+    static constexpr double kTimeOffsetWalk_s_per_sqrt_s = 5e-6;
     bool estimate_time_offset = true;
     double time_offset_sigma_s = 0.005;
     bool estimate_cameras = true;
@@ -24,8 +29,6 @@ struct CalibrationConfig {
     bool estimate_imu = false;
     double imu_scale_sigma = 0.005;
     double imu_misalignment_sigma_rad = 0.005;
-    double time_offset_walk_s_per_sqrt_s = 5e-6;
-    double wander_time_s = 3600.0;
 
     /// Number of parameters estimated, the first ones of RigCalibration: 0, 1 (time offset), 7 (the camera pair as one
     /// too), 29 (each camera too) or 44 (the IMU's axes too). The prior then holds those that are not wanted.
@@ -72,10 +75,6 @@ inline constexpr auto kCalibrationFields = std::to_array<ParameterField<Calibrat
      "Relative standard deviation of the scale of each axis of the IMU, from its data sheet."},
     {FACET_FIELD(CalibrationConfig, imu_misalignment_sigma_rad), "rad", 1e-6, 0.1,
      "Standard deviation of the misalignment between axes of the IMU, from its data sheet."},
-    {FACET_FIELD(CalibrationConfig, time_offset_walk_s_per_sqrt_s), "s/sqrt(s)", 0, 1e-3,
-     "How the time offset wanders, a random walk."},
-    {FACET_FIELD(CalibrationConfig, wander_time_s), "s", 1, 1e9,
-     "Time in which any other parameter wanders by the standard deviation of its prior, by warmth and hard landings."},
 });
 
 }  // namespace facet

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "estimator/window/plane_pairs.h"
+#include "estimator/window/plane_gravity.h"
 #include "estimator/window/point_fit.h"
 
 namespace facet {
@@ -88,7 +88,9 @@ PlaneSet::Fit PlaneSet::judge_fit(const Landmark& landmark, const Plane& plane, 
         return Fit::kUnknown;
     }
     const double variance_m2 = height.variance_m2 + config_.sigma_m * config_.sigma_m;
-    return height.m * height.m < config_.join_sigmas * config_.join_sigmas * variance_m2 ? Fit::kOn : Fit::kOff;
+    return height.m * height.m < RegularityConfig::kJoinSigmas * RegularityConfig::kJoinSigmas * variance_m2
+               ? Fit::kOn
+               : Fit::kOff;
 }
 
 /// Whether a plane that comes back is not where it was: what is seen of it now is off it.
@@ -103,7 +105,7 @@ bool PlaneSet::has_moved(const PlaneProposal& proposal, const Plane& plane, Wind
             off += fit == Fit::kOff ? 1 : 0;
         }
     }
-    return off >= config_.keep_constraints && on < kLeastFitting * (on + off);
+    return off >= RegularityConfig::kKeepConstraints && on < kLeastFitting * (on + off);
 }
 
 void PlaneSet::remove(int plane, WindowState& state) const {
@@ -114,16 +116,6 @@ void PlaneSet::remove(int plane, WindowState& state) const {
         int& index = state.landmarks[i].plane;
         index = index == plane ? Landmark::kNoPlane : index - (index > plane ? 1 : 0);
     }
-    std::size_t kept = 0;
-    for (PlanePair pair : state.plane_pairs) {
-        if (pair.a == plane || pair.b == plane) {
-            continue;
-        }
-        pair.a -= pair.a > plane ? 1 : 0;
-        pair.b -= pair.b > plane ? 1 : 0;
-        state.plane_pairs[kept++] = pair;
-    }
-    state.plane_pairs.resize(kept);
 }
 
 /// Removes the plane unseen for longest if there is no room left. @return false if all are in sight
@@ -163,11 +155,11 @@ void PlaneSet::admit(const PlaneProposal& proposal, WindowState& state, const Wi
             squares += p_W * p_W.transpose();
         }
     }
-    if (count < config_.min_constraints || count < kLeastFitting * judged) {
+    if (count < RegularityConfig::kMinConstraints || count < kLeastFitting * judged) {
         return;
     }
     const Eigen::Vector3d mean = sum / count;
-    if (narrow_extent(squares - count * mean * mean.transpose(), count) < config_.min_extent_m) {
+    if (narrow_extent(squares - count * mean * mean.transpose(), count) < RegularityConfig::kMinExtent_m) {
         return;
     }
     if (!make_room(state)) {
@@ -234,7 +226,7 @@ void PlaneSet::update(const PlaneProposals& proposals, WindowState& state, const
         WindowPlane& plane = state.planes[static_cast<std::size_t>(p)];
         const PlaneProposal* const proposal = find(proposals, plane.id);
         const bool is_seen = proposal != nullptr;
-        const bool is_idle = !is_seen || plane.constraints < config_.keep_constraints;
+        const bool is_idle = !is_seen || plane.constraints < RegularityConfig::kKeepConstraints;
         const bool is_lost = is_seen && plane.unseen_keyframes > 0 && has_moved(*proposal, plane.plane, state, cameras);
         plane.unseen_keyframes = is_seen ? 0 : plane.unseen_keyframes + 1;
         if ((!plane.is_bound && is_idle) || is_lost || is_refused(plane.id)) {
@@ -278,7 +270,7 @@ void PlaneSet::judge(WindowState& state) {
             refuse(plane.id);  // leaves at the next keyframe
         }
     }
-    find_plane_pairs(state.planes, config_, state.plane_pairs);
+    align_planes(config_, state.planes);
 }
 
 }  // namespace facet

@@ -16,7 +16,7 @@ namespace facet {
 /// latter case it is refused for 8 keyframes, and for twice as long each time that this happens again, after which it
 /// has to pass all tests anew. When a plane leaves, the prior's information on it is marginalized and its landmarks are
 /// free again.
-///   A landmark joins a plane whose proposal lists it if its distance is below join_sigmas of its own and the plane's
+///   A landmark joins a plane whose proposal lists it if its distance is below kJoinSigmas of its own and the plane's
 /// uncertainty; it leaves beyond kLeaveSigmas, and does not rejoin after the second time.
 ///   The heights of many landmarks above one plane count less than as many independent ones
 /// (RegularityConfig::weigh_m); their number is that at the begin of the optimization.

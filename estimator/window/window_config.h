@@ -10,13 +10,13 @@ namespace facet {
 
 /// Units, ranges and meanings: kWindowFields below.
 struct WindowConfig {
+    /// Observations whose residual after optimization is larger than this are removed (px).
+    static constexpr double kOutlierThreshold_px = 3.0;
     int keyframes = 20;
     int max_iterations = 4;
     double pixel_sigma_px = 0.5;
     bool learn_pixel_sigma = true;
     double loss_threshold = 1.2;
-    double outlier_threshold_px = 3.0;
-    bool update_frames = true;
     bool spread_keyframes = true;
 
     /// kInvalidArgument if a field is outside its range.
@@ -35,10 +35,6 @@ inline constexpr auto kWindowFields = std::to_array<ParameterField<WindowConfig>
     {FACET_FIELD(WindowConfig, loss_threshold), "-", 0.2, 10,
      "Threshold of Cauchy's robust loss on observations, in multiples of the residuals' robust standard deviation; 1.2 "
      "is the likelihood of Student's t with two degrees of freedom, whose tails those of real tracks resemble."},
-    {FACET_FIELD(WindowConfig, outlier_threshold_px), "px", 0.5, 20,
-     "Observations whose residual after optimization is larger than this are removed."},
-    {FACET_FIELD(WindowConfig, update_frames), "-", 0, 1,
-     "Correct the state at frames between keyframes by their images; otherwise it is predicted from inertial data."},
     {FACET_FIELD(WindowConfig, spread_keyframes), "-", 0, 1,
      "Let a keyframe enter the window after the estimate of the frame that follows it, so that no frame takes the time "
      "of both; otherwise at once. Where anything is out of the ordinary, it is at once in any case."},

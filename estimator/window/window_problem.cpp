@@ -5,7 +5,7 @@
 
 #include "estimator/factors/rest_factor.h"
 #include "estimator/values/stage_scope.h"
-#include "estimator/window/plane_pairs.h"
+#include "estimator/window/plane_gravity.h"
 #include "platform/base/assert.h"
 
 namespace facet {
@@ -142,7 +142,7 @@ double WindowProblem::add_planes(ReducedSystem& system) const {
     if (system.has_matrix()) {
         system.h().diagonal().segment(plane_row(0), rows).array() += kGuard;
     }
-    return add_plane_pairs(state_->planes, state_->plane_pairs, plane_row(0), system);
+    return add_plane_gravity(state_->planes, plane_row(0), system);
 }
 
 double WindowProblem::add_imu(ReducedSystem& system, int keyframe) {

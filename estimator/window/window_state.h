@@ -40,7 +40,6 @@ struct WindowState {
     boost::container::static_vector<Keyframe, kMaxKeyframes> keyframes;
     LandmarkStore landmarks;
     WindowPlanes planes;
-    PlanePairs plane_pairs;
     PriorFactor prior;  ///< over the calibration, the planes and the first keyframes
     RigCalibration calibration;
     RigCalibration calibration_lin;  ///< the calibration that the prior refers to
@@ -52,7 +51,6 @@ struct WindowState {
         keyframes.clear();
         landmarks.clear();
         planes.clear();
-        plane_pairs.clear();
     }
 
     /// Displacement of the calibration (its first parameters) and the planes from the points that the prior refers to.

@@ -23,7 +23,7 @@ PlaneCovariance effect_of_calibration(const PlaneFit& fit, const StereoRig& rig,
 /// The plane with what may be claimed of it in the world, in place of what its landmarks say as if each erred for
 /// itself and poses and calibration were true:
 ///   * n heights that share c of their errors count as n / (1 + c (n - 1)) independent ones, as to the estimator
-///     (RegularityConfig::height_correlation at its default);
+///     (RegularityConfig::kHeightCorrelation);
 ///   * the vehicle's heading and place, from where the plane was last found, move and turn it;
 ///   * so does the calibration of the stereo pair, as far as it is not known (effect_of_calibration()).
 /// No heap. Reentrant.

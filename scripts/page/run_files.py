@@ -14,7 +14,7 @@ TEXT_COLUMNS = {"state", "reason_names", "kind"}
 TRAJECTORY = ["stamp_ns", "px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "gx", "gy", "gz", "ax", "ay",
               "az"]
 # Planes as the paper has them: landmarks on one plane are co-planar, and nothing is said of planes and gravity.
-PUBLISHED_FORM = {"regularity.use_gravity": "false", "regularity.use_pairs": "false"}
+PUBLISHED_FORM = {"regularity.use_gravity": "false"}
 PLY_TYPES = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I", "float": "f",
              "double": "d", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I",
              "float32": "f", "float64": "d"}

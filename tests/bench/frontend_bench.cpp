@@ -135,7 +135,8 @@ void template_extraction(benchmark::State& state) {
     const ImagePyramid image = pyramid_of(scene().left[0]);
     const FrontendConfig config;
     PatchAligner aligner;
-    (void)aligner.configure(config.window_px, config.pyramid_levels, config.lk_iterations, config.lk_epsilon_px);
+    (void)aligner.configure(config.window_px, config.pyramid_levels, FrontendConfig::kLkIterations,
+                            FrontendConfig::kLkEpsilon_px);
     PatchTemplate patch;
     aligner.allocate(patch);
     const CornerList corners = corners_of(scene().left[0], aligner.border_px());
@@ -240,7 +241,6 @@ void whole_frame(benchmark::State& state) {
     FrontendConfig config;
     const bool all_keyframes = state.range(0) != 0;
     config.keyframe_max_interval_s = 5.0;
-    config.keyframe_overlap = 0.1;
     config.keyframe_disparity_px = 100.0;
     Frontend frontend;
     (void)frontend.configure(config, flight.rig);

@@ -65,9 +65,6 @@ public:
     bool begin(RegularityMode mode, const PlaneProposals& planes) {
         RegularityConfig regularity;
         regularity.mode = mode;
-        regularity.min_constraints = 6;  // many planes, whatever they are worth
-        regularity.keep_constraints = 3;
-        regularity.min_extent_m = 0.01;
         window_->configure(config_, {}, flight_.rig(), test::euroc_like_noise(), regularity);
         const Eigen::Matrix<double, kStateDim, kStateDim> information =
             test::start_sigmas().cwiseAbs2().cwiseInverse().asDiagonal();

@@ -50,10 +50,10 @@ TEST_CASE("a fault is described by name, value and range, NaN included") {
 TEST_CASE("parameters that differ from their defaults are named as in a file") {
     ProgramConfig config;
     CHECK(changed_parameters(config).empty());
-    set_config("regularity.use_pairs=false", config);
+    set_config("regularity.use_gravity=false", config);
     set_config("frontend.max_features=50", config);
     CHECK(changed_parameters(config) ==
-          std::map<std::string, std::string>{{"frontend.max_features", "50"}, {"regularity.use_pairs", "false"}});
+          std::map<std::string, std::string>{{"frontend.max_features", "50"}, {"regularity.use_gravity", "false"}});
     set_config("frontend.max_features=" + std::to_string(ProgramConfig{}.frontend.max_features), config);
     CHECK(changed_parameters(config).size() == 1);
 }

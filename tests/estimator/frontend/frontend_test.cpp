@@ -414,7 +414,6 @@ TEST_CASE("front-end refuses configurations out of range", "[frontend]") {
     CHECK(refused([](FrontendConfig& c) { c.pyramid_levels = 6; }));  // 320x240 cannot be halved so often
     CHECK(refused([](FrontendConfig& c) { c.min_depth_m = std::numeric_limits<double>::quiet_NaN(); }));
     CHECK(refused([](FrontendConfig& c) { c.keyframe_max_interval_s = 0.1; }));
-    CHECK(refused([](FrontendConfig& c) { c.ransac_iterations = 0; }));
     CHECK(refused([](FrontendConfig& c) { c.backend = 2; }));
     FrontendConfig opencv = small_config();
     opencv.backend = 1;

@@ -97,7 +97,8 @@ TEST_CASE("standing still: level, tilted, upside down, nose up") {
 
 TEST_CASE("the prior at rest: yaw about the vertical, tilt as far as the bias is known, the rest diagonal") {
     const InitializerConfig config;
-    const double tilt = std::hypot(config.accel_bias_sigma_m_per_s2, config.still_accel_sigma_m_per_s2) / 9.81;
+    const double tilt =
+        std::hypot(config.accel_bias_sigma_m_per_s2, InitializerConfig::kStillAccelSigma_m_per_s2) / 9.81;
     Scenario scenario;
     scenario.q_W_B = so3_exp({0.7, -0.4, 0.2});
     InitialState initial;
@@ -110,8 +111,8 @@ TEST_CASE("the prior at rest: yaw about the vertical, tilt as far as the bias is
     const Matrix15 information = initial.information();
     const auto sigma = [&](int offset) { return 1.0 / std::sqrt(information(offset, offset)); };
     CHECK(sigma(kPos) == Approx(1e-4));
-    CHECK(sigma(kVel) == Approx(config.still_velocity_sigma_m_per_s));
-    CHECK(sigma(kBiasGyro) == Approx(config.still_gyro_bias_sigma_rad_per_s).epsilon(0.01));
+    CHECK(sigma(kVel) == Approx(InitializerConfig::kStillVelocitySigma_m_per_s));
+    CHECK(sigma(kBiasGyro) == Approx(InitializerConfig::kStillGyroBiasSigma_rad_per_s).epsilon(0.01));
     CHECK(information.block<3, 9>(kTheta, kPos).norm() == 0.0);
     CHECK(information.block<9, 9>(kPos, kPos).isDiagonal());
     CHECK(information.block<9, 3>(kPos, kBiasAccel).norm() == 0.0);
@@ -144,7 +145,7 @@ TEST_CASE("at rest a tilt and the bias that feigns it are one: what they predict
     along_x.segment<3>(kTheta) = 9.81 * R.transpose() * Eigen::Vector3d::UnitX().cross(Eigen::Vector3d::UnitZ());
     along_x.segment<3>(kBiasAccel) = R.transpose() * Eigen::Vector3d::UnitX();
     const double sigma_x = initial.sqrt_information.transpose().fullPivLu().solve(along_x).norm();
-    CHECK(sigma_x == Approx(config.still_accel_sigma_m_per_s2).epsilon(0.05));
+    CHECK(sigma_x == Approx(InitializerConfig::kStillAccelSigma_m_per_s2).epsilon(0.05));
 }
 
 TEST_CASE("standing still, the accelerometer bias along gravity is seen") {
@@ -181,12 +182,12 @@ TEST_CASE("shaken: moving, with gravity from the mean and honest sigmas") {
     CHECK_FALSE(initial.is_still);
     CHECK(initial.state.bias.gyro.norm() == 0.0);
     CHECK(initial.state.bias.accel.norm() == 0.0);
-    CHECK(initial.tilt_sigma_rad >= config.moving_tilt_sigma_rad);
+    CHECK(initial.tilt_sigma_rad >= InitializerConfig::kMovingTiltSigma_rad);
     CHECK(tilt_error(initial.state, scenario.q_W_B) < 2.0 * initial.tilt_sigma_rad);
     CHECK(sigma_about_W(initial, Eigen::Vector3d::UnitX()) == Approx(initial.tilt_sigma_rad));
     CHECK(sigma_about_W(initial, Eigen::Vector3d::UnitZ()) == Approx(1e-4).epsilon(1e-6));
     const Matrix15 information = initial.information();
-    CHECK(1.0 / std::sqrt(information(kVel, kVel)) == Approx(config.moving_velocity_sigma_m_per_s));
+    CHECK(1.0 / std::sqrt(information(kVel, kVel)) == Approx(InitializerConfig::kMovingVelocitySigma_m_per_s));
     CHECK(1.0 / std::sqrt(information(kBiasGyro, kBiasGyro)) == Approx(config.gyro_bias_sigma_rad_per_s));
 }
 
@@ -197,7 +198,7 @@ TEST_CASE("a wilder motion widens the tilt sigma beyond its least value") {
     InitialState initial;
     REQUIRE(ok(initialize_state(*scenario.record(1.0), at_s(1.0), 9.81, config, initial)));
     CHECK_FALSE(initial.is_still);
-    CHECK(initial.tilt_sigma_rad > 1.5 * config.moving_tilt_sigma_rad);
+    CHECK(initial.tilt_sigma_rad > 1.5 * InitializerConfig::kMovingTiltSigma_rad);
     CHECK(tilt_error(initial.state, scenario.q_W_B) < 2.0 * initial.tilt_sigma_rad);
 }
 
@@ -274,13 +275,7 @@ TEST_CASE("free fall tells no direction") {
           Status::kDegenerate);
 }
 
-TEST_CASE("the config is validated field by field") {
-    test::check_fields(kInitializerFields);
-    InitializerConfig crossed;
-    crossed.min_duration_s = 1.5;
-    CHECK(crossed.validate() == Status::kInvalidArgument);
-    CHECK(crossed.broken_rule() == "min_duration_s must not exceed max_duration_s");
-}
+TEST_CASE("the config is validated field by field") { test::check_fields(kInitializerFields); }
 
 TEST_CASE("at rest by images, shaken by rotors: gravity and gyroscope bias to a tenth of a degree and 1e-3 rad/s") {
     const InitializerConfig config;
@@ -299,7 +294,8 @@ TEST_CASE("at rest by images, shaken by rotors: gravity and gyroscope bias to a 
     CHECK(tilt_error(initial.state, scenario.q_W_B) < 1.7e-3);
     CHECK((initial.state.bias.gyro - scenario.bias.gyro).norm() < 1e-3);
     CHECK(initial.state.v_W_B.norm() == 0.0);
-    const double tilt = std::hypot(config.accel_bias_sigma_m_per_s2, config.still_accel_sigma_m_per_s2) / 9.81;
+    const double tilt =
+        std::hypot(config.accel_bias_sigma_m_per_s2, InitializerConfig::kStillAccelSigma_m_per_s2) / 9.81;
     CHECK(initial.tilt_sigma_rad >= Approx(tilt));
     CHECK(initial.tilt_sigma_rad < 1.2 * tilt);
 
@@ -330,7 +326,8 @@ TEST_CASE("shaken: what is claimed of gravity and bias is cautious, but not thre
         InitialState initial;
         REQUIRE(ok(initialize_shaken(*buffer, {at_s(0.1), at_s(0.4)}, 9.81, config, initial)));
         const double claim = 1.0 / initial.sqrt_information.block<1, 3>(kTheta, kBiasAccel).norm();
-        claims += claim * claim - config.still_accel_sigma_m_per_s2 * config.still_accel_sigma_m_per_s2;
+        claims +=
+            claim * claim - InitializerConfig::kStillAccelSigma_m_per_s2 * InitializerConfig::kStillAccelSigma_m_per_s2;
         squares += std::pow(9.81 * tilt_error(initial.state, scenario.q_W_B), 2);
     }
     CAPTURE(std::sqrt(claims / 60.0), std::sqrt(squares / 60.0));

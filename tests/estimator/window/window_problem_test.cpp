@@ -67,7 +67,7 @@ struct Fixture {
         state->prior.g().setConstant(0.3);
     }
 
-    /// The room's planes, a little off, with their landmarks and two pairs.
+    /// The room's planes, a little off, with their landmarks; one wall is held upright, the floor level.
     void add_planes(const PlaneProposals& planes) {
         regularity.mode = RegularityMode::kSpr;
         regularity.huber_threshold = 1000.0;
@@ -84,8 +84,12 @@ struct Fixture {
             }
             state->planes.push_back(plane);
         }
-        state->plane_pairs.push_back({2, PlanePair::kVertical, false});
-        state->plane_pairs.push_back({4, 2, false});
+        for (const PlaneKind kind : {PlaneKind::kHorizontal, PlaneKind::kVertical}) {
+            const auto plane = std::find_if(state->planes.begin(), state->planes.end(),
+                                            [=](const WindowPlane& p) { return p.kind == kind; });
+            REQUIRE(plane != state->planes.end());
+            plane->is_aligned = true;
+        }
     }
 
     /// Cost with the states moved by `d`; the states are put back.

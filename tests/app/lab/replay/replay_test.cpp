@@ -77,10 +77,10 @@ TEST_CASE("the summary names the parameters that were changed") {
     const std::atomic<bool> stop{false};
     ReplayOptions options = options_for(dir, "a");
     run_replay(options, stop);
-    CHECK_FALSE(summary_of(options.out)["parameters"].contains("regularity.use_pairs"));
-    options.config.regularity.use_pairs = false;
+    CHECK_FALSE(summary_of(options.out)["parameters"].contains("regularity.use_gravity"));
+    options.config.regularity.use_gravity = false;
     run_replay(options, stop);
-    CHECK(summary_of(options.out)["parameters"]["regularity.use_pairs"] == "false");
+    CHECK(summary_of(options.out)["parameters"]["regularity.use_gravity"] == "false");
 }
 
 TEST_CASE("the calibration's log has a row for each keyframe with an estimate, and a name for each number") {
