@@ -61,7 +61,7 @@ std::span<const MemoryPart> FlightEstimator::memory() {
     static constexpr MemoryPart kParts[] = {{"window", sizeof(Window)},
                                             {"inertial history", sizeof(ImuBuffer)},
                                             {"front-end", 2 * sizeof(Frontend) + sizeof(FrontendOutput)},
-                                            {"start in motion", sizeof(MotionStart) + sizeof(MonocularStart)},
+                                            {"start in motion", sizeof(MotionStart)},
                                             {"frames between keyframes", sizeof(LocalMap) + sizeof(FrameUpdate)},
                                             {"keyframe that waits", sizeof(WaitingKeyframe)},
                                             {"landmark view", sizeof(KeyframeView)}};

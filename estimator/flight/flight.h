@@ -13,7 +13,6 @@
 #include "estimator/flight/delay_correction.h"
 #include "estimator/flight/flight_state.h"
 #include "estimator/flight/health_monitor.h"
-#include "estimator/flight/monocular_start.h"
 #include "estimator/flight/motion_start.h"
 #include "estimator/flight/waiting_keyframe.h"
 #include "estimator/frontend/frontend.h"
@@ -148,7 +147,7 @@ private:
     /// predicts `now` and integrates anew. @return kNotFound if there is nothing to compare with
     Status examine_image(Preintegration& preintegration, FrameEstimate& out);
     InertialFault::Limits fault_limits() const {
-        return {config_.health.high_vision_chi2, config_.health.wrong_vision_chi2};
+        return {config_.health.high_vision_chi2, HealthConfig::kWrongVisionChi2};
     }
     /// @param usual  the frame at hand with the readings as they are
     bool suggests_fault(const FrameEstimate& usual) const;
@@ -232,7 +231,6 @@ private:
     FrameUpdate frame_update_;
     HealthMonitor monitor_;
     MotionStart motion_start_;
-    MonocularStart monocular_start_;
     DelayCorrection delay_;
     WaitingKeyframe waiting_;
     KeyframeView view_;  ///< landmarks at the newest keyframe

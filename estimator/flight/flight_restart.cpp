@@ -35,13 +35,11 @@ void FlightEstimator::begin_window(const StateCovariance& information, Calibrati
     const bool has_velocity =
         s_.now.covariance.diagonal().segment<3>(kVel).maxCoeff() < kKnownVelocity * kKnownVelocity ||
         tracks_.stereo >= kStereoStart;
-    const bool has_answer = monocular_start_.ends_at(s_.now.stamp);
+    const bool has_answer = motion_start_.ends_at(s_.now.stamp);
     s_.start.begin_window(s_.now.stamp, has_velocity, has_answer);
-    motion_start_.reset();
-    motion_start_.add_keyframe(s_.now.stamp, input.observations, imu_);
     if (!has_answer) {  // else the window begins from its answer, which later keyframes test
-        monocular_start_.reset();
-        monocular_start_.add_keyframe(s_.now.stamp, input.observations, imu_, s_.now.state.bias);
+        motion_start_.reset();
+        motion_start_.add_keyframe(s_.now.stamp, input.observations, imu_, s_.now.state.bias);
     }
 }
 

@@ -14,10 +14,9 @@ constexpr double kFruitless_s = 2.0;
 
 void FlightEstimator::configure_starts() {
     const StereoRig& rig = cameras_.rig();
-    motion_start_.configure(rig, config_.imu_noise, gravity_m_per_s2_, config_.window.pixel_sigma_px);
     // Twice the sigma of a sighting: its error repeats from keyframe to keyframe, and the lens is not exact.
-    monocular_start_.configure(rig.T_B_C0, config_.imu_noise, gravity_m_per_s2_,
-                               2.0 * config_.window.pixel_sigma_px / rig.left.focal_px());
+    motion_start_.configure(rig, config_.imu_noise, gravity_m_per_s2_,
+                            2.0 * config_.window.pixel_sigma_px / rig.left.focal_px());
 }
 
 Status FlightEstimator::start(const StereoFrame& frame, Estimate& estimate) {
@@ -68,8 +67,7 @@ void FlightEstimator::judge_rest() {
 }
 
 void FlightEstimator::continue_start(const KeyframeInput& input) {
-    motion_start_.add_keyframe(s_.now.stamp, input.observations, imu_);
-    monocular_start_.add_keyframe(s_.now.stamp, input.observations, imu_, s_.now.state.bias);
+    motion_start_.add_keyframe(s_.now.stamp, input.observations, imu_, s_.now.state.bias);
     if (s_.start.may_stand()) {
         begin_shaken_rest();
     } else {
@@ -81,8 +79,7 @@ void FlightEstimator::check_start() {
     NavState better;
     StateCovariance information;
     const bool is_monocular = tracks_.stereo < kStereoStart;
-    const Status status = is_monocular ? monocular_start_.check(s_.now.state, better, information)
-                                       : motion_start_.check(s_.now.state, better, information);
+    const Status status = motion_start_.check(s_.now.state, better, information);
     if (!is_monocular || status == Status::kNotFound) {
         s_.start.confirm();
     }
@@ -90,22 +87,22 @@ void FlightEstimator::check_start() {
     if (ok(status)) {
         begin_window_at(better, information.inverse());
     } else if (!s_.start.is_confirmed() && s_.start.age_s(s_.now.stamp) > kFruitless_s && ok(fall_back_to_gravity())) {
-        monocular_start_.reset();
+        motion_start_.reset();
         begin_window_in_place_of(before);
     }
 }
 
 void FlightEstimator::collect_alone() {
     if (tracks_.stereo >= kStereoStart) {  // the other camera is back
-        monocular_start_.reset();
+        motion_start_.reset();
         begin_window(inverse(s_.now.covariance), calibration_start());
         return;
     }
-    monocular_start_.add_keyframe(s_.now.stamp, keyframe_input().observations, imu_, s_.now.state.bias);
+    motion_start_.add_keyframe(s_.now.stamp, keyframe_input().observations, imu_, s_.now.state.bias);
     NavState solved;
     StateCovariance information;
     const Belief before = s_.now;
-    if (ok(monocular_start_.solve(s_.now.state, solved, information))) {
+    if (ok(motion_start_.solve(s_.now.state, solved, information))) {
         begin_window_at(solved, information.inverse());
     } else if (ok(fall_back_to_gravity())) {
         begin_window_in_place_of(before);
