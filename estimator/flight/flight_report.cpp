@@ -42,7 +42,7 @@ HealthEvidence FlightEstimator::evidence(const StereoFrame& frame, FrameUse use)
     e.imu_chi2 = summary.imu_squared_error / kStateDim;
     e.residual_bias_px = window_.residual_bias_px();
     e.calibration_stretch = window_.calibration_stretch();
-    e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed || summary.prior_repaired;
+    e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed || summary.prior_replaced;
     e.is_finite = is_finite(s_.now);
     e.is_late = s_.is_late;
     return e;

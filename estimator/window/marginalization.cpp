@@ -3,7 +3,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "estimator/window/prior_guard.h"
 #include "platform/base/assert.h"
 
 namespace facet {
@@ -137,10 +136,7 @@ Status Marginalizer::marginalize_oldest(WindowState& state, const WindowCameras&
     problem.linearize_oldest(system, selected_);
 
     fill_displacement(state, 0, system.globals());
-    Status status = marginalize_keyframe(system, 0, displacement_, state.prior);
-    if (ok(status) && !is_plausible(state.prior)) {
-        status = make_semidefinite(state.prior, system);
-    }
+    const Status status = marginalize_keyframe(system, 0, displacement_, state.prior);
     if (!ok(status)) {
         state.prior.reset(0);  // it knows a keyframe that the window no longer has
     }
@@ -168,11 +164,6 @@ Status Marginalizer::drop_between(int keyframe, WindowState& state, const Window
     problem.linearize_inertial(system, keyframe);
     fill_displacement(state, keyframe, system.globals());
     FACET_TRY(marginalize_keyframe(system, keyframe, displacement_, state.prior));
-    // The keyframe is in the prior now, for better or worse.
-    const Status status = is_plausible(state.prior) ? Status::kOk : make_semidefinite(state.prior, system);
-    if (!ok(status)) {
-        state.prior.reset(0);
-    }
     for (int i = 0; i < state.landmarks.size(); ++i) {
         drop_observation(state.landmarks[i], keyframe, cameras);
     }
@@ -180,7 +171,7 @@ Status Marginalizer::drop_between(int keyframe, WindowState& state, const Window
     state.keyframes[k + 1].has_imu_factor = false;
     state.keyframes[k + 1].rests_since_previous = false;
     state.keyframes.erase(state.keyframes.begin() + keyframe);
-    return status;
+    return Status::kOk;
 }
 
 }  // namespace facet

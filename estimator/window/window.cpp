@@ -7,7 +7,6 @@
 #include "estimator/values/stage_scope.h"
 #include "estimator/window/local_map.h"
 #include "estimator/window/outlier_removal.h"
-#include "estimator/window/prior_guard.h"
 #include "estimator/window/residual_count.h"
 #include "platform/base/assert.h"
 
@@ -16,6 +15,18 @@ namespace {
 
 // When the window is full, a keyframe that moved less than this from the one before is dropped first; 0: never (px).
 constexpr double kRedundant_px = 5.0;
+
+/// Standard deviations of a window that begins anew on its own oldest keyframe because its prior was lost, order of the
+/// state's tangent: tilt and yaw 0.05 rad, place 0.1 m, velocity 0.3 m/s, biases as before a flight.
+Eigen::Matrix<double, kStateDim, 1> emergency_sigmas() {
+    Eigen::Matrix<double, kStateDim, 1> sigmas;
+    sigmas.segment<3>(kTheta).setConstant(0.05);
+    sigmas.segment<3>(kPos).setConstant(0.1);
+    sigmas.segment<3>(kVel).setConstant(0.3);
+    sigmas.segment<3>(kBiasGyro).setConstant(0.02);
+    sigmas.segment<3>(kBiasAccel).setConstant(0.1);
+    return sigmas;
+}
 
 }  // namespace
 
@@ -103,7 +114,6 @@ void Window::fill_calibration_prior(const CalibrationMatrix& information) {
 
 void Window::replace_prior() {
     state_.planes.clear();
-    state_.plane_pairs.clear();
     planes_.reset();
     for (int i = 0; i < state_.landmarks.size(); ++i) {
         state_.landmarks[i].plane = state_.landmarks[i].proposed_plane = Landmark::kNoPlane;
@@ -231,7 +241,9 @@ WindowSummary Window::optimize(double effort) {
     options.max_iterations = std::max(1, static_cast<int>(std::lround(effort * config_.max_iterations)));
     summary.solver = levenberg(problem_, options, workspace_, current_system_);
     if (summary.solver.solver_failed) {
-        recover(options, summary);
+        replace_prior();
+        summary.prior_replaced = true;
+        summary.solver = levenberg(problem_, options, workspace_, current_system_);
     }
     is_factorized_ = summary.solver.is_factorized;
     has_cameras_covariance_ = false;
@@ -255,14 +267,6 @@ WindowSummary Window::optimize(double effort) {
     remove_outliers(summary);
     summary.fit = problem_.fit();
     return summary;
-}
-
-void Window::recover(const LevenbergOptions& options, WindowSummary& summary) {
-    if (!ok(make_semidefinite(state_.prior, workspace_.systems[0]))) {
-        replace_prior();
-    }
-    summary.prior_repaired = true;
-    summary.solver = levenberg(problem_, options, workspace_, current_system_);
 }
 
 Status Window::newest_covariance(Eigen::Matrix<double, kStateDim, kStateDim>& covariance) {
@@ -334,7 +338,7 @@ void Window::remove_outliers(WindowSummary& summary) {
     const StageScope scope(observer_, Stage::kTriangulation);
     problem_.refresh();
     rejected_.clear();
-    const OutlierCount count = facet::remove_outliers(config_.outlier_threshold_px, state_, cameras_, rejected_);
+    const OutlierCount count = facet::remove_outliers(WindowConfig::kOutlierThreshold_px, state_, cameras_, rejected_);
     summary.rejected_observations = count.observations;
     summary.rejected_landmarks = static_cast<int>(rejected_.size());
     const int newest = static_cast<int>(state_.keyframes.size()) - 1;

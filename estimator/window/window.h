@@ -43,7 +43,7 @@ struct WindowSummary {
     int rejected_observations = 0;   ///< removed as outliers afterwards
     int rejected_landmarks = 0;      ///< landmarks whose newest observation was one: their tracks should end
     bool marginalization_failed = false;
-    bool prior_repaired = false;  ///< the system had no solution with the prior as it was
+    bool prior_replaced = false;  ///< the system had no solution with the prior as it was
 };
 
 /// What a window that begins holds of the calibration.
@@ -177,8 +177,6 @@ private:
     void replace_prior();
     /// Sets the calibration's share of a new prior, about the present calibration.
     void fill_calibration_prior(const CalibrationMatrix& information);
-    /// Repairs a prior with which the system has no solution, and optimizes once more.
-    void recover(const LevenbergOptions& options, WindowSummary& summary);
     void add_observations(int keyframe, std::span<const FeatureObservation> observations);
     void remove_outliers(WindowSummary& summary);
 

@@ -22,7 +22,7 @@ constexpr int kKeyframes = 8;
 struct Spoilt {
     std::unique_ptr<Window> window = std::make_unique<Window>();
     int marginalization_failures = 0;
-    int repairs = 0;
+    int replacements = 0;
     int solver_failures = 0;
     double error_m = 0.0;  ///< at the end
     bool covariance_is_finite = true;
@@ -52,7 +52,7 @@ struct Spoilt {
             REQUIRE(ok(window->add_keyframe({test::at(t), flight.rate(t), false, {seen.data(), seen.size()}}, p)));
             const WindowSummary summary = window->optimize();
             marginalization_failures += summary.marginalization_failed ? 1 : 0;
-            repairs += summary.prior_repaired ? 1 : 0;
+            replacements += summary.prior_replaced ? 1 : 0;
             solver_failures += summary.solver.solver_failed ? 1 : 0;
             const WindowState& state = window->state();
             REQUIRE(state.keyframes.size() <= kKeyframes);
@@ -70,7 +70,7 @@ struct Spoilt {
 
 TEST_CASE("without a failure there is none", "[failure]") {
     const Spoilt run(0, 30, [](WindowState&) {});
-    CHECK(run.marginalization_failures + run.repairs + run.solver_failures == 0);
+    CHECK(run.marginalization_failures + run.replacements + run.solver_failures == 0);
     CHECK(run.error_m < 0.03);
 }
 
@@ -87,13 +87,13 @@ TEST_CASE("a keyframe that cannot be marginalized goes without its prior, and th
     CHECK(run.error_m < 0.3);
 }
 
-TEST_CASE("an indefinite prior between marginalizations is repaired", "[failure]") {
+TEST_CASE("an indefinite prior between marginalizations is replaced", "[failure]") {
     const Spoilt run(4, 30, [](WindowState& state) {  // long before the window is full
         const int at = state.prior.globals();
         state.prior.h().block<kStateDim, kStateDim>(at, at).diagonal().array() -= 1e16;
     });
-    CHECK(run.repairs >= 1);
-    CHECK(run.repairs <= 3);
+    CHECK(run.replacements >= 1);
+    CHECK(run.replacements <= 3);
     CHECK(run.covariance_is_finite);
     CHECK(run.error_m < 0.3);
 }
@@ -104,7 +104,7 @@ TEST_CASE("a prior that is no number is replaced", "[failure]") {
     const Spoilt run(at, 45, [](WindowState& state) {
         state.prior.h()(0, 0) = state.prior.g()(0) = std::numeric_limits<double>::quiet_NaN();
     });
-    CHECK(run.marginalization_failures + run.repairs >= 1);
+    CHECK(run.marginalization_failures + run.replacements >= 1);
     CHECK(run.covariance_is_finite);
     CHECK(run.error_m < 0.3);
 }
