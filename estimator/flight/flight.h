@@ -29,7 +29,7 @@ namespace facet {
 /// 33 MB, allocated once. Thread-bound. Heap in configure() only.
 ///
 /// Parts decide, each from what it is given: phase (what to do with a frame), StartProgress, RestDetector,
-/// InertialFault, StereoEvidence, FactorConsistency, GaugeTracker, ClockWatch, CameraRoles, DelayCorrection,
+/// InertialFault, StereoEvidence, GaugeTracker, ClockWatch, CameraRoles, DelayCorrection,
 /// HealthMonitor. This class asks them in order, and acts:
 ///   flight.cpp           samples and frames in, in order; prediction and tracking
 ///   flight_start.cpp     the first window, and what tests it

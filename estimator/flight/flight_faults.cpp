@@ -126,9 +126,6 @@ void FlightEstimator::follow_fault() {
         const Timestamp end = keyframes[n - 1].stamp;
         imu_.restore(end - Duration::from_seconds(kLastReadings / config_.imu_noise.rate_hz), end);
     }
-    if (s_.fault.tilt_rad() > 0.0) {
-        s_.restart.add(RestartReason::kTilted);
-    }
 }
 
 }  // namespace facet

@@ -59,13 +59,6 @@ bool FlightEstimator::enter_window(const KeyframeInput& input, const Preintegrat
     frontend_.drop_tracks(window_.rejected());
     s_.now.state = window_.newest().state;
     follow_fault();
-    if (!s_.fault.is_active()) {
-        const double limit = config_.health.high_vision_chi2 * kStateDim;
-        const bool contradicts = monitor_.is_usable() && s_.keyframe.summary.imu_squared_error > limit;
-        if (s_.factors.step(contradicts, s_.newest.state.bias)) {
-            s_.restart.add(RestartReason::kInconsistentFactor);
-        }
-    }
     reintegrate();
     update_covariance();
     learn_vibration();
@@ -95,8 +88,7 @@ void FlightEstimator::take_keyframe(const Preintegration& preintegration, const 
 
 bool FlightEstimator::may_wait(Phase before) const {
     const bool is_calm = before == Phase::kFollowing && monitor_.state() == TrackingState::kTracking &&
-                         !s_.fault.is_active() && !s_.factors.is_violated() && !s_.restart.any() && !s_.span.has_gap &&
-                         s_.span.clipped == 0;
+                         !s_.fault.is_active() && !s_.restart.any() && !s_.span.has_gap && s_.span.clipped == 0;
     const bool is_under_way = window_.state().keyframes.size() >= kSettledKeyframes && s_.start.is_confirmed() &&
                               !s_.start.forces_keyframes() && s_.start.claim() == RestClaim::kNone && !tracks_.is_still;
     return config_.window.spread_keyframes && is_calm && is_under_way && tracks_.stereo >= HealthMonitor::kFewStereo;

@@ -24,7 +24,6 @@ void FlightEstimator::begin_window(const StateCovariance& information, Calibrati
     waiting_.is_set = false;
     s_.keyframe = {{}, s_.keyframe.is_new, false};
     s_.fault.end();
-    s_.factors.reset();
     if (calibration == CalibrationStart::kAsGiven) {
         forget_corrections();
     }
@@ -98,19 +97,11 @@ void FlightEstimator::restart_in_flight() {
 
 void FlightEstimator::inflate_covariance() {
     const double lost_s = std::min(s_.clocks.take_lost_s(), 1.0);
-    // A tilt hides as a bias of the accelerometer.
-    const double bend_m_per_s2 = (s_.now.state.bias.accel - s_.factors.bias_before().accel).norm();
-    const double bend_rad = s_.factors.is_violated() ? bend_m_per_s2 / gravity_m_per_s2_ : 0.0;
-    const double tilt_rad = std::hypot(s_.fault.tilt_rad(), kTilt_rad_per_s * lost_s, bend_rad);
+    const double tilt_rad = kTilt_rad_per_s * lost_s;
     const Eigen::Matrix3d R_B_W = s_.now.state.q_W_B.conjugate().toRotationMatrix();
     const Eigen::Vector3d variance = tilt_rad * tilt_rad * Eigen::Vector3d(1.0, 1.0, 0.0);
     s_.now.covariance.block<3, 3>(kTheta, kTheta) += R_B_W * variance.asDiagonal() * R_B_W.transpose();
     s_.now.covariance.diagonal().segment<3>(kVel).array() += std::pow(kManoeuvre_m_per_s2 * lost_s, 2);
-    if (s_.factors.is_violated()) {
-        s_.now.state.bias = s_.factors.bias_before();
-        widen_biases(config_.initializer.gyro_bias_sigma_rad_per_s, config_.initializer.accel_bias_sigma_m_per_s2,
-                     s_.now);
-    }
 }
 
 Status FlightEstimator::fall_back_to_gravity() {
@@ -153,7 +144,6 @@ void FlightEstimator::begin_like_first(double lost_s) {
     s_.start.drop_claim();
     s_.rest.end();
     s_.fault = {};
-    s_.factors.reset();
     s_.clocks.forget_refused();
     s_.frames.q_Bf_B.setIdentity();
     s_.restart.clear();

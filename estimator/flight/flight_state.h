@@ -7,7 +7,6 @@
 #include "estimator/api/belief.h"
 #include "estimator/api/estimate.h"
 #include "estimator/flight/clock_watch.h"
-#include "estimator/flight/factor_consistency.h"
 #include "estimator/flight/gauge_tracker.h"
 #include "estimator/flight/inertial_fault.h"
 #include "estimator/flight/phase.h"
@@ -47,7 +46,6 @@ struct FlightState {
     RestDetector rest;
     InertialFault fault;
     StereoEvidence stereo;
-    FactorConsistency factors;
     GaugeTracker gauge;
     ClockWatch clocks;
     FrameTimes frames;

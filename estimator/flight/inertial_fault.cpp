@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "estimator/geometry/so3.h"
 #include "estimator/imu/inertial_error.h"
@@ -21,13 +20,11 @@ constexpr double kTurn_rad = 0.002;
 constexpr double kSecondDifference = 2.45;
 constexpr double kConfidence = 3.0;
 constexpr int kAgreements = 2;
-constexpr int kTilts = 4;
 // Over shorter intervals poses tell next to nothing of a force.
 constexpr double kLeastInterval_s = 0.08;
 constexpr int kFew = 4;  // one in so many
 constexpr int kHalf = 2;
-constexpr int kNearlyAll = 5;               // all but one in so many
-constexpr double kMostTilt_m_per_s2 = 5.0;  // half a radian's
+constexpr int kNearlyAll = 5;  // all but one in so many
 
 /// What the poses of three keyframes in a row can tell of readings (1 sigma).
 struct Resolution {
@@ -77,8 +74,7 @@ StepNoise InertialFault::noise_between(const Preintegration& as_read, const Prei
 void InertialFault::end() {
     axes_ = 0;
     has_hung_ = false;
-    agreements_ = tilts_ = 0;
-    tilt_rad_ = 0.0;
+    agreements_ = 0;
 }
 
 void InertialFault::see(Timestamp stamp, const NavState& state) {
@@ -139,7 +135,7 @@ void InertialFault::follow(std::span<const Keyframe, 3> last, ImuBuffer& imu, co
                          ok(imu.integrate_between(j.stamp, k.stamp, noise, jk, &span_jk));
     imu.exchange_as_read();
     if (has_hung_ && ((span_ij.stuck | span_jk.stuck) & axes_) != 0) {
-        agreements_ = tilts_ = 0;
+        agreements_ = 0;
     } else if (is_read) {
         judge(i.state, j.state, k.state, ij, jk);
     }
@@ -165,21 +161,9 @@ void InertialFault::judge(const NavState& i, const NavState& j, const NavState& 
     const bool turns_alike = off.gyro.norm() < kConfidence * least.gyro;
     const bool moves_alike = off.accel.norm() < kConfidence * least.accel;
     agreements_ = turns_alike && moves_alike ? agreements_ + 1 : 0;
-    const bool is_tilt = is_same_tilt(j.q_W_B * off.accel, kConfidence * least.accel);
-    tilts_ = turns_alike && !moves_alike && is_tilt ? tilts_ + 1 : 0;
-    const bool agrees = agreements_ == (has_hung_ ? 1 : kAgreements);
-    if (agrees || tilts_ == kTilts) {
-        const double tilt = agrees ? 0.0 : force_W_.norm() / jk.gravity_m_per_s2();
+    if (agreements_ == (has_hung_ ? 1 : kAgreements)) {
         end();
-        tilt_rad_ = tilt;
     }
-}
-
-bool InertialFault::is_same_tilt(const Eigen::Vector3d& force_W, double tolerance) {
-    const bool is_level = std::abs(force_W.z()) < tolerance && force_W.norm() < kMostTilt_m_per_s2;
-    const bool is_same = (force_W - force_W_).norm() < std::numbers::sqrt2 * tolerance;
-    force_W_ = force_W;
-    return is_level && is_same;
 }
 
 }  // namespace facet

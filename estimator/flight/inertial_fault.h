@@ -31,9 +31,8 @@ namespace facet {
 /// The readings of the sensor that is wrong, or of both, are replaced by those of a steady motion, at the rate that the
 /// last two frames tell, with the noise of what the motion has differed from that by (inertial_error at keyframes). The
 /// suspicion ends when at two keyframes in a row the readings have agreed with what the images told; not while the
-/// sensor hangs, and at the first agreement after that, because then the reason for it is gone. Readings that turn
-/// alike, but whose force is off by the same horizontal vector of the world at four keyframes in a row, tell of an
-/// attitude that has tilted meanwhile: see tilt_rad(). Thread-bound. No heap.
+/// sensor hangs, and at the first agreement after that, because then the reason for it is gone.
+/// Thread-bound. No heap.
 class InertialFault {
 public:
     /// White noise of readings that tell nothing: anywhere within their ranges.
@@ -57,8 +56,6 @@ public:
     bool has_hung() const { return has_hung_; }
     /// The readings are believed again.
     void end();
-    /// What the attitude has tilted by meanwhile, if the suspicion has ended because of that; else zero (rad).
-    double tilt_rad() const { return tilt_rad_; }
     /// Rate of the body between the last two frames (rad/s).
     const Eigen::Vector3d& rate_B() const { return w_B_; }
 
@@ -95,16 +92,11 @@ private:
     static constexpr double kBentChi2 = 50.0;
     static constexpr double kStuckChi2 = 9.0;  ///< of a sensor that hangs
 
-    bool is_same_tilt(const Eigen::Vector3d& force_W, double tolerance);
-
     ImuAxisMask axes_ = 0;    ///< of the sensors that are not believed
     double gyro_left_ = 0.0;  ///< deviation of the true readings from the replaced ones (rad/s)
     double accel_left_ = 0.0;
-    bool has_hung_ = false;                              ///< what is suspected, since it was
-    int agreements_ = 0;                                 ///< keyframes in a row
-    int tilts_ = 0;                                      ///< keyframes in a row with the same horizontal force
-    Eigen::Vector3d force_W_ = Eigen::Vector3d::Zero();  ///< what readings were off by at the last one
-    double tilt_rad_ = 0.0;
+    bool has_hung_ = false;  ///< what is suspected, since it was
+    int agreements_ = 0;     ///< keyframes in a row
     bool has_seen_ = false;
     Timestamp seen_;  ///< the last frame
     Eigen::Quaterniond q_W_B_ = Eigen::Quaterniond::Identity();

@@ -7,11 +7,9 @@
 namespace facet {
 
 enum class RestartReason : std::uint8_t {
-    kUser = 1U << 0U,                ///< Estimator::request_reset()
-    kLandmarkIds = 1U << 1U,         ///< they have been used up
-    kLostTime = 1U << 2U,            ///< time has passed that is on no clock
-    kInconsistentFactor = 1U << 3U,  ///< the window holds inertial factors that contradict it
-    kTilted = 1U << 4U,              ///< the attitude has tilted while readings were replaced
+    kUser = 1U << 0U,         ///< Estimator::request_reset()
+    kLandmarkIds = 1U << 1U,  ///< they have been used up
+    kLostTime = 1U << 2U,     ///< time has passed that is on no clock
 };
 
 /// Thread-bound. No heap.

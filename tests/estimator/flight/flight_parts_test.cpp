@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 
 #include "estimator/flight/clock_watch.h"
-#include "estimator/flight/factor_consistency.h"
 #include "estimator/flight/restart_requests.h"
 #include "estimator/flight/stereo_evidence.h"
 
@@ -31,24 +30,6 @@ TEST_CASE("images of a pair contradict readings only if the map's keyframe match
     CHECK(stereo.has_supported());  // for as long as the suspicion lasts
     stereo.support(false, false);
     CHECK_FALSE(stereo.has_supported());
-}
-
-TEST_CASE("a window with contradictory factors begins anew after two keyframes that agree", "[factor_consistency]") {
-    FactorConsistency factors;
-    ImuBias before;
-    before.gyro.setConstant(0.01);
-    ImuBias bent;
-    bent.gyro.setConstant(0.5);
-    CHECK_FALSE(factors.step(false, before));
-    CHECK_FALSE(factors.step(true, before));
-    CHECK_FALSE(factors.step(false, bent));
-    CHECK_FALSE(factors.step(true, bent));
-    CHECK(factors.is_violated());
-    CHECK(factors.bias_before().gyro == before.gyro);
-    CHECK_FALSE(factors.step(false, bent));
-    CHECK(factors.step(false, bent));
-    factors.reset();
-    CHECK_FALSE(factors.is_violated());
 }
 
 TEST_CASE("the reset counter rises once for somebody who has been given an estimate", "[reset_counter]") {
