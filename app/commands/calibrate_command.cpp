@@ -130,7 +130,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
     command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
     command
         ->add_option("--prior-scale", args->prior_scale,
-                     "Widens what the given calibration may be wrong by: at 1, 10 times what a good one leaves (focal "
+                     "Widens what the given calibration may be wrong by: at 1, 10 sigma of a good one (focal "
                      "lengths 0.5 %, principal points 3 px, rotations 0.3 deg) and 0.9 mm for the cameras' places")
         ->check(CLI::Range(0.01, 100.0))
         ->capture_default_str();

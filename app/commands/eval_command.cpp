@@ -274,7 +274,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
         ->required();
     command->add_option("--json", args->json, "Also write the figures to this file");
     command->add_option("--errors", args->errors,
-                        "Also write error, claimed sigma and NEES of each sample with a covariance to this file (CSV)");
+                        "Also write error, reported sigma and NEES of each sample with a covariance to this file (CSV)");
     command->add_option("--details", args->details,
                         "Also write the series behind the figures into this folder, for scripts/report: ate.csv, "
                         "rpe.csv, errors.csv as --errors does, and with --scene mesh_distance.csv");
@@ -288,9 +288,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
     command->footer(
         "ATE: absolute trajectory error after alignment by SE(3) and by 4 DoF (yaw + translation), never with scale.\n"
         "RPE: relative pose error over stretches of the true path.\n"
-        "NEES: if the folder has covariance.csv, errors squared over claimed covariance, after yaw and position were "
+        "NEES: if the folder has covariance.csv, errors squared over reported covariance, after yaw and position were "
         "made\n"
-        "equal where the place is claimed best; a consistent estimator's mean is the number of components.\n"
+        "equal where the position is known best; a consistent estimator's mean is the number of components.\n"
         "Mesh: distances of 1000 samples/m^2 to the true surface (accuracy), and of the true surface seen from nearer "
         "than\n"
         "5 m to the mesh (completeness), aligned by the trajectory and by ICP.\n"

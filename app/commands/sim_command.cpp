@@ -78,7 +78,7 @@ int run(const sim::SimOptions& options) {
         "planes\n",
         options.out, summary.frames, options.scene, f.path_m, f.max_speed_m_per_s, f.max_rate_rad_per_s,
         f.min_clearance_m, summary.planes);
-    print_out("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of processor time per image\n", summary.prepare_s,
+    print_out("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of CPU time per image\n", summary.prepare_s,
               summary.render_s, summary.ms_per_image);
     return 0;
 }
@@ -136,8 +136,8 @@ void add_sim_command(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     sub->add_option(
            "--calibration-error", options->calibration_error,
-           "Errors in every parameter of both cameras in the calibration files, in units of what a good "
-           "calibration leaves unknown (as --inject calibration=K,SEED of facet replay); truth/ has the true ones")
+           "K: both cameras' calibration files are perturbed by K sigma of a good calibration (as --inject "
+           "calibration=K,SEED of facet replay); truth/ has the true ones")
         ->capture_default_str();
     sub->add_option("--gravity", options->gravity_m_per_s2,
                     "Strength of gravity (m/s^2); estimate with --set gravity.magnitude_m_per_s2 at the same value")

@@ -121,7 +121,7 @@ constexpr std::array kKeys{
     VehicleKey{"imu.can.map.force.signals", "", "Names of the signals of x, y and z."},
     VehicleKey{"imu.can.map.temperature", "", "[message, signal] of the temperature."},
     VehicleKey{"imu.can.map.counter", "", "[message, signal] of a count of samples, by which lost ones are seen."},
-    VehicleKey{"imu.can.map.j1939", "", "Frames are told apart by their parameter group alone."},
+    VehicleKey{"imu.can.map.j1939", "", "Frames are distinguished by their parameter group alone."},
     VehicleKey{"imu.can.map.source_address", "", "With j1939, the sender that counts; -1: any."},
 
     VehicleKey{"imu.iio", "", "A sensor that the kernel drives: industrial I/O, which HID sensors are, too."},
@@ -215,7 +215,7 @@ constexpr std::array kKeys{
     VehicleKey{"sinks.ros2.tf", "", "Whether the transform between them is published, too."},
     VehicleKey{"sinks.log", "", "Files of the flights."},
     VehicleKey{"sinks.log.folder", "", "Each flight gets a folder in there."},
-    VehicleKey{"sinks.log.keep_mb", "MB", "Of the disc for all flights: the oldest are removed; 0: none is."},
+    VehicleKey{"sinks.log.keep_mb", "MB", "Of the disk for all flights: the oldest are removed; 0: none is."},
     VehicleKey{"sinks.log.mesh_faces", "", "Most faces kept in memory for mesh.ply."},
     VehicleKey{"sinks.log.timed_frames", "", "Newest frames whose times are in summary.json."},
 

@@ -50,7 +50,7 @@ public:
     /// Hook for studies; nullptr to remove. Not owned.
     void set_observation_hook(ObservationHook* hook);
 
-    /// Begins anew at the next frame that allows it: a new window starts from the present attitude, position, velocity
+    /// restarts at the next frame that allows it: a new window starts from the present attitude, position, velocity
     /// and biases, and the reset counter is raised. Has no effect before the first start.
     void request_reset();
 
@@ -98,12 +98,12 @@ public:
     /// Health::state is kTracking or kDegraded.
     const Belief& belief() const;
 
-    /// What a program that begins anew may go on from; only while Health::state is kTracking or kDegraded. Takes about
+    /// What a program that restarts may go on from; only while Health::state is kTracking or kDegraded. Takes about
     /// a millisecond.
     KeptState keep() const;
 
     /// Goes on from what an earlier program has kept, instead of from the origin: the start, at rest or in motion, is
-    /// as ever, but place and yaw are those kept, as uncertain as the flight since may have made them, biases and
+    /// as ever, but position and yaw are those kept, as uncertain as the flight since may have made them, biases and
     /// calibration are those kept with twice their standard deviations. Health::reset_counter begins at zero: that this
     /// program's poses do not go on from the earlier one's is for the caller to announce. To be called after
     /// configure(), before the first frame.

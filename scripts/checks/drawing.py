@@ -96,7 +96,7 @@ def main():
     if arguments.write:
         document.write_text(before + BEGIN + new + END + after, encoding="utf-8")
     elif old != new:
-        print(f"{document}: the drawing is not that of the code; scripts/checks/drawing.py --write makes it anew")
+        print(f"{document}: the drawing is not that of the code; scripts/checks/drawing.py --write makes it again")
         return 1
     print(f"drawing: {new.count('[') - len(FLIGHT_FOLDERS)} folders, {new.count('-->')} arrows")
     return 0

@@ -54,7 +54,7 @@ def tiles(sequence):
     for run in sequence.runs:
         median = run.figure("mesh", "by_trajectory", "accuracy_m", "median")
         if median is not None:
-            shown.append(tile(f"{100 * median:.2f}", "cm", f"mesh to the truth, median, {run.label}"))
+            shown.append(tile(f"{100 * median:.2f}", "cm", f"median mesh error, {run.label}"))
     run = sequence.runs[-1]
     path = run.figure("path_m") or run.summary.get("path_m")
     shown.append(tile(f"{path:.1f}", "m", f"path in {figures.time_range(sequence)[1]:.1f} s"))

@@ -139,7 +139,7 @@ const std::vector<FaultInfo>& fault_table() {
         all.push_back({FaultKind::kCalibration,
                        "calibration",
                        {{"K", 0.0, 100.0, 1.0}, kSeed, {"DRAW", 0.0, 1.0, 0.0, {"normal", "tails"}}},
-                       "both cameras' calibration wrong by K times what a good one leaves unknown; DRAW tails: each "
+                       "both cameras' calibration perturbed by K sigma of a good one; DRAW tails: each "
                        "parameter by Student's t with three degrees of freedom",
                        true});
         return all;

@@ -151,7 +151,7 @@ TEST_CASE("Kalibr: every lens model that it writes") {
     }
 }
 
-TEST_CASE("a lens that is none says what is wrong with it, and where") {
+TEST_CASE("an invalid lens is refused with what is wrong, and where") {
     const test::TempDir dir;
     const std::string imu = dir.write("imu.yaml", kNoise);
     const auto complaint = [&](const std::string& from, const std::string& to) {
@@ -226,7 +226,7 @@ TEST_CASE("scale, misalignment and sensitivity of the IMU are read and applied: 
     }
 }
 
-TEST_CASE("an ideal IMU's samples are untouched, and a reading that is no number spoils only itself") {
+TEST_CASE("an ideal IMU's samples are untouched, and a reading that is NaN spoils only itself") {
     const ImuSample sample{{7}, {0.1, std::nan(""), 0.3}, {1.0, 2.0, 3.0}};
     CHECK(ImuModel().corrected(sample).a_B == sample.a_B);
     CHECK(ImuModel().is_ideal());

@@ -390,7 +390,7 @@ TEST_CASE("calibration says what a file holds, and writes it for others") {
     CHECK(run(dir, "calibration " + dir.file("none")).code == 2);
 }
 
-TEST_CASE("frames outside the IMU's time are told as such") {
+TEST_CASE("reports frames outside the IMU's time span") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 10);
     std::string rows;

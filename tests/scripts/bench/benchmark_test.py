@@ -150,7 +150,8 @@ class Flights(Benchmark):
                          r"fourteen +1, flight +spr +window.keyframes=10 +2 +4.00 \[4.00, 4.00\] +TRACKING")
         self.assertRegex(done, r"spr +12 +0.500 \[0.500, 0.500\]")
         page = (self.root / "out/table.md").read_text()
-        self.assertRegex(page, r"^Two flights; K: errors of .* as well\.\n\n\| sequence \| K \| mode \| case \| runs ")
+        self.assertRegex(page, r"^Two flights; K: calibration perturbed by K sigma; .*\n\n"
+                               r"\| sequence \| K \| mode \| case \| runs ")
         self.assertIn("commit 0123456789ab", page)
         self.assertEqual(len(json.loads((self.root / "out/results.json").read_text())), 24)
 

@@ -153,7 +153,7 @@ class Report(unittest.TestCase):
         options = ("--no-pictures", "--no-view", "--faults", folder)
         text = self.make(run, options=options)
         page = Elements(text)
-        self.assertIn("2 of 3 cells as expected, wrong in silence for 1.2 s in all", page.said)
+        self.assertIn("2 of 3 cells as expected, undetected errors of 1.2 s in all", page.said)
         self.assertIn("Made by scripts/benchmark faults, commit 0123456789ab.", page.said)
         self.assertIn("wrong &lt;axes&gt; \u26a0 1.2 s", text)
         self.assertIn("ATE 90 mm &gt; 50 mm", text)

@@ -192,7 +192,7 @@ TEST_CASE("folders with a table of stamps, images side by side, other formats") 
     CHECK(says(complaint(two), "has 3 stamps, but " + dir.file("two") + " has 6 images"));
 }
 
-TEST_CASE("what is missing in a list is left out and told, and a log without a source is refused in a sentence") {
+TEST_CASE("what is missing in a list is left out and reported, and a log without a source is refused in a sentence") {
     const test::TempDir dir;
     write_frames(dir, "left", 0, [](int k) { return fmt::format("{}.png", k); });
     fs::remove(dir.file("left/2.png"));
