@@ -58,6 +58,7 @@ VARIABLE = re.compile(r"\$\{[^}\n]*\}|\$\w+")
 # Texts of the program that a person reads; the rest of the sources is looked at for comments of headers only.
 PROGRAM = ("app/", "drivers/")
 TESTS = re.compile(r'(?:TEST_CASE|SCENARIO|SECTION|GIVEN|WHEN|THEN)\(\s*((?:"(?:\\.|[^"\\\n])*"\s*)+)')
+MANUAL_PAGE = "app/packaging/facet.1"
 SCRIPTS = ("scripts/", ".ci/")
 
 
@@ -124,6 +125,8 @@ def documents(root):
         folders = file.relative_to(root).parts[:-1]
         if not any(name in skipped or name.startswith(".") for name in folders):
             yield file.relative_to(root).as_posix()
+    if (root / MANUAL_PAGE).is_file():
+        yield MANUAL_PAGE
 
 
 def check_tree(root):
