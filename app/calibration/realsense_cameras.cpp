@@ -338,7 +338,7 @@ void read_realsense(const std::string& path, const ImageExtent& images, Calibrat
     }
     if (listing.corrects_imu) {
         calibration.remarks.push_back(
-            path + ": motion intrinsics are not used: librealsense corrects the readings by them by default");
+            path + ": motion intrinsics are not used: librealsense corrects the readings with them by default");
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The state at every inertial sample: that of the newest frame, carried on as samples come.
+// The state at every inertial sample: that of the newest frame, propagated as samples come.
 #pragma once
 
 #include "estimator/api/belief.h"
@@ -8,8 +8,8 @@
 
 namespace facet {
 
-/// Carries the newest belief about a frame to each inertial sample, so that consumers have a state at the IMU's rate
-/// and without the delay of images. Usage:
+/// Propagates the newest frame's state to each inertial sample, so that consumers have a state at the IMU's rate and
+/// without the delay of images. Usage:
 ///   carrier.configure(config.imu_noise, config.imu_limits, gravity);
 ///   if (ok(carrier.add_imu(sample)) && carrier.has_state()) use(carrier.stamp(), carrier.state());
 ///   (void)carrier.correct(estimator.belief());      // after each frame
@@ -28,7 +28,7 @@ namespace facet {
 /// belief. About 760 kB: a member or static. Thread-bound. No heap.
 class StateCarrier {
 public:
-    /// restarts. @param smoothing_s  0: corrections are steps
+    /// Starts over. @param smoothing_s  0: corrections are steps
     void configure(const ImuNoise& noise, const ImuLimits& limits, double gravity_m_per_s2, double smoothing_s = 0.0);
 
     /// Takes the next sample and carries the state on to it.

@@ -25,8 +25,9 @@ def prepare(content, arguments):
         arguments.cases = [none.name, *(text.replace(": ", ", ") for text in arguments.cases)]
     specs = {cell.name: list(cell.specs(content["at"], content["length"])) for cell in [none, *cells]}
     return {"title": f"mode s; faults from {content['at']:g} s on, for {content['length']:g} s unless they last to the "
-            "end; ATE RMSE after SE(3) alignment; recovery: from the end of the fault to TRACKING that stays; undetected "
-            "error: TRACKING with high quality while wrong by more than five sigma", "document": "docs/faults.md",
+            "end; ATE RMSE after SE(3) alignment; recovery: from the end of the fault to TRACKING that stays; "
+            "undetected error: TRACKING with high quality while wrong by more than five sigma",
+            "document": "docs/faults.md",
             "flights": content["flights"], "may_fail": True,
             "cases": {name: {"inject": given} for name, given in specs.items()}}
 

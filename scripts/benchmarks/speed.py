@@ -3,9 +3,9 @@
 
 Times are CPU times, without decoding images. Every sequence is replayed --repeat times in every mode, interleaved;
 of each figure the least counts, because whatever else runs on the machine only adds. With --against the program of
-another commit is built (in out/against, kept for the next time) and replays interleaved with this one, so that their ratio
-holds on a machine whose speed drifts; of commits that did not measure frames by CPU time, the process
-tells. With --scaling the first sequence is also replayed with other numbers of features and keyframes, and the growth
+another commit is built (in out/against, kept for the next time) and replays interleaved with this one, so that their
+ratio holds on a machine whose speed drifts; for commits that did not measure frames by CPU time, that of the process
+is used. With --scaling the first sequence is also replayed with other numbers of features and keyframes, and the growth
 of every stage is fitted: time ~ number^exponent. With --instructions callgrind counts those of every frame of the first
 seconds, which no load of the machine changes."""
 import json

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """Finds words that engineers of this field do not use, in whatever a person reads, and says what to write instead.
 
-Usage: words.py [ROOT]      prints a line `file:line: "phrase": write "..."` for every finding; exit code 1 if there is any
+Usage: words.py [ROOT]      prints a line `file:line: "phrase": write "..."` for every finding; exit code 1 if any
 
 Looked at are documents (without code), comments of headers, texts in the program's sources (help, errors, parameters),
 names of tests, and comments and texts of scripts. Names in code, keys of files and columns are not looked at.
@@ -55,8 +55,8 @@ CPP = re.compile(r'(?P<comment>//[^\n]*|/\*.*?\*/)|(?P<raw>R"(?P<mark>[^(\n]*)\(
 NAME = re.compile(r"`[^`\n]*`|@param\s+\w+")
 SHELL = re.compile(r'(?<![\w$])#[^\n]*|\b(?:say|die|echo) "(?:\\.|\$\{[^}]*\}|[^"\\])*"')
 VARIABLE = re.compile(r"\$\{[^}\n]*\}|\$\w+")
-# Texts of the program that a person reads; the rest of the sources is looked at for comments of headers only.
-PROGRAM = ("app/", "drivers/")
+# Where texts are what a person reads: help, errors, meanings of parameters.
+PROGRAM = ("app/", "drivers/", "estimator/", "mesh/", "platform/")
 TESTS = re.compile(r'(?:TEST_CASE|SCENARIO|SECTION|GIVEN|WHEN|THEN)\(\s*((?:"(?:\\.|[^"\\\n])*"\s*)+)')
 MANUAL_PAGE = "app/packaging/facet.1"
 SCRIPTS = ("scripts/", ".ci/")

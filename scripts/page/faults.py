@@ -64,7 +64,7 @@ def full_table(matrix):
              tables.cell(row["ate_mm"], 1), tables.cell(row["estimated"], 0, 100.0), row["end"],
              tables.cell(row["silent_s"] or None, 1)] for row in matrix.rows]
     return tables.table(columns, rows, "<b>Every cell</b>; recovery: from the end of the fault to TRACKING that stays; "
-                        "undetected error: TRACKING with high quality while wrong by more than five standard deviations",
+                        "undetected error: TRACKING with high quality while wrong by more than five sigma",
                         left=6 + matrix.has_logs)
 
 

@@ -50,7 +50,7 @@ struct Consistency {
 ///
 /// Gauge. Yaw and position of the world are unobservable: the estimator chooses them where its window begins, and its
 /// covariance describes the errors that have been added since. So the true world is turned about z and shifted until
-/// yaw and position agree at one common stamp, and only there: the one whose position is known best, the first of these.
+/// yaw and position agree at one common stamp, and only there: the first one of those with the best known position.
 /// Mostly that is soon after the start. A start in motion reports its first state long after the window's beginning,
 /// and that state may be wrong by centimetres, as it says; with the gauge there, every later one would be charged with
 /// its error. A best fit over all stamps would remove drift that the covariance accounts for, and NEES would be far too

@@ -159,7 +159,7 @@ std::string text_report(const Evaluation& e) {
 std::string text_report(const Claims& claims) {
     const Consistency& c = claims.as_is;
     return fmt::format(
-               "consistency of {} samples ({} unusable); yaw and position made equal where the position is known best\n",
+               "consistency of {} samples ({} unusable); yaw and position aligned where the position is known best\n",
                c.samples.size(), c.unusable) +
            nees_rows(c) +
            (claims.with_fit

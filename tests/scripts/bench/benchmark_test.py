@@ -203,7 +203,7 @@ class Flights(Benchmark):
     def test_a_limit_that_is_exceeded_fails(self):
         self.study.write_text(PERFECT.replace("ATE mm, interval ate_mm, 2]", "ATE mm, ate_mm, 2, {most: 4}]"))
         done = self.run_it(code=1)
-        self.assertIn("limit: fourteen, 0, s, default: ATE mm 8.00, wanted at most 4", done)
+        self.assertIn("limit: fourteen, 0, s, default: ATE mm 8.00, target at most 4", done)
         self.assertNotIn("limit: one", done)
 
     def test_wrong_files_are_refused_in_one_line(self):
