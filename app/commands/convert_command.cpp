@@ -195,7 +195,7 @@ int convert(const ConvertArguments& typed) {
     }
     if (!is_log) {
         const std::string inner = image_source_in(args.input);
-        throw InputError(args.input + ": is no log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv" +
+        throw InputError(args.input + ": is not a log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv" +
                          (inner.empty() ? "" : "; " + inner + " can be converted, with --imu FILE"));
     }
     if (!args.output.ends_with(".mcap")) {

@@ -19,7 +19,7 @@ constexpr std::array kKeys{
                "s: landmarks alone; spr: planes that are found hold their landmarks; sp: alias of s."},
 
     VehicleKey{"cameras", "",
-               "Sizes of images are the calibration's. Keys from format on may also stand below left or right."},
+               "Sizes of images are the calibration's. Keys from format on may also be below left or right."},
     VehicleKey{"cameras.rate_hz", "Hz", "Pairs of images per second."},
     VehicleKey{"cameras.use_sequence", "", "Whether the drivers count frames, so that lost ones are seen."},
     VehicleKey{"cameras.lag_frames", "periods",
@@ -43,7 +43,7 @@ constexpr std::array kKeys{
                "views at "
                "once, Y8I or Y12I; auto, also if it is left out: the best that the camera has at this size and rate."},
     VehicleKey{"cameras.significant_bits", "bits", "Of Y16, how many count; 0: all."},
-    VehicleKey{"cameras.msb_aligned", "", "Y10, Y12 and Y16 stand in the high bits of their 16."},
+    VehicleKey{"cameras.msb_aligned", "", "Y10, Y12 and Y16 use the high bits of their 16."},
     VehicleKey{"cameras.controls_device", "", "The sensor's own node, if the camera's has no controls."},
     VehicleKey{"cameras.buffers", "", "Images that the kernel and the program hold together."},
     VehicleKey{"cameras.heap", "",
@@ -62,7 +62,7 @@ constexpr std::array kKeys{
     VehicleKey{"cameras.side_by_side.device", "", "Its node."},
 
     VehicleKey{"cameras.ros2", "",
-               "Topics of drivers that speak ROS 2, instead of nodes; only rate_hz may stand beside it."},
+               "Topics of drivers that speak ROS 2, instead of nodes; only rate_hz may be given beside it."},
     VehicleKey{"cameras.ros2.left", "",
                "The left camera's, of type Image; of type CompressedImage (JPEG) if it ends in /compressed."},
     VehicleKey{"cameras.ros2.right", "", "The right camera's; left out with a calibration of one camera."},

@@ -145,7 +145,7 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {replay + " --start nan", "--start must not be negative"},
         {replay + " --start inf", "--start must not be negative"},
         {replay + " --calibration " + dir.write("empty.yaml", ""),
-         dir.file("empty.yaml") + ":1: is no calibration of a known kind"},
+         dir.file("empty.yaml") + ":1: is not a calibration of a known kind"},
         {replay + " --inject fog@8", "--inject 'fog@8': unknown fault 'fog'"},
         {replay + " --inject flash --inject clip@x", "--inject 'clip@x': start 'x' is not a number"},
         {replay + " --duration -1", "--duration must be positive"},
@@ -364,7 +364,7 @@ TEST_CASE("lists of images become a log that is replayed, under the first argume
     CHECK(run(dir, "convert --video " + left + " --video " + right + " " + dir.file("video") + " --imu " + imu).code ==
           0);
     CHECK(contains(run(dir, "convert " + dir.file("mav0/cam0") + " " + dir.file("no")).err,
-                   "is no log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv; " +
+                   "is not a log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv; " +
                        dir.file("mav0/cam0/data") + " can be converted, with --imu FILE"));
     CHECK(contains(run(dir, "convert --video " + left).err, "both are needed"));
     CHECK(contains(run(dir, "convert " + left + " " + dir.file("no") + " --left /cam0").err, "--left: names a topic"));

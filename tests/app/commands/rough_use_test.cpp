@@ -79,7 +79,7 @@ TEST_CASE("a log of which most is lost is exit code 1 and a sentence why") {
     CHECK(nlohmann::json::parse(test::read_file(dir.file("out/summary.json")))["frames_listed"] == 20);
 }
 
-TEST_CASE("what is no image or far too large is passed over, or refused in one line") {
+TEST_CASE("skips or refuses in one line what is not an image or far too large") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 5);
     const auto image = [](int k) { return "mav0/cam0/data/" + test::asl_image_name(k); };
