@@ -47,7 +47,7 @@ public:
     /// Nothing is known any more.
     void clear();
 
-    /// Measures anew.
+    /// Measures again.
     /// @param states       as OccupancyGrid::pack()
     /// @param lowest_cell  the grid's corner
     /// @param reach_m      distances matter up to here; cut down to kMaxReach cells

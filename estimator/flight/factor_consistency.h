@@ -6,13 +6,13 @@
 
 namespace facet {
 
-/// Contradictory readings bend a window, biases and tilt alike; once they are over it has to begin anew. While readings
+/// Contradictory readings bend a window, biases and tilt alike; once they are over it has to restart. While readings
 /// are suspected, and thus replaced, nothing is judged. Thread-bound. No heap.
 class FactorConsistency {
 public:
     /// After a keyframe. @param contradicts  residuals of its inertial factor are too large
     /// @param bias_before  of the keyframe before it
-    /// @return the window must begin anew: factors agree again
+    /// @return the window must restart: factors agree again
     bool step(bool contradicts, const ImuBias& bias_before) {
         if (contradicts) {
             bias_before_ = is_violated_ ? bias_before_ : bias_before;

@@ -37,7 +37,7 @@ public:
                       const ImuBias& bias);
 
     /// The state at the newest keyframe, at the position and yaw of `state`.
-    /// @param information  of `solved`, order [theta p v bg ba]: that of place and yaw is as at a start
+    /// @param information  of `solved`, order [theta p v bg ba]: that of position and yaw is as at a start
     /// @return kNotReady with too few keyframes or points; kDegenerate if the motion does not tell velocity to 0.3 m/s
     ///         and gravity to 0.1 rad, or the sightings do not fit (outputs untouched).
     Status solve(const NavState& state, NavState& solved, Information& information) const;

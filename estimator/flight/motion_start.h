@@ -20,14 +20,14 @@ namespace facet {
 /// guess (dynamic_init.h). The window itself starts with the mean force as gravity and refines that. If this guess was
 /// so wrong that the window's optimization ended in another minimum, the comparison shows it. Usage, while the
 /// estimator is in INIT after a moving start:
-///   start.reset(); start.add_keyframe(...) at every keyframe; if (ok(start.check(...))) begin anew from `better`.
+///   start.reset(); start.add_keyframe(...) at every keyframe; if (ok(start.check(...))) restart from `better`.
 /// About 150 KiB, and 200 KiB of stack. Thread-bound. No heap.
 class MotionStart {
 public:
     void configure(const StereoRig& rig, const ImuNoise& noise, double gravity_m_per_s2, double pixel_sigma_px);
     void reset();
 
-    /// Takes a keyframe; if its motion cannot be found, the collection starts anew.
+    /// Takes a keyframe; if its motion cannot be found, the collection restarts.
     void add_keyframe(Timestamp stamp, std::span<const FeatureObservation> observations, const ImuBuffer& imu);
 
     /// Compares the window's state at the newest keyframe with the closed-form solution.

@@ -72,7 +72,7 @@ struct DynamicInit {
 ///
 /// Usage: keep the last 4 to 12 keyframes over 0.5 to 2 s; call integrate_between() and estimate_stereo_motion() for
 /// each pair; call this; on kOk start the window at the last keyframe with initial.state and initial.information(). If
-/// the gyro bias has moved by more than 0.02 rad/s, integrate anew at the new biases and call again for an exact
+/// the gyro bias has moved by more than 0.02 rad/s, integrate again at the new biases and call again for an exact
 /// result.
 ///
 /// @param motions  2 to kMaxInitKeyframes - 1, consecutive

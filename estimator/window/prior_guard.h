@@ -18,7 +18,7 @@ bool is_plausible(const PriorFactor& prior);
 /// @return kDegenerate if it is not finite or no share up to 1 suffices (prior untouched). No heap. Reentrant.
 Status make_semidefinite(PriorFactor& prior, ReducedSystem& scratch);
 
-/// Standard deviations of a window that begins anew on its own oldest keyframe because its prior was lost, order of the
+/// Standard deviations of a window that restarts on its own oldest keyframe because its prior was lost, order of the
 /// state's tangent: tilt and yaw 0.05 rad, place 0.1 m, velocity 0.3 m/s, biases as before a flight.
 Eigen::Matrix<double, kStateDim, 1> emergency_sigmas();
 

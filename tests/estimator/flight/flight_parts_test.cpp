@@ -33,7 +33,7 @@ TEST_CASE("images of a pair contradict readings only if the map's keyframe match
     CHECK_FALSE(stereo.has_supported());
 }
 
-TEST_CASE("a window with contradictory factors begins anew after two keyframes that agree", "[factor_consistency]") {
+TEST_CASE("a window with contradictory factors restarts after two keyframes that agree", "[factor_consistency]") {
     FactorConsistency factors;
     ImuBias before;
     before.gyro.setConstant(0.01);
@@ -63,7 +63,7 @@ TEST_CASE("the reset counter rises once for somebody who has been given an estim
     CHECK_FALSE(resets.is_first_start());
 }
 
-TEST_CASE("each reason for a restart counts until the window begins anew", "[restart_requests]") {
+TEST_CASE("each reason for a restart counts until the window restarts", "[restart_requests]") {
     RestartRequests restart;
     CHECK_FALSE(restart.any());
     restart.add(RestartReason::kLostTime);

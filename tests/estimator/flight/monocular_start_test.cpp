@@ -76,7 +76,7 @@ TEST_CASE("a right state is confirmed, a wrong one contradicted", "[monocular_st
     CHECK(f.velocity_error() < 0.15);
 }
 
-TEST_CASE("a motion that does not tell the scale gives no answer", "[monocular_start]") {
+TEST_CASE("a motion that does not show the scale gives no answer", "[monocular_start]") {
     SyntheticFlight::Options glide = Fixture::options(1);
     glide.motion = {0.0, 0.0, 0.0, Eigen::Vector3d::Zero(), {0.5, 0.1, 0.0}};
     Fixture f(glide, 10);

@@ -48,7 +48,7 @@ TEST_CASE("a state that is right is left alone", "[motion_start]") {
     CHECK(f.start.check(f.truth, better, information) == Status::kNotFound);
 }
 
-TEST_CASE("a state with gravity or velocity far off is contradicted, place and yaw stay", "[motion_start]") {
+TEST_CASE("a state with gravity or velocity far off is contradicted, position and yaw stay", "[motion_start]") {
     const Fixture f(6);
     NavState wrong = f.truth;
     SECTION("tilt") { wrong.q_W_B = so3_exp({0.9, -0.4, 0.0}) * f.truth.q_W_B; }
