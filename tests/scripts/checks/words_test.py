@@ -31,7 +31,7 @@ class Words(unittest.TestCase):
                 for finding in findings]
 
     def test_documents_are_prose_but_for_code_and_links(self):
-        self.assertEqual(self.found("docs/a.md", "# A\n\nIt is begun Anew.\n"), [("3", "Anew")])
+        self.assertEqual(self.found("guide/a.md", "# A\n\nIt is begun Anew.\n"), [("3", "Anew")])
         self.assertEqual(self.found("README.md", "`anew` [b](told.md)\n\n```\nanew\n```\n\nbegun\n"), [])
         self.assertEqual(self.found("app/packaging/facet.1", ".TH FACET\nthe disc\n"), [("2", "disc")])
 
