@@ -146,7 +146,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
         ->type_name("SECONDS")
         ->capture_default_str();
     command->add_option("--config", args->config, "YAML file with parameters of the estimator")->type_name("FILE");
-    command->add_option("--set", args->settings, "KEY=VALUE: one parameter on top of --config; may be repeated")
+    command->add_option("--set", args->settings, "One parameter on top of --config; may be repeated")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
     command

@@ -250,7 +250,7 @@ void add_replay_command(CLI::App& app, int& exit_code) {
             "YAML file with parameters; 'facet info --config' prints all with defaults. May be in the log's MCAP "
             "file: LOG.mcap/mav0/parameters.yaml")
         ->type_name("FILE");
-    command->add_option("--set", args->settings, "KEY=VALUE: one parameter on top of --config; may be repeated")
+    command->add_option("--set", args->settings, "One parameter on top of --config; may be repeated")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
     CLI::Option* start =

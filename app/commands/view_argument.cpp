@@ -11,7 +11,7 @@ void add_view_options(CLI::App& command, ViewArguments& arguments) {
         .add_option("--view", arguments.place,
                     "[ADDRESS:]PORT: show the flight to browsers and to Foxglove, on this computer without an address; "
                     "port 0: any that is free")
-        ->type_name("[HOST:]PORT");
+        ->type_name("PORT");
     command
         .add_option("--view-token", arguments.token,
                     "File with a word in its first line without which nobody is shown the flight; other addresses "

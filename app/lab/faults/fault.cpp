@@ -144,7 +144,9 @@ std::string fault_help() {
             }
         }
         defaults += defaults.empty() ? "" : ")";
-        text += fmt::format("  {:<27} {}{}\n", usage + close, info.meaning, defaults);
+        usage += close;
+        text += fmt::format("  {:<27}{}{}{}\n", usage, usage.size() > 27 ? "\n" + std::string(30, ' ') : " ",
+                            info.meaning, defaults);
     }
     return text;
 }
