@@ -60,7 +60,8 @@ class Links(unittest.TestCase):
             for path in sorted((ROOT / folder).rglob("*")):
                 if not path.is_file() or path.suffix not in ENDINGS:
                     continue
-                missing += [f"{path.relative_to(ROOT)}: {name}" for name in NAMED.findall(path.read_text("utf-8", "replace"))
+                text = path.read_text("utf-8", "replace")
+                missing += [f"{path.relative_to(ROOT)}: {name}" for name in NAMED.findall(text)
                             if not (ROOT / name).exists()]
         self.assertEqual(missing, [])
 

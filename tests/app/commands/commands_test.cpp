@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/app/commands/run_program.h"
 #include "tests/support/asl_folder.h"
@@ -77,6 +78,24 @@ TEST_CASE("a link that cannot be opened is named before the replay begins") {
         CHECK(refused.code == 2);
         CHECK(contains(refused.err, c.complaint));
         CHECK_FALSE(std::filesystem::exists(dir.file("out")));
+    }
+}
+
+TEST_CASE("the help of each command fits 100 columns and has no names of types") {
+    const test::TempDir dir;
+    for (const char* command : {"", "replay", "run", "record", "eval", "sim", "convert", "calibrate", "calibration",
+                                "check-calibration", "check-config", "info"}) {
+        INFO(command);
+        const Outcome help = run(dir, std::string(command) + " --help");
+        CHECK(help.code == 0);
+        std::istringstream lines(help.out);
+        for (std::string line; std::getline(lines, line);) {
+            INFO(line);
+            CHECK(line.size() <= 100);
+            for (const char* type : {" TEXT", " INT", " FLOAT", " UINT", " ENUM"}) {
+                CHECK_FALSE(contains(line, type));
+            }
+        }
     }
 }
 
