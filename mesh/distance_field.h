@@ -37,8 +37,8 @@ struct FieldPoint {
 /// it works in the program and in a planner at the stream's other end alike.
 ///
 /// The time is bounded, whatever the grid holds (BENCHMARKS.md, Time and memory), and the result depends on nothing but
-/// the states. Certainty and age of an obstacle are the grid's: OccupancyGrid::at(target_W). Thread-bound. No heap. About
-/// 5.4 MB: allocate it once.
+/// the states. Certainty and age of an obstacle are the grid's: OccupancyGrid::at(target_W). Thread-bound. No heap.
+/// About 5.4 MB: allocate it once.
 class DistanceField {
 public:
     static constexpr int kMaxReach = 22;  ///< cells: sums of squares and an offset fit into 16 bits
