@@ -2,6 +2,7 @@
 // The program: its commands and its exit codes.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <memory>
 #include <string>
 
 #include "app/commands/build_version.h"
@@ -11,6 +12,7 @@
 #include "app/commands/check_config_command.h"
 #include "app/commands/convert_command.h"
 #include "app/commands/eval_command.h"
+#include "app/commands/help_formatter.h"
 #include "app/commands/info_command.h"
 #include "app/commands/record_command.h"
 #include "app/commands/replay_command.h"
@@ -31,6 +33,7 @@ bool is_command(const CLI::App& app, const std::string& name) {
 /// @return the exit code
 int run_program(int argc, char** argv) {
     CLI::App app("facet: stereo visual-inertial estimator", "facet");
+    app.formatter(std::make_shared<facet::HelpFormatter>());  // that of all commands
     app.set_version_flag("--version", facet::build_version(), "Version, commit, compiler, target and flags");
     app.require_subcommand(1);
     app.footer(

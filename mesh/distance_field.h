@@ -36,9 +36,9 @@ struct FieldPoint {
 /// Takes the states as OccupancyGrid::pack() gives them and as WorldState::cells of the world stream has them, so that
 /// it works in the program and in a planner at the stream's other end alike.
 ///
-/// The time is bounded, whatever the grid holds (docs/performance.md), and the result depends on nothing but the
-/// states. Certainty and age of an obstacle are the grid's: OccupancyGrid::at(target_W). Thread-bound. No heap. About
-/// 5.4 MB: allocate it once.
+/// The time is bounded, whatever the grid holds (BENCHMARKS.md, Time and memory), and the result depends on nothing but
+/// the states. Certainty and age of an obstacle are the grid's: OccupancyGrid::at(target_W). Thread-bound. No heap.
+/// About 5.4 MB: allocate it once.
 class DistanceField {
 public:
     static constexpr int kMaxReach = 22;  ///< cells: sums of squares and an offset fit into 16 bits
@@ -47,7 +47,7 @@ public:
     /// Nothing is known any more.
     void clear();
 
-    /// Measures anew.
+    /// Measures again.
     /// @param states       as OccupancyGrid::pack()
     /// @param lowest_cell  the grid's corner
     /// @param reach_m      distances matter up to here; cut down to kMaxReach cells

@@ -61,7 +61,7 @@ struct DepthPrior {
 
 /// Incremental mesher [Rosinol19], called at each keyframe:
 ///   1 Vertices move with their landmarks. Landmarks that left the horizon, or were judged bad, take their faces along.
-///     If the window began anew since the last keyframe, the whole mesh leaves: tracks may continue, but elsewhere.
+///     If the window restarted since the last keyframe, the whole mesh leaves: tracks may continue, but elsewhere.
 ///   2 The tracked landmarks are triangulated in the image (normalised, undistorted plane) and lifted. Beyond the paper
 ///     two more kinds of points join: surface points between the tracks, which move and leave with their keyframe (or
 ///     with its neighbour, if the window drops it as redundant), and landmarks lost from tracking a few keyframes ago,

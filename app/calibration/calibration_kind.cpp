@@ -56,7 +56,7 @@ const char* text_of(CalibrationKind kind) {
         }
     }
     root.fail(
-        fmt::format("is no calibration of a known kind, but has {}{}; known are those of Kalibr, OpenVINS, EuRoC, "
+        fmt::format("is not a calibration of a known kind; it has {}{}; known are those of Kalibr, OpenVINS, EuRoC, "
                     "Kimera, Basalt, ORB-SLAM3, OKVIS2, VINS-Fusion, OAK and RealSense (rs-enumerate-devices -c)",
                     keys.empty() ? "no key" : fmt::format("{}", fmt::join(keys, ", ")),
                     root.raw().size() > keys.size() ? ", ..." : ""));
@@ -85,7 +85,7 @@ void refuse_as_cameras(const YamlNode& root, CalibrationKind kind) {
             root.fail(what + "give the configuration of VINS that names it, which has body_T_cam0");
         case CalibrationKind::kRealSenseImu:
         case CalibrationKind::kRealSensePreset:
-            root.fail(what + "it says nothing of the cameras; rs-enumerate-devices -c > FILE writes what does");
+            root.fail(what + "it has no cameras; rs-enumerate-devices -c > FILE writes what does");
         case CalibrationKind::kCameraInfo:
         case CalibrationKind::kOpenCvStereo: root.fail(what + kNoMount);
         case CalibrationKind::kDepthAi:
@@ -101,7 +101,7 @@ void refuse_as_cameras(const YamlNode& root, CalibrationKind kind) {
 void refuse_as_imu(const YamlNode& root, CalibrationKind kind) {
     if (kind == CalibrationKind::kUnknown) {
         root.fail(
-            "is no calibration of an IMU: gyroscope_noise_density and its like are missing (Kalibr's imu.yaml, or "
+            "is not a calibration of an IMU: gyroscope_noise_density and its like are missing (Kalibr's imu.yaml, or "
             "EuRoC's imu0/sensor.yaml)");
     }
     root.fail(

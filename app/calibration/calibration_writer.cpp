@@ -169,7 +169,7 @@ void write_kalibr_files(const Calibration& calibration, const std::string& folde
 void write_opencv_file(const Calibration& calibration, const std::string& folder) {
     const StereoRig& rig = calibration.rig;
     if (!rig.has_right) {
-        throw InputError("--to opencv: one camera is no stereo calibration");
+        throw InputError("--to opencv: one camera is not a stereo calibration");
     }
     const CameraIntrinsics& left = rig.left.intrinsics();
     const CameraIntrinsics& right = rig.right.intrinsics();

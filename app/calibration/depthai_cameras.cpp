@@ -57,7 +57,7 @@ double metres_a_unit(const YamlNode& extrinsics) {
     }
     const int unit = extrinsics.at("lengthUnit").integer();
     if (unit < 0 || unit >= static_cast<int>(kUnits.size())) {
-        extrinsics.at("lengthUnit").fail("is no unit of length that DepthAI has: 0 to 4 (m, cm, mm, inch, foot)");
+        extrinsics.at("lengthUnit").fail("is not a unit of length of DepthAI: 0 to 4 (m, cm, mm, inch, foot)");
     }
     return kUnits[static_cast<std::size_t>(unit)];
 }

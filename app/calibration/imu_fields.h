@@ -18,7 +18,7 @@ ImuNoise read_imu_noise(const YamlNode& imu, const std::string& rate_key);
 void read_noise(const YamlNode& node, double ImuNoise::*member, ImuNoise& noise);
 
 /// Kalibr's accelerometers.M, gyroscopes.M, A and C_gyro_i, or OpenVINS's Ta, R_IMUtoACC, Tw, R_IMUtoGYRO and Tg; what
-/// is not there is ideal. Throws InputError if a matrix is none, or if the sensors would be off by more than a half.
+/// is not there is ideal. Throws InputError if one is not a matrix, or if the sensors would be off by more than a half.
 ImuModel read_imu_model(const YamlNode& imu);
 
 /// As above of matrices that have been read; `blame` is what errors name.

@@ -33,7 +33,7 @@ public:
     const Eigen::Matrix3d& M_w() const { return M_w_; }
     const Eigen::Matrix3d& M_g() const { return M_g_; }  ///< (rad/s)/(m/s^2)
 
-    /// What an ideal IMU would have read. A reading that is no number spoils only what is computed of it.
+    /// What an ideal IMU would have read. A reading that is NaN spoils only what is computed of it.
     ImuSample corrected(const ImuSample& measured) const {
         if (is_ideal_) {
             return measured;

@@ -144,7 +144,7 @@ private:
             }
         }
         if (t.rotation.size() != 9 || t.translation.size() != 3) {
-            t.blame.fail("is no rotation matrix with a translation vector");
+            t.blame.fail("is not a rotation matrix with a translation vector");
         }
         listing_.transforms.push_back(std::move(t));
     }
@@ -194,10 +194,10 @@ CameraModel listed_camera(const ListedLens& lens) {
         distortion = "none";
     } else if (name == "Inverse Brown Conrady" && !is_zero(c)) {
         lens.blame.fail(
-            "Inverse Brown Conrady maps from distorted to undistorted points, which is no lens model here: use the "
+            "Inverse Brown Conrady maps from distorted to undistorted points, which is not supported: use the "
             "infrared streams, which are rectified, or calibrate this camera, for example with Kalibr");
     } else if (name == "Modified Brown Conrady" && !(c[2] == 0.0 && c[3] == 0.0)) {
-        lens.blame.fail("Modified Brown Conrady with tangential coefficients is no lens model here");
+        lens.blame.fail("Modified Brown Conrady with tangential coefficients is not supported");
     } else if (name.starts_with("Kannala Brandt")) {
         distortion = "equidistant";
         c.resize(4);
@@ -338,7 +338,7 @@ void read_realsense(const std::string& path, const ImageExtent& images, Calibrat
     }
     if (listing.corrects_imu) {
         calibration.remarks.push_back(
-            path + ": motion intrinsics are not used: librealsense corrects the readings by them unless told not to");
+            path + ": motion intrinsics are not used: librealsense corrects the readings with them by default");
     }
 }
 

@@ -124,26 +124,39 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
         ->add_option("--out", args->out,
                      "Folder for the results: cam0, cam1 and imu0/sensor.yaml, camchain-imucam.yaml, imu.yaml, "
                      "calibration.json, residuals_cam0_before.png, ...")
+        ->type_name("DIR")
         ->required();
-    command->add_option("--calibration", args->cameras,
-                        "Start from Kalibr's camchain.yaml, or a folder with sensor.yaml files, instead of the log's");
-    command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
+    command
+        ->add_option("--calibration", args->cameras,
+                     "Start from Kalibr's camchain.yaml, or a folder with sensor.yaml files, instead of the log's")
+        ->type_name("FILE");
+    command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml")
+        ->type_name("FILE");
     command
         ->add_option("--prior-scale", args->prior_scale,
-                     "Widens what the given calibration may be wrong by: at 1, 10 times what a good one leaves (focal "
+                     "Widens the uncertainty of the given calibration: at 1, 10 sigma of a good one (focal "
                      "lengths 0.5 %, principal points 3 px, rotations 0.3 deg) and 0.9 mm for the cameras' places")
+        ->type_name("FACTOR")
         ->check(CLI::Range(0.01, 100.0))
         ->capture_default_str();
-    command->add_option("--start", args->start_s, "Skip this long after the first frame (s)")->capture_default_str();
-    command->add_option("--duration", args->duration_s, "Use only this much of the log (s)")->capture_default_str();
-    command->add_option("--config", args->config, "YAML file with parameters of the estimator");
-    command->add_option("--set", args->settings, "KEY=VALUE: one parameter on top of --config; may be repeated")
+    command->add_option("--start", args->start_s, "Skip this long after the first frame (s)")
+        ->type_name("SECONDS")
+        ->capture_default_str();
+    command->add_option("--duration", args->duration_s, "Use only this much of the log (s)")
+        ->type_name("SECONDS")
+        ->capture_default_str();
+    command->add_option("--config", args->config, "YAML file with parameters of the estimator")->type_name("FILE");
+    command->add_option("--set", args->settings, "One parameter on top of --config; may be repeated")
+        ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
-    command->add_option("--inject", args->inject,
-                        "calibration=K[,SEED]: makes the given calibration wrong first, as in facet replay");
+    command
+        ->add_option("--inject", args->inject,
+                     "calibration=K[,SEED]: perturbs the given calibration first, as in facet replay")
+        ->type_name("FAULT");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(
-        "Exit codes: 0 done; 1 the flight does not show the calibration (nothing is written); 2 bad usage or input, or "
+        "Exit codes: 0 done; 1 the flight does not determine the calibration (nothing is written); 2 bad usage or "
+        "input, or "
         "a build without Ceres.");
     command->callback([args, &exit_code] { exit_code = run_guarded([&] { return run_calibrate(*args); }); });
 }

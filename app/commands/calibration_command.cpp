@@ -98,8 +98,7 @@ int show_or_convert(const CalibrationArguments& args) {
 }  // namespace
 
 void add_calibration_command(CLI::App& app, int& exit_code) {
-    CLI::App* command =
-        app.add_subcommand("calibration", "Say what a calibration file holds, and convert it into another form");
+    CLI::App* command = app.add_subcommand("calibration", "Show what a calibration file holds, and convert it");
     auto args = std::make_shared<CalibrationArguments>();
     command
         ->add_option("FILE", args->file,
@@ -107,15 +106,18 @@ void add_calibration_command(CLI::App& app, int& exit_code) {
                      "VINS-Fusion, RealSense (what rs-enumerate-devices -c prints) or OAK (DepthAI's JSON), or a "
                      "folder of EuRoC's or Kimera's files")
         ->required();
-    command->add_option("--imu-calibration", args->imu, "Kalibr's or OpenVINS's imu.yaml beside it");
-    command->add_option("--image-size", args->image_size,
-                        "WIDTHxHEIGHT of the images (px): chooses among RealSense's resolutions, scales OAK's lenses");
+    command->add_option("--imu-calibration", args->imu, "Kalibr's or OpenVINS's imu.yaml beside it")->type_name("FILE");
+    command
+        ->add_option("--image-size", args->image_size,
+                     "WIDTHxHEIGHT of the images (px): chooses among RealSense's resolutions, scales OAK's lenses")
+        ->type_name("WxH");
     command
         ->add_option("--to", args->to,
                      "kalibr: camchain-imucam.yaml and imu.yaml; euroc: cam0, cam1 and imu0/sensor.yaml; opencv: "
                      "stereo.yaml with M1, D1, M2, D2, R and T")
+        ->type_name("FORM")
         ->check(CLI::IsMember({"kalibr", "euroc", "opencv"}));
-    command->add_option("--out", args->out, "Folder for these files, created if missing");
+    command->add_option("--out", args->out, "Folder for these files, created if missing")->type_name("DIR");
     command->footer(
         "What the file holds and is not used is named on standard error.\n"
         "Exit codes: 0 done; 2 bad usage or input, or the output cannot be written.");

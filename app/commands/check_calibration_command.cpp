@@ -47,15 +47,18 @@ int run_check(const CheckArguments& args) {
 
 void add_check_calibration_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand(
-        "check-calibration", "Say within seconds whether a log's calibration can be right (EuRoC/ASL folder)");
+        "check-calibration", "Check within seconds whether a log's calibration can be correct (EuRoC/ASL folder)");
     auto args = std::make_shared<CheckArguments>();
     command
         ->add_option("DATASET", args->dataset,
                      "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0); or an MCAP file of one")
         ->required();
-    command->add_option("--calibration", args->cameras, "Instead of the log's: as facet replay has it");
-    command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml");
-    command->add_option("--json", args->json, "Also write the verdicts with their figures to this file");
+    command->add_option("--calibration", args->cameras, "Instead of the log's: as facet replay has it")
+        ->type_name("FILE");
+    command->add_option("--imu-calibration", args->imu, "Kalibr imu.yaml instead of the log's imu0/sensor.yaml")
+        ->type_name("FILE");
+    command->add_option("--json", args->json, "Also write the verdicts with their figures to this file")
+        ->type_name("FILE");
     command->footer("Exit codes: 0 nothing is wrong; 1 something is; 2 bad usage or input.");
     command->callback([args, &exit_code] { exit_code = run_guarded([&] { return run_check(*args); }); });
 }

@@ -150,8 +150,7 @@ int check_vehicle_file(const VehicleArguments& args) {
 }  // namespace
 
 void add_check_config_command(CLI::App& app, int& exit_code) {
-    CLI::App* command =
-        app.add_subcommand("check-config", "Read a vehicle file and name its mistakes, without hardware");
+    CLI::App* command = app.add_subcommand("check-config", "Check a vehicle file without hardware");
     auto args = std::make_shared<VehicleArguments>();
     command->add_option("VEHICLE", args->path, "Vehicle file (YAML), as for facet run --config");
     command->add_flag(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What facet convert is told, and how it tells of its progress.
+// The arguments of facet convert, and how it reports its progress.
 #pragma once
 
 #include <array>

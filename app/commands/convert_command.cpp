@@ -195,7 +195,7 @@ int convert(const ConvertArguments& typed) {
     }
     if (!is_log) {
         const std::string inner = image_source_in(args.input);
-        throw InputError(args.input + ": is no log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv" +
+        throw InputError(args.input + ": is not a log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv" +
                          (inner.empty() ? "" : "; " + inner + " can be converted, with --imu FILE"));
     }
     if (!args.output.ends_with(".mcap")) {
@@ -208,42 +208,50 @@ int convert(const ConvertArguments& typed) {
 
 void add_convert_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand(
-        "convert",
-        "Make an MCAP file of a log folder, the folder of the file, or a log folder of a ROS bag, of images or videos");
+        "convert", "Convert a log folder to an MCAP file and back, or a ROS bag, images or videos to a log folder");
     auto args = std::make_shared<ConvertArguments>();
     command->add_option(
         "INPUT", args->input,
         "Log folder (EuRoC/ASL), an MCAP file made of one, or a bag of ROS 1 (2.0) or ROS 2 (MCAP, sqlite3; also "
         "compressed): a file, or the folder with its metadata.yaml; or the left camera's images: a list of files "
         "with stamps (TUM's rgb.txt, a CSV), a folder of files named by their stamps, or a video");
-    command->add_option("OUTPUT,--out", args->output, "FILE.mcap, or for a file a folder that is new or empty");
+    command->add_option("OUTPUT,--out", args->output, "FILE.mcap, or for a file a folder that is new or empty")
+        ->type_name("PATH");
     command->add_option("--video", args->videos, "Instead of INPUT; twice: left and right")
+        ->type_name("FILE")
         ->expected(1)
         ->allow_extra_args(false)
         ->take_all();
-    command->add_option(
-        "--stamps", args->stamps,
-        "Table with a stamp for each frame of a video, or image of a folder; LEFT,RIGHT if they differ");
+    command
+        ->add_option("--stamps", args->stamps,
+                     "Table with a stamp for each frame of a video, or image of a folder; LEFT,RIGHT if they differ")
+        ->type_name("FILE");
     command->add_option("--compression", args->compression, "Of an MCAP file's chunks: none, lz4 or zstd")
+        ->type_name("NAME")
         ->capture_default_str();
     const auto add_topic = [&](const char* option, LogTable table, const char* what) {
-        command->add_option(option, args->topics[static_cast<std::size_t>(table)],
-                            std::string("Topic of a bag, found by its type by default; or file: ") + what);
+        command
+            ->add_option(option, args->topics[static_cast<std::size_t>(table)],
+                         std::string("Topic of a bag, found by its type by default; or file: ") + what)
+            ->type_name("SOURCE");
     };
     add_topic("--left", LogTable::kLeft, "images of the left camera (bags only)");
     add_topic("--right", LogTable::kRight, "images of the right camera");
     add_topic("--imu", LogTable::kImu,
               "inertial samples, or GYROSCOPE,ACCELEROMETER if they have a topic or file each");
     add_topic("--groundtruth", LogTable::kTruth, "true poses of the body (bags only)");
-    command->add_option(
-        "--calibration", args->cameras,
-        "For the log of a bag, or of images: a calibration of any kind that facet replay takes; without it that of "
-        "the bag, if it has camera_info and /tf_static");
-    command->add_option("--imu-calibration", args->imu, "Kalibr's imu.yaml beside it");
+    command
+        ->add_option(
+            "--calibration", args->cameras,
+            "For the log of a bag, or of images: a calibration of any kind that facet replay takes; without it that of "
+            "the bag, if it has camera_info and /tf_static")
+        ->type_name("FILE");
+    command->add_option("--imu-calibration", args->imu, "Kalibr's imu.yaml beside it")->type_name("FILE");
     command->add_flag("--side-by-side", args->is_side_by_side, "Each image of --left holds the left and the right one");
     command
         ->add_option("--bits", args->bits,
-                     "How many bits of images with 16 are used; 0: as many as their brightest pixel needs")
+                     "Bits used in images of 16 bits: 8, 10, 12, 14 or 16; 0: as many as the brightest pixel needs")
+        ->type_name("N")
         ->check(CLI::IsMember({0, 8, 10, 12, 14, 16}))
         ->capture_default_str();
     command->add_flag("--align-clocks", args->align_clocks,

@@ -269,40 +269,45 @@ void add_eval_command(CLI::App& app, int& exit_code) {
         ->add_option(
             "--groundtruth", args->groundtruth,
             "Dataset with state_groundtruth_estimate0/data.csv, or such a .csv, or a file in TUM format (.tum, .txt)")
+        ->type_name("PATH")
         ->required();
     command->add_option("--estimate", args->estimate, "Folder with trajectory.tum, or a file in TUM format")
+        ->type_name("DIR")
         ->required();
-    command->add_option("--json", args->json, "Also write the figures to this file");
-    command->add_option("--errors", args->errors,
-                        "Also write error, claimed sigma and NEES of each sample with a covariance to this file (CSV)");
-    command->add_option("--details", args->details,
-                        "Also write the series behind the figures into this folder, for scripts/report: ate.csv, "
-                        "rpe.csv, errors.csv as --errors does, and with --scene mesh_distance.csv");
-    command->add_option("--scene", args->scene,
-                        "True surface (PLY; planes.json beside it is used for holes and planes): also evaluates the "
-                        "mesh, and planes.csv, rays.csv and sweeps.csv in the folder of --estimate");
-    command->add_option("--mesh", args->mesh, "Mesh to evaluate; mesh.ply in the folder of --estimate by default");
+    command->add_option("--json", args->json, "Also write the figures to this file")->type_name("FILE");
+    command
+        ->add_option("--errors", args->errors,
+                     "Also write error, reported sigma and NEES of each sample with a covariance to this file (CSV)")
+        ->type_name("FILE");
+    command
+        ->add_option("--details", args->details,
+                     "Also write the series behind the figures into this folder, for scripts/report: ate.csv, "
+                     "rpe.csv, errors.csv as --errors does, and with --scene mesh_distance.csv")
+        ->type_name("DIR");
+    command
+        ->add_option("--scene", args->scene,
+                     "True surface (PLY; planes.json beside it is used for holes and planes): also evaluates the "
+                     "mesh, and planes.csv, rays.csv and sweeps.csv in the folder of --estimate")
+        ->type_name("FILE");
+    command->add_option("--mesh", args->mesh, "Mesh to evaluate; mesh.ply in the folder of --estimate by default")
+        ->type_name("FILE");
     command->add_option("--rpe-lengths", args->rpe_lengths_m, "Path lengths of the relative errors (m)")
+        ->type_name("METRES")
         ->delimiter(',')
         ->capture_default_str();
     command->footer(
         "ATE: absolute trajectory error after alignment by SE(3) and by 4 DoF (yaw + translation), never with scale.\n"
         "RPE: relative pose error over stretches of the true path.\n"
-        "NEES: if the folder has covariance.csv, errors squared over claimed covariance, after yaw and position were "
-        "made\n"
-        "equal where the place is claimed best; a consistent estimator's mean is the number of components.\n"
-        "Mesh: distances of 1000 samples/m^2 to the true surface (accuracy), and of the true surface seen from nearer "
-        "than\n"
+        "NEES: if the folder has covariance.csv, squared errors over the reported covariance, after yaw and position "
+        "are aligned where the position is known best; a consistent estimator's mean is the number of components.\n"
+        "Mesh: distances of 1000 samples/m^2 to the true surface (accuracy), and of the true surface seen from within "
         "5 m to the mesh (completeness), aligned by the trajectory and by ICP.\n"
-        "Planes: found ones that are of a true plane (precision), and true level or upright ones, of which 1 m^2 was "
-        "in\n"
-        "view from nearer than 5 m for 2 s, that were found (recall). Strictly: within 2 degrees and 3 cm, with true\n"
-        "surface in half of the plane's regions; duplicates are wrong, planes that planes.json has no more are "
-        "neither;\n"
-        "true planes of 0.5 m^2 seen are asked for.\n"
-        "Obstacles: what the live grid said within 5 m, tolerance 20 cm: missed are called free beyond the true "
-        "surface,\n"
-        "false are obstacles before it, phantom those of them with no true surface near.\n"
+        "Planes: share of the found planes that match a true one (precision), and of the true level or upright planes "
+        "that were found (recall), if 1 m^2 was in view from within 5 m for 2 s. Strictly: within 2 degrees and 3 cm, "
+        "with true surface in half of the plane's regions; duplicates are wrong, planes taken back from planes.json "
+        "do not count; true planes of 0.5 m^2 seen count for recall.\n"
+        "Obstacles: the live grid within 5 m, tolerance 20 cm: missed is reported free beyond the true surface, false "
+        "is an obstacle before it, phantom is one with no true surface near.\n"
         "Exit codes: 0 done; 1 no estimate matches the ground truth; 2 bad usage or input.");
     command->callback([args, &exit_code] { exit_code = run_guarded([&] { return evaluate_files(*args); }); });
 }

@@ -95,10 +95,14 @@ int record(const RecordArguments& args) {
 void add_record_command(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("record", "Record live sensors as a log, without estimating");
     auto args = std::make_shared<RecordArguments>();
-    command->add_option("--config", args->vehicle, "Vehicle file (YAML), as for facet run")->required();
-    command->add_option("--out", args->out, "Folder that gets the log, instead of the vehicle file's sinks.log.folder");
-    command->add_option("--format", args->form, kLogFormHelp)->capture_default_str();
-    command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
+    command->add_option("--config", args->vehicle, "Vehicle file (YAML), as for facet run")
+        ->type_name("FILE")
+        ->required();
+    command->add_option("--out", args->out, "Folder that gets the log, instead of the vehicle file's sinks.log.folder")
+        ->type_name("DIR");
+    command->add_option("--format", args->form, kLogFormHelp)->type_name("FORM")->capture_default_str();
+    command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default")
+        ->type_name("SECONDS");
     command->add_flag("--quiet", args->quiet, "No status on stdout until the end");
     command->footer(
         "The log is readable to within a second at every moment, also after a kill, a power failure or on a full "

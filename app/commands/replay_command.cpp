@@ -231,30 +231,39 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->add_option("DATASET", args->dataset,
                      "Folder that holds mav0/, or mav0/ itself (cam0, cam1, imu0); or an MCAP file of one")
         ->required();
-    command->add_option("--out", args->out,
-                        "Folder for the results, created if missing: trajectory.tum, trajectory.csv, covariance.csv, "
-                        "timing.csv, health.csv, mesh.ply, mesh_live.ply, mesh.csv, planes.csv, planes.json, "
-                        "residuals.csv, summary.json, warnings.txt");
+    command
+        ->add_option("--out", args->out,
+                     "Folder for the results, created if missing: trajectory.tum, trajectory.csv, covariance.csv, "
+                     "timing.csv, health.csv, mesh.ply, mesh_live.ply, mesh.csv, planes.csv, planes.json, "
+                     "residuals.csv, summary.json, warnings.txt")
+        ->type_name("DIR");
     command
         ->add_option(
             "--mode", args->mode,
             "s: landmarks only; spr: planes found in the mesh constrain their landmarks; sp: an alias of s in which "
             "planes are found and reported but not used by the estimator")
+        ->type_name("MODE")
         ->capture_default_str();
-    command->add_option(
-        "--config", args->config,
-        "YAML file with parameters; 'facet info --config' prints all with defaults. May be in the log's MCAP "
-        "file: LOG.mcap/mav0/parameters.yaml");
-    command->add_option("--set", args->settings, "KEY=VALUE: one parameter on top of --config; may be repeated")
+    command
+        ->add_option(
+            "--config", args->config,
+            "YAML file with parameters; 'facet info --config' prints all with defaults. May be in the log's MCAP "
+            "file: LOG.mcap/mav0/parameters.yaml")
+        ->type_name("FILE");
+    command->add_option("--set", args->settings, "One parameter on top of --config; may be repeated")
+        ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
-    CLI::Option* start = command->add_option("--start", args->start_s, "Skip this long after the first frame (s)");
+    CLI::Option* start =
+        command->add_option("--start", args->start_s, "Skip this long after the first frame (s)")->type_name("SECONDS");
     start->capture_default_str();
     CLI::Option* duration =
-        command->add_option("--duration", args->duration_s, "Use only this much of the log (s); all by default");
+        command->add_option("--duration", args->duration_s, "Use only this much of the log (s); all by default")
+            ->type_name("SECONDS");
     command
         ->add_option(
             "--loops", args->loops,
             "Repeat a log that ends as it began (facet sim --closed) this many times without a seam: time goes on")
+        ->type_name("N")
         ->check(CLI::Range(1, 100'000))
         ->capture_default_str();
     command
@@ -262,57 +271,73 @@ void add_replay_command(CLI::App& app, int& exit_code) {
             "--passes", args->passes,
             "Play the log this many times, with 5 s without samples in between, after which the lost estimator "
             "starts again (endurance)")
+        ->type_name("N")
         ->check(CLI::Range(1, 100'000))
         ->capture_default_str();
-    command->add_option(
-        "--calibration", args->cameras,
-        "Instead of the log's: a file of Kalibr or OpenVINS (camera chain with T_cam_imu or T_imu_cam), Basalt, "
-        "ORB-SLAM3, OKVIS2, VINS-Fusion, RealSense or OAK; or a folder with cam0, cam1 and imu0/sensor.yaml, such as "
-        "facet calibrate leaves, or with Kimera's files");
-    command->add_option("--imu-calibration", args->imu,
-                        "Kalibr or OpenVINS imu.yaml instead of the log's imu0/sensor.yaml");
+    command
+        ->add_option(
+            "--calibration", args->cameras,
+            "Instead of the log's: a file of Kalibr or OpenVINS (camera chain with T_cam_imu or T_imu_cam), Basalt, "
+            "ORB-SLAM3, OKVIS2, VINS-Fusion, RealSense or OAK; or a folder with cam0, cam1 and imu0/sensor.yaml, such "
+            "as "
+            "facet calibrate leaves, or with Kimera's files")
+        ->type_name("FILE");
+    command
+        ->add_option("--imu-calibration", args->imu,
+                     "Kalibr or OpenVINS imu.yaml instead of the log's imu0/sensor.yaml")
+        ->type_name("FILE");
     command
         ->add_option("--mask", args->masks,
                      "LEFT.png [RIGHT.png]: pictures of the cameras' sizes, black where they see the vehicle itself; "
                      "instead of mask.png beside each camera's sensor.yaml")
+        ->type_name("FILE")
         ->expected(1, 2);
     command
         ->add_option("--inject", args->faults,
                      "NAME[=VALUE][@START[+LENGTH]]: a fault between log and estimator, see below; may be repeated")
+        ->type_name("FAULT")
         ->allow_extra_args(false);
-    command->add_option(
-        "--truth", args->truth,
-        "Comma-separated list of tracks, stereo, bias and planes: these are replaced by the dataset's ground truth, to "
-        "see what their errors cost. All but bias need its truth/scene.ply, planes also truth/planes.json");
+    command
+        ->add_option("--truth", args->truth,
+                     "Comma-separated list of tracks, stereo, bias and planes: these are replaced by the dataset's "
+                     "ground truth, to "
+                     "see what their errors cost. All but bias need its truth/scene.ply, planes also truth/planes.json")
+        ->type_name("KINDS");
     command
         ->add_option(
             "--min-coverage", args->min_coverage,
             "Exit with code 1 if less than this share of the frames since the first estimate, or less than half "
             "of it of all frames, has an estimate")
+        ->type_name("SHARE")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
     command
         ->add_option("--rate", args->rate,
                      "frames: the trajectory's files have a line for every frame; imu: for every inertial sample, the "
                      "newest estimate carried on to it as on the vehicle")
+        ->type_name("RATE")
         ->capture_default_str();
-    command->add_option("--mavlink", args->mavlink,
-                        "Send the estimates: udp:HOST:PORT (IPv4 address) or serial:DEVICE[:BAUD]. Stamps are those of "
-                        "the log; one ODOMETRY for every line of the trajectory");
-    command->add_option("--stream", args->stream, kStreamHelp);
+    command
+        ->add_option("--mavlink", args->mavlink,
+                     "Send the estimates: udp:HOST:PORT (IPv4 address) or serial:DEVICE[:BAUD]. Stamps are those of "
+                     "the log; one ODOMETRY for every line of the trajectory")
+        ->type_name("LINK");
+    command->add_option("--stream", args->stream, kStreamHelp)->type_name("PATH");
     command->add_flag(
         "--rays", args->write_rays,
-        "Also write grid.png, a picture of the live grid at the end, and rays.csv and sweeps.csv: what it says along "
-        "rays, and the distances all around, at each keyframe, for facet eval --scene");
+        "Also write grid.png, a picture of the live grid at the end, and rays.csv and sweeps.csv: what it reports "
+        "along rays, and the distances all around, at each keyframe, for facet eval --scene");
     command->add_flag("--fuse", args->write_fused,
                       "Also write mesh_fused.ply: one mesh of the whole run, from the depth of every keyframe's pixels "
-                      "and with its final pose; takes several times as long as the estimator");
+                      "and with its final pose; takes about ten times the CPU time of the estimator");
     command->add_flag("--log-calibration", args->write_calibration,
                       "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
     add_view_options(*command, args->view);
-    command->add_option("--mcap", args->mcap,
-                        "Also write the estimates into this MCAP file, for Foxglove and its like: pose, path, mesh, "
-                        "planes, health, times, calibration, and the left image made small");
+    command
+        ->add_option("--mcap", args->mcap,
+                     "Also write the estimates into this MCAP file, for Foxglove and similar viewers: pose, path, "
+                     "mesh, planes, health, times, calibration, and a small left image")
+        ->type_name("FILE");
     command->add_flag("--realtime", args->in_real_time, "No faster than the log was recorded");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(fault_help() +

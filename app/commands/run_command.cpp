@@ -300,17 +300,20 @@ void add_run_command(CLI::App& app, int& exit_code) {
         ->add_option("--config", args->vehicle,
                      "Vehicle file (YAML): calibration, sensors, sinks, real-time options; documented examples are in "
                      "app/config/examples")
+        ->type_name("FILE")
         ->required();
-    command->add_option(
-        "--out", args->out,
-        "Folder for the files of this flight, instead of a new one in the vehicle file's sinks.log.folder");
-    command->add_option("--stream", args->stream, kStreamHelp);
+    command
+        ->add_option("--out", args->out,
+                     "Folder for the files of this flight, instead of a new one in the vehicle file's sinks.log.folder")
+        ->type_name("DIR");
+    command->add_option("--stream", args->stream, kStreamHelp)->type_name("PATH");
     add_view_options(*command, args->view);
-    command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default");
+    command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default")
+        ->type_name("SECONDS");
     command->add_flag("--dry-run", args->dry_run, "Only try the hardware: prints one line per device");
     command->add_flag("--record", args->record,
                       "Also write what the estimator is given, as a log in that folder, for facet replay");
-    command->add_option("--format", args->form, kLogFormHelp)->capture_default_str();
+    command->add_option("--format", args->form, kLogFormHelp)->type_name("FORM")->capture_default_str();
     command->add_flag("--quiet", args->quiet, "No status on stdout");
     command->footer(
         "SIGTERM and SIGINT stop in order: what was estimated is sent, files are complete, summary.json is written.\n"

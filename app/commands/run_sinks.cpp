@@ -69,7 +69,7 @@ std::vector<OdometrySink*> open_sinks(Hardware& hardware, const ResetCount& rese
     open_sink(hardware.can_out(), hardware.can_out(), resets.first(), is_in_flight, sinks);
     open_sink(hardware.ros2_out(), hardware.ros2_out(), resets.first(), is_in_flight, sinks);
     if (!sinks.empty() && resets.is_restart()) {
-        print_err("reset counter begins at {}: the pose begins anew\n", resets.first());
+        print_err("reset counter begins at {}: the pose starts over\n", resets.first());
     }
     return sinks;
 }
@@ -82,7 +82,7 @@ void keep_resets(Hardware& hardware, ResetCount& resets) {
     const std::uint8_t sent =
         hardware.mavlink() != nullptr ? hardware.mavlink()->sent_resets() : hardware.can_out()->sent_resets();
     if (const std::string problem = resets.keep(sent); !problem.empty()) {
-        print_err("warning: the reset counter will begin anew after a restart: {}\n", problem);
+        print_err("warning: the reset counter will start from zero after a restart: {}\n", problem);
     }
 }
 

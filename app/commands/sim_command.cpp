@@ -78,7 +78,7 @@ int run(const sim::SimOptions& options) {
         "planes\n",
         options.out, summary.frames, options.scene, f.path_m, f.max_speed_m_per_s, f.max_rate_rad_per_s,
         f.min_clearance_m, summary.planes);
-    print_out("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of processor time per image\n", summary.prepare_s,
+    print_out("prepared in {:.1f} s, rendered in {:.1f} s, {:.0f} ms of CPU time per image\n", summary.prepare_s,
               summary.render_s, summary.ms_per_image);
     return 0;
 }
@@ -87,30 +87,38 @@ int run(const sim::SimOptions& options) {
 
 void add_sim_command(CLI::App& app, int& exit_code) {
     const auto options = std::make_shared<sim::SimOptions>();
-    CLI::App* sub = app.add_subcommand(
-        "sim", "Make a dataset with ground truth: ray-cast stereo images and inertial samples of a flight");
+    CLI::App* sub = app.add_subcommand("sim", "Render a flight with ground truth: stereo images and inertial samples");
     sub->add_option("--scene", options->scene,
                     fmt::format("What to fly through: {}", fmt::join(sim::scene_names(), ", ")))
+        ->type_name("NAME")
         ->capture_default_str();
-    sub->add_option("--out", options->out, "Folder to write: mav0/ (EuRoC/ASL) and truth/")->required();
+    sub->add_option("--out", options->out, "Folder to write: mav0/ (EuRoC/ASL) and truth/")
+        ->type_name("DIR")
+        ->required();
     sub->add_option("--seed", options->seed, "Flight, noise and the plan of a building; equal seeds give equal bytes")
+        ->type_name("N")
         ->check([](const std::string& text) { return text.starts_with('-') ? "must not be negative" : std::string(); })
         ->capture_default_str();
     sub->add_option("--duration", options->duration_s, "Seconds from first to last image, standing included")
+        ->type_name("SECONDS")
         ->capture_default_str();
-    sub->add_option("--stand", options->stand_s, "Seconds without motion at the start")->capture_default_str();
+    sub->add_option("--stand", options->stand_s, "Seconds without motion at the start")
+        ->type_name("SECONDS")
+        ->capture_default_str();
     static const std::map<std::string, sim::FlightKind> kKinds{
         {"tour", sim::FlightKind::kTour}, {"hover", sim::FlightKind::kHover}, {"turn", sim::FlightKind::kTurn}};
     sub->add_option(
            "--flight", options->flight,
            "tour: through the whole scene; hover: take off and hold a place with a few cm of slow wander, with "
            "--vibration flight; turn: the same without vibration, turning on the spot by 70 degrees every 5 s")
+        ->type_name("KIND")
         ->transform(CLI::CheckedTransformer(kKinds).description("{tour,hover,turn}"))
         ->default_str("tour");
     static const std::map<std::string, sim::LensKind> kLenses{{"pinhole", sim::LensKind::kPinhole},
                                                               {"fisheye", sim::LensKind::kFisheye}};
     sub->add_option("--camera", options->camera,
                     "pinhole: EuRoC's lenses, 80 degrees across; fisheye: equidistant ones, 160 degrees across")
+        ->type_name("KIND")
         ->transform(CLI::CheckedTransformer(kLenses).description("{pinhole,fisheye}"))
         ->default_str("pinhole");
     static const std::map<std::string, VibrationKind> kVibrations{
@@ -121,38 +129,49 @@ void add_sim_command(CLI::App& app, int& exit_code) {
            "m/s^2 "
            "and 0.02 to 0.04 rad/s rms an axis); flight: idling until take-off, then as in flight (0.5 to 1 m/s^2 and "
            "0.025 to 0.05 rad/s)")
+        ->type_name("KIND")
         ->transform(CLI::CheckedTransformer(kVibrations).description("{none,idle,flight}"))
         ->default_str("none");
     sub->add_flag("--closed", options->closed,
-                  "Come back the way it went, to end as it began, so that facet replay --loops can repeat it without a "
+                  "Return the same way and end as it began, so that facet replay --loops can repeat it without a "
                   "seam; inertial samples are exact: --inject imu_noise, imu_bias and vibration are new at each turn");
     sub->add_flag("--mover", options->mover, "A textured box glides across the view every few seconds");
     sub->add_option("--time-offset", options->time_offset_s,
                     "Added to the stamps of the images, which are taken at their true time (s)")
+        ->type_name("SECONDS")
         ->capture_default_str();
     sub->add_option("--extrinsic-error", options->extrinsic_error_deg,
                     "Rotate both cameras together relative to the IMU in the calibration files (deg); truth/ has the "
                     "true extrinsics")
+        ->type_name("DEGREES")
         ->capture_default_str();
-    sub->add_option(
-           "--calibration-error", options->calibration_error,
-           "Errors in every parameter of both cameras in the calibration files, in units of what a good "
-           "calibration leaves unknown (as --inject calibration=K,SEED of facet replay); truth/ has the true ones")
+    sub->add_option("--calibration-error", options->calibration_error,
+                    "K: both cameras' calibration files are perturbed by K sigma of a good calibration (as --inject "
+                    "calibration=K,SEED of facet replay); truth/ has the true ones")
+        ->type_name("K")
         ->capture_default_str();
     sub->add_option("--gravity", options->gravity_m_per_s2,
                     "Strength of gravity (m/s^2); estimate with --set gravity.magnitude_m_per_s2 at the same value")
+        ->type_name("M_PER_S2")
         ->capture_default_str();
-    sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->capture_default_str();
-    sub->add_option("--imu-rate", options->imu_rate_hz, "Rate of the inertial samples (Hz)")->capture_default_str();
+    sub->add_option("--rate", options->rate_hz, "Camera rate (Hz)")->type_name("HZ")->capture_default_str();
+    sub->add_option("--imu-rate", options->imu_rate_hz, "Rate of the inertial samples (Hz)")
+        ->type_name("HZ")
+        ->capture_default_str();
     sub->add_option("--exposure", options->exposure_s,
                     "Exposure of an image (s): the rays of a pixel spread over it, one alone blurs nothing")
+        ->type_name("SECONDS")
         ->capture_default_str();
     sub->add_option("--contrast", options->contrast,
-                    "Contrast of every surface, in units of what the scene has: 0.1 leaves little to track")
+                    "Contrast of every surface, relative to the scene's: at 0.1 there is little to track")
+        ->type_name("FACTOR")
         ->capture_default_str();
     sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")
+        ->type_name("N")
         ->capture_default_str();
-    sub->add_option("--threads", options->threads, "Threads; the output does not depend on it")->capture_default_str();
+    sub->add_option("--threads", options->threads, "Threads; the output does not depend on it")
+        ->type_name("N")
+        ->capture_default_str();
     sub->add_flag("!--no-noise", options->noise, "Exact images and inertial samples: no noise, no bias");
     sub->add_flag("--force", options->force, "Replace mav0/ and truth/ in a folder that is not empty");
     sub->callback([options, &exit_code] { exit_code = run(*options); });

@@ -7,14 +7,18 @@
 namespace facet {
 
 void add_view_options(CLI::App& command, ViewArguments& arguments) {
-    command.add_option(
-        "--view", arguments.place,
-        "[ADDRESS:]PORT: show the flight to browsers and to Foxglove, on this computer without an address; "
-        "port 0: any that is free");
-    command.add_option("--view-token", arguments.token,
-                       "File with a word in its first line without which nobody is shown the flight; other addresses "
-                       "than loopback need it");
-    command.add_option("--view-page", arguments.page, "The page for browsers, which scripts/report --live makes");
+    command
+        .add_option("--view", arguments.place,
+                    "[ADDRESS:]PORT: show the flight to browsers and to Foxglove, on this computer without an address; "
+                    "port 0: any that is free")
+        ->type_name("PORT");
+    command
+        .add_option("--view-token", arguments.token,
+                    "File with a word in its first line without which nobody is shown the flight; other addresses "
+                    "than loopback need it")
+        ->type_name("FILE");
+    command.add_option("--view-page", arguments.page, "The page for browsers, which scripts/report --live makes")
+        ->type_name("FILE");
 }
 
 std::unique_ptr<LiveView> open_view(const ViewArguments& arguments, const StereoRig& rig) {

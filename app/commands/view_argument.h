@@ -20,7 +20,7 @@ struct ViewArguments {
 void add_view_options(CLI::App& command, ViewArguments& arguments);
 
 /// Begins to serve, and names the address on stderr; nullptr without --view. Throws InputError for a place
-/// that is none, that cannot be had, or that needs a token, and for a token or a page without a place or that cannot be
+/// that is invalid, cannot be had, or needs a token, and for a token or a page without a place or that cannot be
 /// read.
 std::unique_ptr<LiveView> open_view(const ViewArguments& arguments, const StereoRig& rig);
 

@@ -98,7 +98,7 @@ struct VehicleWorld {
 struct VehicleLog {
     std::string folder;         ///< created if missing; empty: no files
     bool by_flight = false;     ///< each flight has a folder of its own in there
-    int keep_mb = 4096;         ///< of the disc for all flights, by_flight; the oldest are removed. 0: no limit
+    int keep_mb = 4096;         ///< of the disk for all flights, by_flight; the oldest are removed. 0: no limit
     int mesh_faces = 200'000;   ///< most faces kept for mesh.ply
     int timed_frames = 20'000;  ///< newest frames whose times are in summary.json
 };

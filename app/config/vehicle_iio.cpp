@@ -38,7 +38,7 @@ void read_attributes(YamlSection& section, IioOptions& device) {
         const std::string name = item.first.Scalar();
         const YamlNode value = list.at(name);
         if (name.empty() || name.find('/') != std::string::npos) {
-            value.fail("is no attribute of a device");
+            value.fail("is not an attribute of a device");
         }
         device.settings.push_back({name, value.text()});
     }

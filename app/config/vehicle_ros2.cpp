@@ -14,7 +14,7 @@ constexpr int kMostDomain = 232;  // beyond, ports do not suffice
 /// To be called once the section has been read.
 void require_ros2(const YamlNode& node) {
     if (!has_ros2()) {
-        node.fail("this program was built without ROS 2: install Cyclone DDS (scripts/setup --ros2) and build it anew");
+        node.fail("this program was built without ROS 2: install Cyclone DDS (scripts/setup --ros2) and rebuild it");
     }
 }
 

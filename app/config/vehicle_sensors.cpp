@@ -249,8 +249,8 @@ void read_imu(const YamlNode& node, Vehicle& vehicle) {
     YamlSection section(node);
     AxisMap axes;
     if (const auto field = section.find("axes"); field && !ok(axes.parse(field->text()))) {
-        field->fail(
-            fmt::format("'{}' is no axis map: three different axes such as \"y -x z\", not mirrored", field->text()));
+        field->fail(fmt::format("'{}' is not an axis map: three different axes such as \"y -x z\", not mirrored",
+                                field->text()));
     }
     Duration latency;
     read_duration(section, "latency_s", latency, 0.0, 0.1);

@@ -153,7 +153,7 @@ nlohmann::ordered_json timing_schema(const char* title) {
         add(schema, fmt::format("{}_ms", name_of_time(i)),
             schema_parts::described(schema_parts::number(), "by the wall's clock (ms)"));
         add(schema, fmt::format("{}_cpu_ms", name_of_time(i)),
-            schema_parts::described(schema_parts::number(), "processor time of the estimator's thread (ms)"));
+            schema_parts::described(schema_parts::number(), "CPU time of the estimator's thread (ms)"));
     }
     return schema;
 }

@@ -31,7 +31,7 @@ constexpr std::uint64_t most_unpacked(std::uint64_t file_bytes) {
     return file_bytes > (UINT64_MAX - kAlways) / kRatio ? UINT64_MAX : kAlways + kRatio * file_bytes;
 }
 
-/// Replaces `out`, whose storage is reused and grows with what is really there, not with what `size` claims. Reentrant.
+/// Replaces `out`, whose storage is reused and grows with what is really there, not with what `size` states. Reentrant.
 /// @return kCorrupt unless the bytes are whole and hold exactly `size` bytes; `out` is then of no use
 Status decompress(Compression method, std::span<const std::uint8_t> in, std::size_t size,
                   std::vector<std::uint8_t>& out);

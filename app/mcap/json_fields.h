@@ -32,7 +32,8 @@ std::optional<std::string_view> json_plain_text(std::string_view value);
 /// Appends bytes in base64 with padding (RFC 4648).
 void append_base64(std::span<const std::uint8_t> bytes, std::string& out);
 
-/// Replaces `bytes` by what a text in base64 says, with padding or without; \/ counts as /. @return false if it is none
+/// Replaces `bytes` by what a text in base64 says, with padding or without; \/ counts as /.
+/// @return false if it is not base64
 bool read_base64(std::string_view text, std::vector<std::uint8_t>& bytes);
 
 }  // namespace facet

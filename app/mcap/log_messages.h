@@ -39,7 +39,7 @@ inline bool is_camera(LogTable table) { return table == LogTable::kLeft || table
 const char* schema_of(LogTable table);
 
 // Messages; each replaces `out`. Numbers are texts, which must be JSON numbers and are kept digit by digit, or null for
-// what is no number. A stamp is not negative. Reentrant. Heap: what `out` needs.
+// what is NaN. A stamp is not negative. Reentrant. Heap: what `out` needs.
 /// @param file  empty if the image is called by its stamp
 void write_image(LogTable table, std::int64_t stamp_ns, std::string_view file, std::span<const std::uint8_t> image,
                  std::string& out);

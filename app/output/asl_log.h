@@ -13,8 +13,8 @@ namespace facet {
 
 /// The folder mav0 with cam0, cam1 and imu0 as AslDataset reads it; pairs.csv (what PairOrigin holds) and
 /// trigger0/data.csv (edges) beside them. Images are files at once; rows are held back until commit(), which puts the
-/// images on the disc before the rows that name them, and inertial rows before both. So a program that is killed, or a
-/// power failure, costs what came since the last commit and nothing else; a full disc, the same. All functions throw
+/// images on the disk before the rows that name them, and inertial rows before both. So a program that is killed, or a
+/// power failure, costs what came since the last commit and nothing else; a full disk, the same. All functions throw
 /// InputError naming the path. Thread-bound. Heap.
 class AslLog final : public SampleLog {
 public:

@@ -17,13 +17,13 @@ std::string begin_flight(const std::string& parent);
 
 /// How much of the past is kept.
 struct FlightLimit {
-    std::uint64_t bytes = 0;  ///< that all flights may take up on the disc
+    std::uint64_t bytes = 0;  ///< that all flights may take up on the disk
     std::string current;      ///< the path of the flight that is being written
 };
 
 /// Removes the oldest flights of `parent` until the rest fits. Never removed are the current flight, the one before it
 /// (whose end may be what the current one is about), and flights that another program is writing; other files in
-/// `parent` are neither counted nor touched. What cannot be removed is left. Takes as long as the disc does. Reentrant;
+/// `parent` are neither counted nor touched. What cannot be removed is left. Takes as long as the disk does. Reentrant;
 /// heap.
 /// @param stopping  once true, it returns after the file at hand; the next call goes on
 /// @return the number of flights removed

@@ -26,7 +26,7 @@ struct FrameTiming {
     std::array<SpentTime, kStageCount> stages{};
 };
 
-/// timing.csv: stamp_ns, is_keyframe, total_ms, estimate_ms and a column a Stage, then the same in processor time:
+/// timing.csv: stamp_ns, is_keyframe, total_ms, estimate_ms and a column a Stage, then the same in CPU time:
 /// total_cpu_ms and so on. Throws InputError if it cannot be written.
 class TimingWriter {
 public:

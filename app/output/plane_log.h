@@ -20,11 +20,11 @@ namespace facet {
 std::vector<NamedCounter> named_counters(const PlaneCounters& counters);
 
 /// planes.csv: a row for every keyframe and plane reported at it, by id. planes.json: every plane of the run as it was
-/// when it was known best in the world (least product of the three standard deviations claimed: at its last keyframes a
-/// plane leaves the view, with few landmarks left), with the regions of its surface, in the format of mesh/README.md. A
-/// plane that was found at few keyframes only, and then given up because its landmarks no longer formed one, is taken
-/// back: it is in planes.csv, as it was told, but not in planes.json. Nor is one that later turned out to be another
-/// one: that has its surface.
+/// when it was known best in the world (least product of the three reported standard deviations: at its last keyframes
+/// a plane leaves the view, with few landmarks left), with the regions of its surface, in the format of mesh/README.md.
+/// A plane that was found at few keyframes only, and then given up because its landmarks no longer formed one, is taken
+/// back: it is in planes.csv, as it was reported, but not in planes.json. Nor is one that later turned out to be
+/// another one: that has its surface.
 /// planes.ply: these regions, each plane in a colour of its own. World frame of the estimate, metres; n . p = distance;
 /// the normal points to the side the plane was seen from. Heap; thread-bound. Throws InputError if a file cannot be
 /// written.
@@ -32,7 +32,7 @@ class PlaneLog {
 public:
     explicit PlaneLog(const std::string& folder);
     /// @param planes  all planes of the finder; those that it does not propose are skipped
-    /// @param claims  of each of them, what may be claimed of it in the world
+    /// @param claims  of each of them, its uncertainty in the world
     /// @param merges  ids that were found to be of one plane since the keyframe before
     void write(Timestamp stamp, std::span<const TrackedPlane> planes, std::span<const PlaneFit> claims,
                std::span<const PlaneMerge> merges = {});
@@ -48,7 +48,7 @@ public:
 
 private:
     struct Record {
-        TrackedPlane plane;  ///< as known best, its sigmas those that may be claimed in the world
+        TrackedPlane plane;  ///< as known best, its sigmas those in the world
         Timestamp first;
         Timestamp last;
         int found = 0;            ///< keyframes that had found it when last reported

@@ -22,7 +22,7 @@ struct PairOrigin {
 };
 
 /// A log that is readable at every moment: a program that is killed, or a power failure, costs what came since the last
-/// commit and nothing else; a full disc, the same. All functions throw InputError naming the path. Thread-bound. Heap.
+/// commit and nothing else; a full disk, the same. All functions throw InputError naming the path. Thread-bound. Heap.
 class SampleLog {
 public:
     virtual ~SampleLog() = default;
@@ -33,7 +33,7 @@ public:
     /// A small file beside the tables, such as a calibration; at the start, so that a log cut off has it.
     /// @param name  below the log's root
     virtual void add_file(const std::string& name, const std::string& content) = 0;
-    /// Brings everything to the disc.
+    /// Brings everything to the disk.
     virtual void commit() = 0;
     /// Likewise, and completes the log: nothing may follow.
     virtual void close() = 0;

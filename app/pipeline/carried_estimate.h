@@ -43,7 +43,7 @@ private:
     Eigen::Vector3d newest_w_B_ = Eigen::Vector3d::Zero();
     StateCarrier carrier_;
     Estimate newest_;  ///< of the newest frame
-    /// What the reported covariance has beyond that of the belief: place and yaw when the window began.
+    /// What the reported covariance has beyond that of the belief: position and yaw when the window began.
     Eigen::Matrix<double, 9, 9> gauge_ = Eigen::Matrix<double, 9, 9>::Zero();
 };
 

@@ -34,7 +34,7 @@ struct FrameResult {
     int mesh_faces = 0;
     MeshCounters mesh;
     FixedVector<TrackedPlane, kMaxPlanes> planes;             ///< planes, as the finder has them,
-    FixedVector<PlaneFit, kMaxPlanes> claims;                 ///< and what is claimed of each: claimed_in_world()
+    FixedVector<PlaneFit, kMaxPlanes> claims;                 ///< and the sigmas of each: claimed_in_world()
     FixedVector<PlaneMerge, PlaneFinder::kMaxMerges> merges;  ///< ids found to be of one plane
     bool has_ranges = false;                                  ///< `ranges` were measured at this frame
     ObstacleRanges ranges;

@@ -159,7 +159,7 @@ void add_flight(py::module_& module) {
         .def("departed_faces", &departed_faces,
              "Corners (N, 3, 3) in metres and W of the faces that left the mesh at the last frame: gathered, and with "
              "those of mesh() at the end, they are the mesh of the whole flight.")
-        .def("planes", &Flight::planes, Released(), "The planes that are told to the estimator now, by age.")
+        .def("planes", &Flight::planes, Released(), "The planes that the estimator is given now, by age.")
         .def("grid", &Flight::grid, Released(), "Space around the vehicle; None unless it was asked for.")
         .def_property_readonly("remarks", &Flight::remarks,
                                "What the calibration's files hold and is not used, and what is assumed instead.")

@@ -51,7 +51,7 @@ public:
     /// Frames used so far.
     std::uint64_t frames() const { return output_->frames(); }
     RunStatus status();
-    /// Lets the estimator begin anew at its next frame. On any thread.
+    /// Lets the estimator restart at its next frame. On any thread.
     void request_reset() { reset_requested_.store(true, std::memory_order_relaxed); }
     const std::vector<std::string>& refusals() const { return starter_.refusals(); }
     /// After start(): where the files of this flight are; empty if there are none.

@@ -32,7 +32,7 @@ LogKeeper::~LogKeeper() { ::close(folder_); }
 void LogKeeper::sync() {
     // One call for all files, those of other threads and new names included.
     if (::syncfs(folder_) != 0 && failure_.empty()) {
-        failure_ = keeping_.folder + ": cannot be brought to the disc: " + std::strerror(errno);
+        failure_ = keeping_.folder + ": cannot be brought to the disk: " + std::strerror(errno);
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Keeps a flight's log through a power failure, and room for it on the disc.
+// Keeps a flight's log through a power failure, and room for it on the disk.
 #pragma once
 
 #include <atomic>
@@ -17,8 +17,8 @@ struct LogKeeping {
     std::uint64_t limit_bytes = 0;  ///< of all flights; zero: none is removed
 };
 
-/// Once a second it brings to the disc what others have written into the folder (names too), and at the start and every
-/// half minute it removes the oldest flights (remove_old_flights). On a thread of its own, because a disc may take
+/// Once a second it brings to the disk what others have written into the folder (names too), and at the start and every
+/// half minute it removes the oldest flights (remove_old_flights). On a thread of its own, because a disk may take
 /// seconds for either. Thread-bound but for failure().
 class LogKeeper {
 public:
@@ -33,10 +33,10 @@ public:
 
     /// Body of its thread, until it is `stopping`.
     void keep(const std::atomic<bool>& stopping);
-    /// Brings to the disc what is in the folder now. Blocks as long as the disc does.
+    /// Brings to the disk what is in the folder now. Blocks as long as the disk does.
     void sync();
 
-    /// Once nothing else uses the object: why the disc does not hold what was written; empty if it does.
+    /// Once nothing else uses the object: why the disk does not hold what was written; empty if it does.
     const std::string& failure() const { return failure_; }
 
 private:

@@ -44,7 +44,7 @@ struct OutputCounters {
 };
 
 /// The bodies of two threads. One carries the newest estimate on by inertial samples and sends it, however long a frame
-/// keeps the estimator busy or a disc makes the files wait; while the estimator's thread or the inertial sensor gives
+/// keeps the estimator busy or a disk makes the files wait; while the estimator's thread or the inertial sensor gives
 /// no sign of life (StallWatch), as DEGRADED, and LOST once that has lasted health.lost_after_s. Queues hold 1024
 /// samples, 32 estimates, 64 frames and 16384 faces: when full, the newest are dropped and counted. A file that cannot
 /// be written ends the writing, not the run. The sides of the estimator and the IMU use neither heap nor lock.

@@ -8,7 +8,7 @@
 namespace facet {
 
 /// A flight controller takes a jump of the pose for one only if the counter differs from that of the pose before. A
-/// program that begins anew (watchdog, crash) begins at the origin, so its first counter must differ from the last one
+/// program that restarts (watchdog, crash) begins at the origin, so its first counter must differ from the last one
 /// sent, which is kept in the file `reset_counter` of a folder. Thread-bound. Heap.
 class ResetCount {
 public:

@@ -27,9 +27,9 @@ struct RecordCounters {
 };
 
 /// The tap's functions copy a sample and return; they use neither heap nor lock. Copies, because a camera's slots must
-/// not wait for a disc. Buffers: 32 pairs (1.6 s at 20 Hz), 8192 inertial samples, 512 edges; when full, the newest are
+/// not wait for a disk. Buffers: 32 pairs (1.6 s at 20 Hz), 8192 inertial samples, 512 edges; when full, the newest are
 /// dropped and counted. The log is a readable one to within kCommit at every moment (SampleLog). When it cannot be
-/// written any more (a full disc), what there is stays readable, the rest is dropped and counted, and failure() says
+/// written any more (a full disk), what there is stays readable, the rest is dropped and counted, and failure() says
 /// why.
 class SampleRecorder final : public SampleTap {
 public:

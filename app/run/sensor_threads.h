@@ -55,8 +55,8 @@ public:
     SensorThreads& operator=(const SensorThreads&) = delete;
 
     /// Starts the sources; what they warn of counts as refused. Throws InputError if one cannot be started.
-    /// @param in_flight  only one camera must start: an estimate with less is better than none, and a program that ends
-    ///                   is none. The others are reported, and tried again by their threads
+    /// @param in_flight  only one camera must start: an estimate with less is better than none, which a program that
+    ///                   ends gives. The others are reported, and tried again by their threads
     void open(ThreadStarter& starter, bool in_flight = false);
     /// @param see  called on the IMU's thread with each sample before it is in its queue; may be empty
     void start(ThreadStarter& starter, std::function<void(const ImuSample&)> see);

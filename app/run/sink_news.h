@@ -21,7 +21,7 @@ public:
     // On the sinks' thread:
     /// @return how soon it wants to be called again
     Duration pass_on(const std::vector<OdometrySink*>& sinks);
-    /// Tells a state that the estimator's thread cannot tell itself.
+    /// Reports a state that the estimator's thread cannot report itself.
     static void report(const std::vector<OdometrySink*>& sinks, TrackingState state, std::uint32_t reasons);
 
 private:

@@ -9,7 +9,7 @@
 
 namespace facet {
 
-/// A thread tells that it is alive, the estimator's and the sinks' whenever they have taken something or waited for
+/// A thread reports that it is alive, the estimator's and the sinks' whenever they have taken something or waited for
 /// something, the inertial sensor's at every sample; whoever asks learns of a silence that no frame explains.
 /// Thread-safe, one thread that beats. No heap, no lock.
 class StallWatch {

@@ -13,7 +13,7 @@ namespace facet {
 
 /// Keeps attitude, place, biases and calibration in the file `last_state` of a folder, so that a program that is
 /// started again after a crash or a stall goes on from there; a run that ends in order takes it away. A file that is
-/// too old, of another boot (whose clock tells nothing of the time since), or of another calibration, is not used.
+/// too old, of another boot (whose clock does not show the time since), or of another calibration, is not used.
 /// As a service the folder is one that lasts over restarts, but not over a stop or a boot, and is in memory
 /// (RuntimeDirectory with RuntimeDirectoryPreserve=restart of systemd).
 /// Thread-bound. Heap.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// A file that grows by whole pieces and is on the disc at every commit.
+// A file that grows by whole pieces and is on the disk at every commit.
 #pragma once
 
 #include <sys/types.h>
@@ -22,7 +22,7 @@ public:
 
     /// Keeps a piece until commit().
     void add(std::string_view piece);
-    /// Brings the pieces to the disc.
+    /// Brings the pieces to the disk.
     void commit();
 
 private:

@@ -25,14 +25,14 @@ std::string printable(std::string_view text);
 void put_out(const std::string& text);  ///< see print_out
 void put_err(const std::string& text);  ///< see print_err
 
-/// Text to standard output, as fmt::print but never throwing for it: a full disc or a reader who has gone does not end
+/// Text to standard output, as fmt::print but never throwing for it: a full disk or a reader who has gone does not end
 /// the run. finish_console() tells.
 template <class... Args>
 void print_out(fmt::format_string<Args...> format, Args&&... args) {
     put_out(fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// Text to standard error, likewise; if it cannot be written, nobody can be told.
+/// Text to standard error, likewise; if it cannot be written, nobody can be informed.
 template <class... Args>
 void print_err(fmt::format_string<Args...> format, Args&&... args) {
     put_err(fmt::format(format, std::forward<Args>(args)...));

@@ -4,7 +4,7 @@
 
 namespace facet {
 
-/// Processor time that the calling thread has used since it began (s): CLOCK_THREAD_CPUTIME_ID, one system call. No
+/// CPU time that the calling thread has used since it began (s): CLOCK_THREAD_CPUTIME_ID, one system call. No
 /// heap.
 double thread_processor_s();
 

@@ -32,7 +32,7 @@ public:
     int integer() const;
     bool boolean() const;
     std::string text() const;
-    /// Index of the node's text among these; throws with all of them if it is none.
+    /// Index of the node's text among these; throws with all of them if it is not one of them.
     std::size_t choice(std::span<const std::string_view> choices) const;
     /// List of finite numbers of exactly this length.
     std::vector<double> numbers(std::size_t length) const;
@@ -43,7 +43,7 @@ public:
     Eigen::Matrix3d matrix3() const { return matrix(3); }  ///< likewise
 
     std::size_t size() const { return node_.IsSequence() ? node_.size() : 0; }  ///< of a list
-    /// Part of a list; throws if it is none, or shorter.
+    /// Part of a list; throws if it is not a list, or shorter.
     YamlNode item(std::size_t index) const;
 
     /// Throws with value, range and unit ("-": none) unless the node's value is within [min, max].

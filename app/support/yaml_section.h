@@ -20,8 +20,8 @@ struct YamlQuestion {
     bool is_required = false;
 };
 
-/// While it lives, it is told of every key that a YamlSection is asked for on its thread, whether it is there or not.
-/// One at a time. Thread-bound.
+/// While it lives, it is notified of every key that a YamlSection is asked for on its thread, whether it is there or
+/// not. One at a time. Thread-bound.
 class YamlListener {
 public:
     explicit YamlListener(std::function<void(const YamlQuestion&)> hear);

@@ -10,7 +10,7 @@
 
 namespace facet {
 
-/// Poses at keyframes since the estimator began, or began anew; the newest kMostPoses. Thread-bound. Heap.
+/// Poses at keyframes since the estimator began, or restarted; the newest kMostPoses. Thread-bound. Heap.
 class FlightPath {
 public:
     static constexpr std::size_t kMostPoses = 500;

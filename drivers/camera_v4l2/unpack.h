@@ -39,7 +39,7 @@ std::uint32_t fourcc(PixelFormat format);
 /// By name as in "GREY", "Y10 ", "Y10", "Y10P".
 std::optional<PixelFormat> pixel_format(std::string_view name);
 
-/// The name of the kernel's documentation. Valid for ever.
+/// The name of the kernel's documentation. Valid as long as the program runs.
 std::string_view to_string(PixelFormat format);
 
 /// Bytes that a row of this many pixels fills, of both views where there are two; 1 for JPEG. Y10P rows need widths

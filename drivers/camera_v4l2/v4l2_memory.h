@@ -24,7 +24,7 @@ public:
     struct Request {
         int fd = -1;  ///< the open node
         std::uint32_t type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-        int buffers = 4;        ///< wanted
+        int buffers = 4;        ///< requested
         std::size_t bytes = 0;  ///< of an image, as the driver has negotiated them
         const char* heap = "";  ///< such as /dev/dma_heap/system; empty: the driver's own memory
     };

@@ -32,7 +32,7 @@ Status encode_classic(const Odometry& odometry, const CanFrameInfo& info, std::a
 /// The same in one CAN FD frame of 64 bytes, with a finer attitude.
 Status encode_fd(const Odometry& odometry, const CanFrameInfo& info, CanFrame& frame);
 
-/// What the consumer of a bus is told whether there are estimates or not.
+/// What is sent to a bus whether there are estimates or not.
 struct CanHealth {
     SinkState state = SinkState::kInit;
     int quality = 0;  ///< of the newest estimate

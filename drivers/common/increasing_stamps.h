@@ -10,7 +10,7 @@
 namespace facet {
 
 /// A sample may be delivered if its stamp is after that of the sample delivered last, however long ago that was:
-/// devices are reopened. The monotonic clock is never set back; any other may be, and then the order begins anew: at
+/// devices are reopened. The monotonic clock is never set back; any other may be, and then the order restarts: at
 /// the kSetBack-th sample in a row that is refused although those refused increase among themselves. Thread-bound. No
 /// heap.
 class IncreasingStamps {

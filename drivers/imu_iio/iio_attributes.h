@@ -59,7 +59,7 @@ using IioText = ShortText<1023>;
 int read_attribute(KernelIo& io, const IioPath& path, IioText& text);
 /// @return 0 or -errno; -EINVAL is how drivers refuse a value. Reentrant. No heap.
 int write_attribute(KernelIo& io, const IioPath& path, std::string_view text);
-/// The same of a number. @return -EINVAL if it is none
+/// The same of a number. @return -EINVAL if it is not a number
 int read_number(KernelIo& io, const IioPath& path, double& number);
 int read_number(KernelIo& io, const IioPath& path, int& number);
 

@@ -64,7 +64,7 @@ public:
     IioDevice(const IioDevice&) = delete;
     IioDevice& operator=(const IioDevice&) = delete;
 
-    /// Finds the device anew, sets it up and starts its buffer.
+    /// Finds the device again, sets it up and starts its buffer.
     /// @return kNotFound if there is no such device, kInvalidArgument if it can never work (no buffer, no such axes, a
     ///         format that is not known), kIo if the kernel refuses; `problem` has the words, with the name. What was
     ///         opened is left to close().

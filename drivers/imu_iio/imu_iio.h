@@ -27,7 +27,7 @@ struct ImuIioOptions {
     Duration latency;                                       ///< of the sensor's filter; subtracted from the stamps
     Duration max_force_gap = Duration::from_seconds(0.05);  ///< see ImuAssembler
     Duration retry_period = Duration::from_seconds(0.5);
-    Duration silence;  ///< without a sample for this long the devices are opened anew; zero: never
+    Duration silence;  ///< without a sample for this long the devices are reopened; zero: never
 };
 
 /// Scans of one device or two -> ImuAssembler -> samples in B. Stamps of the wall clock are brought onto the monotonic

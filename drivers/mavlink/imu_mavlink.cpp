@@ -217,7 +217,7 @@ Status ImuMavlink::take(const MavlinkReading& reading) {
     }
     const std::int64_t time_ns = unwrapped_ns(inertial, reading.arrival);
     if (is_reboot(time_ns)) {
-        discard(imu_counters_.reboots, "the flight controller's time has begun anew");
+        discard(imu_counters_.reboots, "the flight controller's time has restarted");
         link_.forget_time();
         return Status::kOk;
     }

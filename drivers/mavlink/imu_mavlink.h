@@ -35,7 +35,7 @@ struct ImuMavlinkCounters {
     std::uint64_t incomplete = 0;      ///< readings of which not all is new: discarded
     std::uint64_t without_time = 0;    ///< readings that came while the controller's clock was not known: discarded
     std::uint64_t stamps_refused = 0;  ///< readings whose stamps cannot be: discarded
-    std::uint64_t reboots = 0;         ///< times that the controller's time began anew
+    std::uint64_t reboots = 0;         ///< times that the controller's time restarted
 };
 
 /// Delay of a second-order Butterworth low-pass at low frequencies: sqrt(2) / (2 pi f_c). Zero without a filter.

@@ -99,7 +99,7 @@ public:
     /// The next one in the order of arrival. @return whether there was one
     bool take_reading(MavlinkReading& reading);
     std::uint64_t readings_dropped() const { return readings_.dropped(); }
-    /// The controller's time has begun anew: answers to what was asked before are not used.
+    /// The controller's time has restarted: answers to what was asked before are not used.
     void forget_time() {
         timesync_.restart();
         asked_.clear();
@@ -141,7 +141,7 @@ public:
     /// Whether the autopilot's frames are of version 1 of MAVLink, which is not spoken here.
     bool hears_version_1() const { return hears_version_1_.load(std::memory_order_relaxed); }
     Arming arming() const { return arming_.load(std::memory_order_relaxed); }
-    /// Whether the estimator was asked to begin anew since the last call.
+    /// Whether the estimator was asked to restart since the last call.
     bool take_reset_request() { return reset_requested_.exchange(false, std::memory_order_relaxed); }
 
 private:

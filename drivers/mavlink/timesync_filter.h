@@ -35,7 +35,7 @@ public:
     Timestamp to_remote(Timestamp own) const;
     /// The inverse. Contract: ready().
     Timestamp to_own(Timestamp remote) const;
-    /// Forgets all, as after a step: somebody knows that the other side has begun anew.
+    /// Forgets all, as after a step: somebody knows that the other side has restarted.
     void restart();
     /// Standard deviation of the offset at the last block; 0 before the first one.
     double sigma_s() const;

@@ -40,7 +40,7 @@ struct AslOptions {
     /// must end as it began; inertial rows later than a period after the first serve the last turn only. Not to be
     /// combined with start and length.
     int loops = 1;
-    LogFiles* files = nullptr;  ///< where the files are, if not on the disc; borrowed
+    LogFiles* files = nullptr;  ///< where the files are, if not on the disk; borrowed
     bool left_only = false;     ///< the log has one camera, whatever it has
     bool decode_images = true;  ///< else frames come with empty views, and no image file is opened
 };
@@ -136,7 +136,7 @@ private:
 
     std::string image_path_;
     ImageDecoder decoder_;
-    std::vector<std::uint8_t> file_;  ///< of an image that is not on the disc
+    std::vector<std::uint8_t> file_;  ///< of an image that is not on the disk
     std::string unread_;              ///< why such an image could not be read
     std::array<GreyImage, 2> images_;
 };

@@ -35,7 +35,7 @@ struct WantedSize {
 };
 
 /// Makes room for an image of the size that a header states, before anything of it is decoded.
-/// @return kCorrupt if a side is longer than kMostPixelsAside; kInvalidArgument if it is not what is wanted (grey then
+/// @return kCorrupt if a side is longer than kMostPixelsAside; kInvalidArgument if it is not as requested (grey then
 ///         has the size found and no pixels). `error` says so.
 inline Status take_size(unsigned width, unsigned height, const WantedSize& wanted, GreyImage& grey,
                         std::string& error) {

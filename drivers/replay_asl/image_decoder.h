@@ -13,7 +13,7 @@
 
 namespace facet {
 
-/// PNG, JPEG, PGM, PPM and TIFF become 8-bit grey; the format is told by the first bytes, not by the name.
+/// PNG, JPEG, PGM, PPM and TIFF become 8-bit grey; the format is recognised by the first bytes, not by the name.
 /// Thread-bound. Heap: none for a PNG image like one before; the others' libraries use it.
 class ImageDecoder {
 public:

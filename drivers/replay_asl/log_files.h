@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Where the files of a log are read from, if not from the disc.
+// Where the files of a log are read from, if not from the disk.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace facet {
 
-/// Files of a log that lie in something else than folders. Paths are those that the reader would use on the disc.
+/// Files of a log that lie in something else than folders. Paths are those that the reader would use on the disk.
 /// Thread-bound. Heap.
 class LogFiles {
 public:

@@ -22,7 +22,7 @@ struct CameraRos2Options {
     Duration latency;       ///< from the exposure's midpoint to the stamp of the header; subtracted from the stamps
     Ros2CameraModel model;  ///< the calibration's, to be compared with camera_info; no size: not compared
     Duration retry_period = Duration::from_seconds(0.5);
-    Duration silence;  ///< without an image for this long the topic is subscribed to anew; zero: never
+    Duration silence;  ///< without an image for this long the topic is subscribed to again; zero: never
 };
 
 struct CameraRos2Counters {

@@ -18,7 +18,7 @@ struct ImuRos2Options {
     AxisMap axes;       ///< from the message's frame to the body
     Duration latency;   ///< from measurement to stamp; subtracted from the stamps
     Duration retry_period = Duration::from_seconds(0.5);
-    Duration silence;  ///< without a sample for this long the topic is subscribed to anew; zero: never
+    Duration silence;  ///< without a sample for this long the topic is subscribed to again; zero: never
 };
 
 /// Rates and specific forces of one message are one sample at the stamp of its header, less the latency. A message is

@@ -17,7 +17,7 @@ struct ClockMapOptions {
     /// Initial uncertainty of the drift (1 sigma): 100e-6 for crystals, some percent for the oscillators in sensors.
     double drift_sigma = 100e-6;
     /// Pairs are arrival times, which random delays make late but never early: the earliest ones get the weight, and
-    /// one clearly earlier than foretold sets the offset anew instead of being taken for drift.
+    /// one clearly earlier than foretold sets the offset again instead of being taken for drift.
     bool one_sided = false;
     Duration step = Duration::from_seconds(0.010);  ///< a larger residual is an outlier, or a clock has stepped
     int pairs_for_step = 5;                         ///< consecutive outliers that are taken for a step

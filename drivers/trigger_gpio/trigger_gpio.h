@@ -17,7 +17,7 @@ struct TriggerGpioOptions {
     GpioLineName line;
     GpioInputSettings input;
     Duration retry_period = Duration::from_seconds(0.5);
-    Duration silence{};  ///< without an edge for this long the line is requested anew; zero: never
+    Duration silence{};  ///< without an edge for this long the line is requested again; zero: never
 };
 
 /// The kernel stamps edges in the interrupt and numbers them (line_seqno), including those that did not fit into its

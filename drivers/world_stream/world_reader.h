@@ -45,11 +45,11 @@ public:
     WorldReader(const WorldReader&) = delete;
     WorldReader& operator=(const WorldReader&) = delete;
 
-    /// Begins anew with no state. @return kIo if nobody listens there; kInvalidArgument if the path is too long
+    /// Restarts with no state. @return kIo if nobody listens there; kInvalidArgument if the path is too long
     Status open(const std::string& path);
     void close();
     /// Takes what has come, or waits for it. @return kOk if the state is newer now; kNotReady if it is not;
-    /// kEndOfStream if the other end has closed; kCorrupt, kIo: close, and open anew
+    /// kEndOfStream if the other end has closed; kCorrupt, kIo: close, and open again
     Status wait(int timeout_ms);
 
     const WorldState& state() const { return decoder_.state(); }

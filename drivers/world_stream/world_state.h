@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What a planner is told of the world: the mesh over the horizon, its planes, and the grid around the vehicle.
+// What a planner receives of the world: the mesh over the horizon, its planes, and the grid around the vehicle.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ inline constexpr int kWorldRun = 8;  ///< cells along x that share the time at w
 inline constexpr int kWorldRuns = kWorldCells[0] * kWorldCells[1] * kWorldCells[2] / kWorldRun;
 inline constexpr int kWorldBlockRuns = kWorldRuns / kWorldBlocks;
 inline constexpr double kWorldTick_s = 1.0 / 16.0;
-inline constexpr int kWorldTicks = 0xffff;  ///< then they begin anew, at 1
+inline constexpr int kWorldTicks = 0xffff;  ///< then they restart, at 1
 inline constexpr std::uint32_t kNoWorldPlane = 0xffffffffU;
 
 enum class WorldSpace : std::uint8_t { kUnknown, kFree, kOccupied };

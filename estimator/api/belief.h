@@ -13,9 +13,9 @@
 
 namespace facet {
 
-/// Readings that are not believed, and what takes their place.
+/// Readings of a sensor under suspicion, and what replaces them.
 struct ReplacedReadings {
-    ImuAxisMask axes = 0;  ///< of the sensors; none: all are believed
+    ImuAxisMask axes = 0;  ///< of the sensors; none: all are trusted
     SteadyMotion motion;
     StepNoise noise;  ///< beyond the sensor's own
 };
@@ -25,7 +25,7 @@ struct Belief {
     Timestamp stamp;
     NavState state;
     StateCovariance covariance = StateCovariance::Zero();
-    ImuScale imu_scale;         ///< to carry the state on with
+    ImuScale imu_scale;         ///< for propagating the state
     VibrationShare vibration;   ///< likewise
     ReplacedReadings replaced;  ///< after the stamp
 };
@@ -44,7 +44,7 @@ void add_ripple(const ImuBuffer& imu, const NavState& state, Eigen::Matrix<doubl
     covariance.template block<3, 3>(kVel, kVel) += 0.5 * (ripple + ripple.transpose());
 }
 
-/// Turns a belief about the vertical until its attitude is as near as it can be to another one; its place stays.
+/// Rotates a belief about the vertical until its attitude is closest to another one; its position stays.
 /// The angle a maximises trace(Rz(a)^T R), R the turn between the attitudes: a = atan2(R10 - R01, R00 + R11).
 inline void turn_to_yaw_of(const Eigen::Quaterniond& q_W_B, Belief& b) {
     const Eigen::Matrix3d R = (q_W_B * b.state.q_W_B.conjugate()).toRotationMatrix();

@@ -39,8 +39,8 @@ public:
     /// @return kInvalidArgument if config or rig is out of range.
     Status configure(const EstimatorConfig& config, const StereoRig& rig);
 
-    /// What each camera sees of the vehicle itself, after configure(), which forgets it: nothing is taken from where a
-    /// mask is black (0). An empty view: nothing is masked.
+    /// Masks of the vehicle in each camera's view: no features are taken where a mask is black (0). An empty view masks
+    /// nothing. Call it after configure(), which clears masks.
     /// @return kInvalidArgument if a size is not its camera's.
     Status set_masks(const ImageView& left, const ImageView& right);
 
@@ -50,23 +50,23 @@ public:
     /// Hook for studies; nullptr to remove. Not owned.
     void set_observation_hook(ObservationHook* hook);
 
-    /// Begins anew at the next frame that allows it: a new window starts from the present attitude, position, velocity
+    /// Restarts at the next frame that allows it: a new window starts from the present attitude, position, velocity
     /// and biases, and the reset counter is raised. Has no effect before the first start.
     void request_reset();
 
-    /// Buffers one inertial sample. If no frame has come for half a second, carries the estimate on, ten times a second
-    /// and up to 0.2 s before the newest sample; a frame that comes later than that is refused once, then waited for
-    /// (up to 1 s).
+    /// Buffers one inertial sample. If no frame has come for half a second, propagates the estimate ten times a second,
+    /// up to 0.2 s before the newest sample; a frame that comes later than that is refused once, then waited for (up to
+    /// 1 s).
     /// @param clipped  of a sample that was corrected for scale and misalignment: the axes at their range as read
     ///                 (ImuLimits::clipped_axes); else the sample's own
     /// @return kOutOfOrder or kInvalidArgument (not finite): dropped and counted in Health.
     Status add_imu(const ImuSample& sample, ImuAxisMask clipped);
     Status add_imu(const ImuSample& sample);
 
-    /// The newest estimate that add_imu() has carried on without frames: DEGRADED with kReasonNoImages at first, LOST
-    /// after a while, with growing covariance. A vehicle that stood when the images went, and whose IMU has shown no
-    /// motion since, stays where it is. Ask after each sample.
-    /// @return kNotReady if there is none that was not asked for yet (estimate untouched).
+    /// The newest estimate that add_imu() has propagated without frames: DEGRADED with kReasonNoImages at first, LOST
+    /// after a while, with growing covariance. A vehicle at rest when the images stopped, whose IMU has shown no motion
+    /// since, keeps its position. Call it after each sample.
+    /// @return kNotReady if there is no new one since the last call (estimate untouched).
     Status take_carried(Estimate& estimate);
 
     /// Estimates the state at the frame's stamp. Until there is enough data to start, and until a start in motion has
@@ -94,33 +94,33 @@ public:
     /// allocated in configure().
     static std::span<const MemoryPart> memory();
 
-    /// State at the newest frame with the covariance of all of it: what a StateCarrier carries on. Only while
+    /// State at the newest frame with its full covariance: what a StateCarrier propagates. Only while
     /// Health::state is kTracking or kDegraded.
     const Belief& belief() const;
 
-    /// What a program that begins anew may go on from; only while Health::state is kTracking or kDegraded. Takes about
-    /// a millisecond.
+    /// What a restarted program may continue from (resume()); only while Health::state is kTracking or kDegraded. Takes
+    /// about a millisecond.
     KeptState keep() const;
 
-    /// Goes on from what an earlier program has kept, instead of from the origin: the start, at rest or in motion, is
-    /// as ever, but place and yaw are those kept, as uncertain as the flight since may have made them, biases and
-    /// calibration are those kept with twice their standard deviations. Health::reset_counter begins at zero: that this
-    /// program's poses do not go on from the earlier one's is for the caller to announce. To be called after
-    /// configure(), before the first frame.
+    /// Continues from the state that an earlier program has kept, instead of from the origin. The start, at rest or in
+    /// motion, is the usual one, but position and yaw are those kept, with uncertainty for the time since, biases and
+    /// calibration those kept with twice their standard deviations. Health::reset_counter begins at zero: the caller
+    /// announces that poses are not continuous with the earlier program's. Call it after configure(), before the first
+    /// frame.
     /// @param elapsed_s  since it was kept, >= 0
     /// @return kInvalidArgument if something is not finite, a standard deviation of the state is not positive, or one
     ///         of an estimated calibration parameter, unless all are zero: nothing is known of it (nothing changed)
     Status resume(const KeptState& kept, double elapsed_s);
 
-    /// The work of the last frame for which no estimate waits. After a keyframe: its surface points, as much work as a
-    /// tracked frame. Then its turn in the window and its keyframe_view(), at once or, with
-    /// WindowConfig::spread_keyframes and all well, after the frame that follows it, so that no frame takes the time
-    /// of both. Call it after each add_frame, before the next one. If it is not called, add_frame does what estimates
-    /// need, later, and they are the same; there is no view then.
+    /// The work of the last frame that no estimate waits for. After a keyframe: its surface points, as much work as a
+    /// tracked frame. Then its optimization in the window and its keyframe_view(), at once or, with
+    /// WindowConfig::spread_keyframes in regular flight, after the frame that follows it, so that no frame takes the
+    /// time of both. Call it after each add_frame, before the next one. Without it add_frame does the necessary work
+    /// later, with equal estimates, but there is no view.
     void finish_frame();
 
-    /// Whether the last frame is a keyframe whose turn in the window comes after the next frame. Its estimate is that
-    /// of its image, like a tracked frame's.
+    /// Whether the last frame is a keyframe that enters the window after the next frame. Its estimate is that of its
+    /// image, like a tracked frame's.
     bool keyframe_waits() const;
 
     /// Landmarks, surface points and camera at a keyframe, which it names by its stamp: the newest one that the window

@@ -9,8 +9,8 @@
 
 namespace facet {
 
-/// Attitude, place, velocity and biases with their standard deviations, order [theta p v bg ba] as in NavState, and the
-/// calibration; see Estimator::keep() and resume().
+/// Attitude, position, velocity and biases with their standard deviations, order [theta p v bg ba] as in NavState, and
+/// the calibration; see Estimator::keep() and resume().
 struct KeptState {
     NavState state;
     Eigen::Matrix<double, kStateDim, 1> sigma = Eigen::Matrix<double, kStateDim, 1>::Zero();

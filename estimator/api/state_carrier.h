@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The state at every inertial sample: that of the newest frame, carried on as samples come.
+// The state at every inertial sample: that of the newest frame, propagated as samples come.
 #pragma once
 
 #include "estimator/api/belief.h"
@@ -8,8 +8,8 @@
 
 namespace facet {
 
-/// Carries the newest belief about a frame to each inertial sample, so that consumers have a state at the IMU's rate
-/// and without the delay of images. Usage:
+/// Propagates the newest frame's state to each inertial sample, so that consumers have a state at the IMU's rate and
+/// without the delay of images. Usage:
 ///   carrier.configure(config.imu_noise, config.imu_limits, gravity);
 ///   if (ok(carrier.add_imu(sample)) && carrier.has_state()) use(carrier.stamp(), carrier.state());
 ///   (void)carrier.correct(estimator.belief());      // after each frame
@@ -19,16 +19,16 @@ namespace facet {
 /// propagate_covariance over the samples since the belief, one step a sample. Stamps are those of the samples, which
 /// only increase; a correction changes the state at the present stamp, and is seen at the next one.
 ///
-/// If samples go on before the newest one for half a second, their clock has gone back: the history begins anew, and
+/// If samples go on before the newest one for half a second, their clock has gone back: the history restarts, and
 /// there is no state until the next correction.
 ///
-/// Smoothing, if wanted: the step that a correction makes is taken back and fades as exp(-t / smoothing_s), in
+/// Smoothing, if configured: the step that a correction makes is taken back and fades as exp(-t / smoothing_s), in
 /// attitude, position and velocity. The covariance stays that of the unsmoothed state.
 /// A sample costs one step of integration, a covariance one propagation; a correction a step for each sample since the
 /// belief. About 760 kB: a member or static. Thread-bound. No heap.
 class StateCarrier {
 public:
-    /// Begins anew. @param smoothing_s  0: corrections are steps
+    /// Starts over. @param smoothing_s  0: corrections are steps
     void configure(const ImuNoise& noise, const ImuLimits& limits, double gravity_m_per_s2, double smoothing_s = 0.0);
 
     /// Takes the next sample and carries the state on to it.

@@ -117,7 +117,7 @@ Status linearize_point(const StereoMeasurement& z, const StereoGeometry& geometr
                        StereoResidual& out);
 
 /// J^T r for any r in the place of the residual's own, without the Jacobians J by pose and cameras: less work where
-/// no more than the gradient is wanted.
+/// no more than the gradient is needed.
 /// @param cameras  as for linearize_stereo()
 StereoGradient stereo_gradient(const StereoResidual& at, const Eigen::Vector4d& r, const StereoGeometry& geometry,
                                const Eigen::Matrix3d& R_B_W_lin, double rho, const CameraTerms* cameras);

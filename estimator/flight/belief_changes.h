@@ -19,7 +19,7 @@ void hold_at(const Belief& keyframe, Belief& now);
 /// @param before   an earlier step of this @param blind_s  since the last frame
 void hold_blind(const Belief& before, double blind_s, Belief& now);
 
-/// Makes place and yaw as uncertain as a flight of which nothing is known may make them.
+/// Makes position and yaw as uncertain as a flight of which nothing is known may make them.
 /// @param w_B  rate of the body when it was last known (rad/s)
 void widen_after_unknown(const Eigen::Vector3d& w_B, double lost_s, Belief& belief);
 
@@ -29,14 +29,14 @@ void widen_biases(double gyro_rad_per_s, double accel_m_per_s2, Belief& belief);
 /// Corrects the state that a start has found by the biases of an earlier estimate, as two Gaussians are fused.
 void fuse_biases(const Belief& earlier, Belief& now);
 
-/// Gives a belief found without regard to the past its place and yaw: those of `before` with their uncertainty, or the
+/// Gives a belief found without regard to the past its position and yaw: of `before` with their uncertainty, or the
 /// origin. @param before  nullptr: the origin
 void keep_place(const Belief* before, Belief& now);
 
-/// Takes place and yaw for known: a choice of the window that begins here.
+/// Takes position and yaw for known: a choice of the window that begins here.
 void fix_place(Belief& now);
 
-/// A place and a yaw to begin anew from when the state itself is worthless: where the last estimate that was to be used
+/// A place and a yaw to restart from when the state itself is worthless: where the last estimate that was to be used
 /// was, give or take what the vehicle may have flown since; the yaw is the gyroscope's, which is rarely at fault.
 Belief salvage(const Belief& trusted, const Belief& now);
 

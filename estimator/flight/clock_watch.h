@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What the stamps of samples and frames tell of the clocks, and when frames come.
+// What the stamps of samples and frames show about the clocks, and when frames come.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -9,7 +9,7 @@
 namespace facet {
 
 /// Compares turns between images with the gyroscope's while the delay of image stamps is in question, and says once
-/// whether the estimator must begin anew with another delay. The window estimates what remains on top of it. About
+/// whether the estimator must restart with another delay. The window estimates what remains on top of it. About
 /// 130 kB. Thread-bound. No heap.
 class DelayCorrection {
 public:
@@ -33,7 +33,7 @@ public:
     /// @param imu        with the readings as read
     /// @param delay_s    believed now, the window's share included
     /// @param claimed_s  its standard deviation; 0 if the estimate is not to be used
-    /// @return by what it is wrong, if the estimator must begin anew with found_s()
+    /// @return by what it is wrong, if the estimator must restart with found_s()
     std::optional<double> step(const ImuBuffer& imu, double delay_s, double claimed_s);
 
 private:

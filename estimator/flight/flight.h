@@ -33,7 +33,7 @@ namespace facet {
 /// HealthMonitor. This class asks them in order, and acts:
 ///   flight.cpp           samples and frames in, in order; prediction and tracking
 ///   flight_start.cpp     the first window, and what tests it
-///   flight_restart.cpp   a window begins anew
+///   flight_restart.cpp   a window restarts
 ///   flight_faults.cpp    a frame is compared with the map; readings that contradict it
 ///   flight_keyframe.cpp  a keyframe's turn in the window, at once or after the next frame
 ///   flight_upkeep.cpp    what is taken from the window afterwards
@@ -88,7 +88,7 @@ private:
     double image_delay_s() const { return delay_.found_s() + window_.calibration().time_offset_s; }
     Timestamp imu_stamp(Timestamp image) const { return image + Duration::from_seconds(image_delay_s()); }
     bool seeks_delay() const;
-    /// Once after a start, when images and gyroscope have turned enough: begins anew if the delay is wrong.
+    /// Once after a start, when images and gyroscope have turned enough: restarts if the delay is wrong.
     void correct_delay();
 
     // flight_start.cpp
@@ -99,35 +99,35 @@ private:
     void judge_rest();
     /// A keyframe in INIT: tests the window against the closed-form solution, or a rest.
     void continue_start(const KeyframeInput& input);
-    /// If the window contradicts the closed-form solution, it begins anew from that.
+    /// If the window contradicts the closed-form solution, it restarts from that.
     void check_start();
     /// A keyframe while a start with one camera awaits its answer.
     void collect_alone();
-    /// The window, begun as in motion, has seen still images for long enough: it begins anew as at rest, shaken.
+    /// The window, begun as in motion, has seen still images for long enough: it restarts as at rest, shaken.
     void begin_shaken_rest();
 
     // flight_restart.cpp
     /// Begins a window with one keyframe, the present frame, at the present belief. @param information  of that belief
     void begin_window(const StateCovariance& information, CalibrationStart calibration);
-    /// The same at a belief found without regard to the past, which was `before`, and which gives place and yaw.
+    /// The same at a belief found without regard to the past, which was `before`, and which gives position and yaw.
     void begin_window_in_place_of(const Belief& before);
-    /// The same at this state, found without regard to `now`, which gives place and yaw.
+    /// The same at this state, found without regard to `now`, which gives position and yaw.
     void begin_window_at(const NavState& state, const StateCovariance& covariance);
-    /// Moves the uncertainty of place and yaw from `now` to the gauge: before a window begins at `now`.
+    /// Moves the uncertainty of position and yaw from `now` to the gauge: before a window begins at `now`.
     void fix_gauge();
     /// What a window that begins after a start gone astray holds of the calibration: what an estimate that was to be
     /// used has found.
     CalibrationStart calibration_start() const {
         return s_.trusted ? CalibrationStart::kAsKnown : CalibrationStart::kAsGiven;
     }
-    /// Begins anew at the present frame as in motion: the start as at rest was a glide.
+    /// Restarts at the present frame as in motion: the start as at rest was a glide.
     void restart_in_motion();
-    /// Begins anew at the present frame, from the state predicted by inertial data: attitude, position, velocity and
+    /// Restarts at the present frame, from the state predicted by inertial data: attitude, position, velocity and
     /// biases, each with the uncertainty it has reached.
     void restart_in_flight();
     /// Adds to the covariance what the window does not know of `now`, when that ends.
     void inflate_covariance();
-    /// Replaces a worthless belief by one that knows gravity, and place and yaw roughly.
+    /// Replaces a worthless belief by one that knows gravity, and position and yaw roughly.
     /// @return the initializer's error (belief untouched)
     Status fall_back_to_gravity();
     /// Forgets images, window and suspicions, and waits for a start like the first one, whose place, yaw and biases are
@@ -144,7 +144,7 @@ private:
     /// The state as an image tells it.
     void take_over(const FrameEstimate& updated);
     /// Compares the frame with the map; if it contradicts the inertial readings, settles which of them is right, and
-    /// predicts `now` and integrates anew. @return kNotFound if there is nothing to compare with
+    /// predicts `now` and integrates again. @return kNotFound if there is nothing to compare with
     Status examine_image(Preintegration& preintegration, FrameEstimate& out);
     InertialFault::Limits fault_limits() const {
         return {config_.health.high_vision_chi2, HealthConfig::kWrongVisionChi2};
@@ -172,14 +172,14 @@ private:
     bool enter_window(const KeyframeInput& input, const Preintegration& preintegration, double effort);
     /// Share of the solver's steps at a keyframe.
     double effort() const;
-    /// Whether the keyframe at hand may wait: all is well, and the image tells the state meanwhile.
+    /// Whether the keyframe at hand may wait: all is well, and the image gives the state meanwhile.
     bool may_wait(Phase before) const;
     /// The keyframe at hand gets its turn later. @param seen  the state by its image, which is given out
     void let_wait(const Preintegration& preintegration, const FrameEstimate& seen, const NavState* guess);
     /// The turn of a keyframe that waits, if there is one: `newest` is that keyframe then. `now` stays with the newest
     /// frame, whose estimate has been or will be reported from what was known without it.
     void take_waiting();
-    /// The same where the frame at hand must know of it: predicts `now` anew.
+    /// The same where the frame at hand must know of it: predicts `now` again.
     void take_waiting(Preintegration& preintegration);
 
     // flight_upkeep.cpp
@@ -195,14 +195,14 @@ private:
     void forget_corrections();
     /// Hands the front-end what the window has found of single cameras.
     void update_corrections();
-    /// Integrates anew the inertial factors whose bias has moved too far for their first-order correction.
+    /// Integrates again the inertial factors whose bias has moved too far for their first-order correction.
     void reintegrate();
 
     // flight_blind.cpp
     void exchange_cameras();
     /// A frame without an image to track in.
     Status pass_over(const StereoFrame& frame, Timestamp stamp, Estimate& estimate);
-    /// Rotation since the last frame of the front-end, up to `now`; the front-end begins anew where it is unknown.
+    /// Rotation since the last frame of the front-end, up to `now`; the front-end restarts where it is unknown.
     Eigen::Quaterniond turn_since_frame(Timestamp before);
     /// After each inertial sample: if no frame has come for a while, or the inertial history is about to lose what
     /// follows `now`, carries `now` on.
@@ -213,7 +213,7 @@ private:
     // flight_report.cpp
     HealthEvidence evidence(const StereoFrame& frame, FrameUse use) const;
     void report(const StereoFrame& frame, FrameUse use, Estimate& estimate);
-    /// Of `now`, order [theta p v], place and yaw with the gauge's uncertainty.
+    /// Of `now`, order [theta p v], position and yaw with the gauge's uncertainty.
     Eigen::Matrix<double, 9, 9> reported_covariance() const;
 
     EstimatorConfig config_;

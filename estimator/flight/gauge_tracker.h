@@ -26,7 +26,7 @@ public:
     }
 
     /// What happened in the last dt_s seconds may not have happened: adds the way flown and the angle turned about the
-    /// vertical to the standard deviations of place and yaw. @param w_B  rate of the body (rad/s)
+    /// vertical to the standard deviations of position and yaw. @param w_B  rate of the body (rad/s)
     void widen(const NavState& state, const Eigen::Vector3d& w_B, double dt_s);
 
     /// After each frame. @return whether the gauge has changed

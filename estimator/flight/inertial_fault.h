@@ -30,12 +30,12 @@ namespace facet {
 ///
 /// The readings of the sensor that is wrong, or of both, are replaced by those of a steady motion, at the rate that the
 /// last two frames tell, with the noise of what the motion has differed from that by (inertial_error at keyframes). The
-/// suspicion ends when at two keyframes in a row the readings have agreed with what the images told; not while the
+/// suspicion ends when at two keyframes in a row the readings have agreed with what the images showed; not while the
 /// sensor hangs, and at the first agreement after that, because then the reason for it is gone.
 /// Thread-bound. No heap.
 class InertialFault {
 public:
-    /// White noise of readings that tell nothing: anywhere within their ranges.
+    /// White noise of readings without information: anywhere within their ranges.
     static StepNoise unlimited(const ImuLimits& limits);
 
     /// Variance of a frame's residuals over the expected one (HealthConfig).

@@ -26,16 +26,16 @@ struct PredictionEvidence {
     bool reset_wanted = false;        ///< requested by the user
     bool inertial_data_poor = false;  ///< a gap or clipped samples since the newest keyframe
     bool rests = false;               ///< at rest by inertial samples and images since the newest keyframe
-    bool is_starting = false;         ///< in stereo; no estimate has been ready yet, or the window has begun anew
+    bool is_starting = false;         ///< in stereo; no estimate has been ready yet, or the window has restarted
     bool is_replaced = false;         ///< readings are replaced until keyframes agree with them, and do not hang
     double keyframe_age_s = 0.0;
 };
 
-/// Whether the window shall begin anew at the next frame that allows it.
+/// Whether the window shall restart at the next frame that allows it.
 bool must_restart(const PredictionEvidence& e);
 
-/// Whether the front-end should make this frame a keyframe if it can: to begin anew, because only vision can determine
-/// where the vehicle is, because a start is ready the sooner, or a window that has begun anew knows its velocity the
+/// Whether the front-end should make this frame a keyframe if it can: to restart, because only vision can determine
+/// where the vehicle is, because a start is ready the sooner, or a window that has restarted knows its velocity the
 /// sooner, or one that is lost recovers, because suspected readings are used again the sooner, or because a rest with
 /// an old keyframe has ended.
 bool wants_keyframe(const PredictionEvidence& e);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Why the window shall begin anew at the next frame that allows it.
+// Why the window shall restart at the next frame that allows it.
 #pragma once
 
 #include <cstdint>
@@ -23,10 +23,10 @@ private:
     std::uint8_t reasons_ = 0;
 };
 
-/// Counts the jumps of place and yaw that somebody who has been given an estimate must know of. Thread-bound. No heap.
+/// Counts the jumps of position and yaw that somebody with an estimate must know of. Thread-bound. No heap.
 class ResetCounter {
 public:
-    /// Place and yaw may have jumped.
+    /// Position and yaw may have jumped.
     void jump() {
         value_ += has_given_ ? 1U : 0U;
         has_given_ = false;

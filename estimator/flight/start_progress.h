@@ -17,7 +17,7 @@ enum class RestClaim : std::uint8_t {
     kNone,     ///< it did not, or it has been settled
     kOpen,     ///< images have said nothing yet: INIT
     kSeen,     ///< images agree so far
-    kRefuted,  ///< images move: the window begins anew at the next frame that allows it
+    kRefuted,  ///< images move: the window restarts at the next frame that allows it
 };
 
 /// The images since the window began.
@@ -43,7 +43,7 @@ public:
         claim_ = is_still ? RestClaim::kOpen : RestClaim::kNone;
         may_stand_ = !is_still;
     }
-    /// The window has begun anew in flight, or as in motion.
+    /// The window has restarted in flight, or as in motion.
     void drop_claim() { claim_ = RestClaim::kNone; }
     void renew() {
         claim_ = RestClaim::kNone;
@@ -66,7 +66,7 @@ public:
 
     RestClaim claim() const { return claim_; }
     bool is_claimed() const { return claim_ == RestClaim::kOpen || claim_ == RestClaim::kSeen; }
-    /// Whether images can judge the claim. @param e  of the frame at hand
+    /// Whether images can judge the start. @param e  of the frame at hand
     bool can_judge_claim(const StillnessEvidence& e) const {
         return is_claimed() && e.is_usable && e.tracked >= kFewTracks;
     }
@@ -84,7 +84,7 @@ public:
     /// Images have been still for long enough to begin as at rest, however much rotors shake the samples.
     bool stands_long_enough(Timestamp now) const { return age_s(now) >= kShakenRest_s - kStampSlack_s; }
     void end_stand() { may_stand_ = false; }
-    /// The window has begun anew as at rest.
+    /// The window has restarted as at rest.
     void begin_shaken_rest() {
         claim_ = RestClaim::kSeen;
         forced_keyframes_ = kForcedAtRest;

@@ -56,11 +56,11 @@ private:
     int height_ = 0;
     CornerScore score_;
     std::vector<std::uint8_t> blocked_;
-    std::vector<int> begin_;             ///< first pixel of each row where corners are wanted
+    std::vector<int> begin_;             ///< first pixel of each row where corners are requested
     std::vector<int> end_;               ///< and the one after the last
     std::vector<int> column_of_;         ///< column of cells that holds a pixel's column
     std::vector<int> row_of_;            ///< likewise
-    std::vector<int> disc_;              ///< half width of the blocked disc, one entry per row
+    std::vector<int> disc_;              ///< half width of the blocked disk, one entry per row
     std::vector<Candidate> candidates_;  ///< kPerCell per cell, strongest first
     std::vector<int> count_;             ///< candidates of each cell
     std::vector<int> next_;              ///< first candidate not yet examined

@@ -64,7 +64,7 @@ private:
     float contrast_ = 0.0F;  ///< weighted sum of squared grey values of the patch about their mean
     Eigen::Vector2f along_ = Eigen::Vector2f::Zero();   ///< from place to place (px)
     Eigen::Vector2f across_ = Eigen::Vector2f::Zero();  ///< unit vector normal to it
-    std::vector<float> weights_;                        ///< of the square window, 0 outside its disc
+    std::vector<float> weights_;                        ///< of the square window, 0 outside its disk
     std::vector<float> patch_;                          ///< times weights
     std::vector<float> strip_;
     std::vector<float> column_u_;  ///< places of the columns of patch or strip (px)

@@ -63,7 +63,7 @@ inline constexpr auto kFrontendFields = std::to_array<ParameterField<FrontendCon
      "Whose code works on pixels: 'own', or 'opencv' (features2d and video) where the build has it.",
      kFrontendBackends},
     {FACET_FIELD(FrontendConfig, max_features), "-", 20, kMaxFeatures,
-     "Number of tracks wanted in the left image; the default is the paper's."},
+     "Number of tracks requested in the left image; the default is the paper's."},
     {FACET_FIELD(FrontendConfig, surface_points), "-", 0, kMaxSurfacePoints,
      "Number of corners beyond the tracks that each keyframe matches in stereo for the mesh alone."},
     {FACET_FIELD(FrontendConfig, min_distance_px), "px", 5, 100,

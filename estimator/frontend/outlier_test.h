@@ -27,7 +27,7 @@ struct StereoPair {
 };
 
 /// Both tests take the rotation as known from the gyroscope, so that two (one) correspondences define a hypothesis.
-/// They draw a fixed number of hypotheses from a generator that is seeded anew in every call: equal inputs give equal
+/// They draw a fixed number of hypotheses from a generator that is seeded again in every call: equal inputs give equal
 /// verdicts. When the data are not conclusive, nothing is rejected. All limits are in pixels of the image: distances in
 /// normalised coordinates are converted by the lens's derivative where the point is seen. Hypotheses are scored on
 /// arrays of single components, which the compiler vectorizes. No heap. Thread-bound.

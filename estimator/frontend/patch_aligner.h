@@ -56,7 +56,7 @@ struct AlignOptions {
 };
 
 /// Lucas-Kanade alignment, inverse compositional [Baker04], of
-///   I(A x + uv) = alpha T(x) + beta      for x in a Gaussian-weighted disc,
+///   I(A x + uv) = alpha T(x) + beta      for x in a Gaussian-weighted disk,
 /// over uv (and A on request). Gain and offset are eliminated exactly: the steepest-descent images J are projected onto
 /// the complement of {1, T}, so that J^T W I / alpha is the right hand side of the normal equations. The iteration
 /// converges linearly. It ends when the step is below the epsilon or, if AlignOptions::enough_px is larger, when the

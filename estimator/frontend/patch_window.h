@@ -7,11 +7,11 @@
 
 namespace facet {
 
-/// The disc inside an odd square, row by row, with Gaussian weights; the tail is padded with pixels of weight 0 to a
+/// The disk inside an odd square, row by row, with Gaussian weights; the tail is padded with pixels of weight 0 to a
 /// multiple of the vector width. Heap: in configure() only. Reentrant once configured.
 class PatchWindow {
 public:
-    /// One row of the disc: offsets from -half to half of the patch's centre at v; the first is pixel `first`.
+    /// One row of the disk: offsets from -half to half of the patch's centre at v; the first is pixel `first`.
     struct Row {
         int v;
         int half;
@@ -34,7 +34,7 @@ public:
     float weight_sum() const { return weight_sum_; }
     std::span<const Row> rows() const { return rows_; }
 
-    /// Weight of the pixel at an offset from the centre; 0 outside the disc.
+    /// Weight of the pixel at an offset from the centre; 0 outside the disk.
     float weight(int u, int v) const;
 
 private:

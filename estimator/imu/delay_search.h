@@ -37,7 +37,7 @@ public:
     bool is_ready() const { return turns_.size() >= kFewestTurns; }
 
     /// @param found  written on kOk
-    /// @return kNotReady if the turns are too few or too steady to tell the delay to kMostSigma_s, or the samples do
+    /// @return kNotReady if the turns are too few or too steady to give the delay to kMostSigma_s, or the samples do
     ///         not cover them; kDegenerate if no delay within the range explains them
     Status solve(const ImuBuffer& imu, ImageDelay& found);
 

@@ -124,7 +124,7 @@ public:
     /// Axes of the sensors that hang at the newest sample, see StuckReadings.
     ImuAxisMask hanging() const { return empty() ? ImuAxisMask{0} : entry(size_ - 1).stuck; }
 
-    /// Appends a sample, even a clipped one. Constant time, except for runs of clipped samples, which are bridged anew.
+    /// Appends a sample, even a clipped one. Constant time, except for runs of clipped samples (bridged again).
     /// @return kInvalidArgument if not finite or the stamp is beyond kMostStamp_ns, kOutOfOrder if the stamp is not
     ///         after the newest: dropped and counted.
     Status push(const ImuSample& sample) { return push(sample, limits_.clipped_axes(sample)); }

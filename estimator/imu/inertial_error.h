@@ -15,7 +15,7 @@ namespace facet {
 ImuBias inertial_error(const NavState& i, const NavState& j, const Preintegration& ij);
 
 /// The same from three poses in a row, whose velocities may be wrong: e_w from the last two, e_a, constant over both
-/// intervals, from what the second interval's end is off by if the first one tells the velocity:
+/// intervals, from what the second interval's end is off by if the first one gives the velocity:
 ///   p_k predicted - p_k = 1/2 h_jk (h_ij R_i + h_jk R_j) e_a
 /// With R_i taken for R_j. @return zero if an interval is empty. Reentrant. No heap.
 ImuBias inertial_error(const NavState& i, const NavState& j, const NavState& k, const Preintegration& ij,

@@ -39,13 +39,13 @@ public:
                             double gravity_m_per_s2 = GravityConfig{}.magnitude_m_per_s2)
         : bias_(bias_linearised), gravity_m_per_s2_(gravity_m_per_s2) {}
 
-    /// The scale to integrate with, before the first step. @param differentiate  whether d_delta_d_scale() is wanted
+    /// The scale to integrate with, before the first step. @param differentiate  whether d_delta_d_scale() is needed
     void set_scale(const ImuScale& scale, bool differentiate) {
         scale_ = scale;
         differentiates_scale_ = differentiate;
     }
 
-    /// Starts anew with this bias and the same gravity and scale.
+    /// Starts again with this bias and the same gravity and scale.
     void reset(const ImuBias& bias_linearised);
 
     /// Adds the step between two consecutive samples of one IMU.
@@ -79,7 +79,7 @@ public:
     Eigen::Matrix<double, kStateDim, kStateDim> walk_covariance(const ImuNoise& noise) const;
     /// d[theta p v] / d[bg ba], 9x6, theta on the right of dR.
     const Eigen::Matrix<double, 9, 6>& d_delta_d_bias() const { return d_delta_d_bias_; }
-    /// d[theta p v] / d(scale); zero unless it is wanted.
+    /// d[theta p v] / d(scale); zero unless it is needed.
     const Eigen::Matrix<double, 9, ImuScale::kDim>& d_delta_d_scale() const { return d_delta_d_scale_; }
 
     /// Deltas corrected to first order for a bias other than the linearised one. [Forster17] eq. (44)

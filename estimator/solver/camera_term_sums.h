@@ -20,7 +20,7 @@ public:
     using PoseBlock = Eigen::Matrix<double, kPaddedPose, kPaddedDim>;
 
     /// @param first_row  row of the system where the parameters of single cameras begin
-    /// @param with_matrix  whether more than the gradient is wanted
+    /// @param with_matrix  whether more than the gradient is needed
     void reset(int keyframes, int first_row, bool with_matrix) {
         row = first_row;
         g.setZero();

@@ -11,7 +11,7 @@
 namespace facet {
 
 struct LevenbergOptions {
-    int max_iterations = 6;      ///< solver steps tried, and matrices made anew in between: bounds the time
+    int max_iterations = 6;      ///< solver steps tried, and matrices made again in between: bounds the time
     double first_lambda = 4e-7;  ///< damping relative to the diagonal once a step has failed; 0 before
     /// Stop when a step gains, or promises, less than this. The cost is half a sum of squares in standard deviations: a
     /// decrease d moves no parameter, and no combination of them, by more than sqrt(2 d) of its own. What the prior
@@ -51,7 +51,7 @@ struct LevenbergWorkspace {
 /// Each iteration costs one linearization and one solve: a candidate is judged by linearizing there, and if it is
 /// accepted, that linearization serves the next iteration. A step whose quadratic model promises next to nothing is not
 /// taken; most optimizations end this way. While steps gain what the model promises, its matrix is kept and only the
-/// gradient is computed anew (the chord method, [Kelley95] Sec. 5.4.1): the minimum is the same, as the gradient is
+/// gradient is computed again (the chord method, [Kelley95] Sec. 5.4.1): the minimum is the same, as the gradient is
 /// exact. With a robust loss steps gain more than promised, since weights overrate its curvature; a new matrix would
 /// overrate it as well.
 /// At the end `workspace.systems[current]` holds the gradient at the final states, and the summary says where the

@@ -25,7 +25,7 @@ constexpr const char* to_string(TrackingState s) {
 
 /// Why the state is what it is; bits of Health::reasons.
 enum HealthReason : std::uint32_t {
-    kReasonFewFeatures = 1U << 0,         ///< fewer tracked features than wanted
+    kReasonFewFeatures = 1U << 0,         ///< fewer tracked features than configured
     kReasonFewStereo = 1U << 1,           ///< fewer stereo matches than needed
     kReasonNoRightImage = 1U << 2,        ///< right frame missing
     kReasonImuGap = 1U << 3,              ///< inertial samples missing before this frame

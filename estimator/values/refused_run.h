@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// What data that are refused for their stamps tell of the clock that they were stamped with.
+// What data refused for their stamps show about the clock that they were stamped with.
 #pragma once
 
 #include "platform/base/timestamp.h"

@@ -31,7 +31,7 @@ struct CalibrationConfig {
     double imu_misalignment_sigma_rad = 0.005;
 
     /// Number of parameters estimated, the first ones of RigCalibration: 0, 1 (time offset), 7 (the camera pair as one
-    /// too), 29 (each camera too) or 44 (the IMU's axes too). The prior then holds those that are not wanted.
+    /// too), 29 (each camera too) or 44 (the IMU's axes too). The prior then holds those that are not estimated.
     int dim() const;
     /// Standard deviation of the prior of a parameter.
     double sigma(int parameter) const;
@@ -50,7 +50,7 @@ inline constexpr auto kCalibrationFields = std::to_array<ParameterField<Calibrat
     {FACET_FIELD(CalibrationConfig, time_offset_sigma_s), "s", 1e-6, 0.1,
      "Standard deviation of the time offset before the first estimate; the default is what triggering leaves open."},
     {FACET_FIELD(CalibrationConfig, estimate_cameras), "-", 0, 1,
-     "Estimate what a good calibration leaves open of each camera: lens and pose on the body."},
+     "Estimate each camera's lens and pose on the body, within 1 sigma of a good calibration."},
     {FACET_FIELD(CalibrationConfig, focal_sigma), "-", 1e-6, 0.1,
      "Relative standard deviation of the given focal lengths."},
     {FACET_FIELD(CalibrationConfig, principal_sigma_px), "px", 1e-3, 50,

@@ -10,7 +10,7 @@
 namespace facet {
 
 /// Learns one factor K on all standard deviations of the given calibration. Who calibrates well does so in all
-/// parameters, so that those which a flight shows, such as the principal points, tell what to think of those that it
+/// parameters, so that those which a flight shows, such as the principal points, predict those that it
 /// hardly does, such as the baseline: an empirical Bayes prior. With n parameters, corrections c, their covariance C
 /// after the optimization and that of what was given, K^2 P, a step of expectation maximization [Dempster77] is
 ///   K^2 = (m + c^T P^-1 c + tr(P^-1 C)) / (m + n):

@@ -31,7 +31,7 @@ struct LandmarkFit {
     double plane_chi2 = 0.0;     ///< squared height above its plane, in variances, if it were not held on it
 };
 
-/// A tracked point. Its position is not part of the state: it is computed anew from the poses at each linearization.
+/// A tracked point. Its position is not part of the state: it is computed again from the poses at each linearization.
 struct Landmark : LandmarkFit {
     LandmarkId id;
     boost::container::static_vector<LandmarkObservation, kMaxKeyframes> observations;  ///< ascending keyframes

@@ -11,11 +11,11 @@ namespace facet {
 /// Maintains WindowState::planes and Landmark::plane, between the mesh's proposals and the evidence of the window.
 ///   A plane enters with enough landmarks that fit it and do not lie along a line. Out of sight it stays as a variable
 /// as long as the prior has information on it and no other plane needs its place: seen again, it corrects the drift
-/// since; but if most of the landmarks seen then are off it, it begins anew where they are. It leaves when too few
+/// since; but if most of the landmarks seen then are off it, it restarts where they are. It leaves when too few
 /// landmarks hold it before marginalization has used it, or when its landmarks, if free, would not lie on it; in the
 /// latter case it is refused for 8 keyframes, and for twice as long each time that this happens again, after which it
-/// has to pass all tests anew. When a plane leaves, the prior's information on it is marginalized and its landmarks are
-/// free again.
+/// has to pass all tests again. When a plane leaves, the prior's information on it is marginalized and its landmarks
+/// are free again.
 ///   A landmark joins a plane whose proposal lists it if its distance is below kJoinSigmas of its own and the plane's
 /// uncertainty; it leaves beyond kLeaveSigmas, and does not rejoin after the second time.
 ///   The heights of many landmarks above one plane count less than as many independent ones
@@ -24,7 +24,7 @@ namespace facet {
 class PlaneSet {
 public:
     void configure(const RegularityConfig& config);
-    /// The window begins anew, without planes.
+    /// The window restarts, without planes.
     void reset();
 
     /// Before an optimization, with the landmarks triangulated.
@@ -40,7 +40,7 @@ private:
         double variance_m2 = 0.0;
     };
     bool measure(const Landmark& landmark, const Plane& plane, const WindowCameras& cameras, Height& out) const;
-    enum class Fit { kOn, kOff, kUnknown };  ///< of a landmark with a plane; kUnknown: it cannot tell
+    enum class Fit { kOn, kOff, kUnknown };  ///< of a landmark with a plane; kUnknown: not enough is known
     Fit judge_fit(const Landmark& landmark, const Plane& plane, const WindowCameras& cameras) const;
     bool has_moved(const PlaneProposal& proposal, const Plane& plane, WindowState& state,
                    const WindowCameras& cameras) const;

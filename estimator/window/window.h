@@ -29,7 +29,7 @@ struct KeyframeInput {
     bool rests_since_previous = false;              ///< by images and inertial samples: the vehicle stood still
     std::span<const FeatureObservation> observations;
     bool images_rest = false;  ///< by images alone: they have not moved since the previous keyframe
-    /// What the keyframe's own image tells of its state: the optimization begins there, and need not take a second
+    /// What the keyframe's own image shows of its state: the optimization begins there, and need not take a second
     /// matrix. nullptr: it begins where inertial samples lead.
     const NavState* guess = nullptr;
 };

@@ -29,11 +29,11 @@ public:
 
     /// A feature as an observation by a keyframe, corrected for what is known of the lenses.
     LandmarkObservation observe(int keyframe, const FeatureObservation& feature) const;
-    /// Corrects an observation anew.
+    /// Corrects an observation again.
     void correct(LandmarkObservation& observation) const;
     bool estimates_lenses() const { return calibration_->estimate_cameras; }
     /// Whether the lenses have moved by more than kNegligiblePx since this last said so: then all observations are to
-    /// be corrected anew.
+    /// be corrected again.
     bool take_lenses();
     /// What whitens the difference of two points, as one camera sees them, near an observation.
     Eigen::Matrix2d whitening_left(const LandmarkObservation& observation) const {

@@ -54,7 +54,7 @@ struct ObservationWeights {
     std::span<const Eigen::Vector2f> known() const { return {weights.data(), static_cast<std::size_t>(count)}; }
 };
 
-/// Structureless window problem: prior, inertial factors, and landmarks that are triangulated anew and eliminated at
+/// Structureless window problem: prior, inertial factors, and landmarks that are triangulated again and eliminated at
 /// each linearization. At a candidate the points follow their cameras by one step with the weights of the states that
 /// it was computed from, as its system did: where a step moves points in the images by more than their noise, as along
 /// a scale of which little is known, weights at the old points would take all sightings for outliers, and the candidate

@@ -88,7 +88,7 @@ public:
     /// The cameras as given.
     const StereoRig& rig() const { return rig_; }
     const Estimator& estimator() const { return estimator_; }
-    /// What a program that begins anew may go on from; none while the estimate is not to be used.
+    /// What a program that restarts may go on from; none while the estimate is not to be used.
     std::optional<KeptState> keep() const;
 
 private:

@@ -20,7 +20,7 @@ using PlaneCovariance = Eigen::Matrix3d;
 PlaneCovariance effect_of_calibration(const PlaneFit& fit, const StereoRig& rig, const CameraCorrections& cameras,
                                       const Se3& T_W_C0);
 
-/// The plane with what may be claimed of it in the world, in place of what its landmarks say as if each erred for
+/// The plane with its uncertainty in the world, in place of what its landmarks say as if each erred for
 /// itself and poses and calibration were true:
 ///   * n heights that share c of their errors count as n / (1 + c (n - 1)) independent ones, as to the estimator
 ///     (RegularityConfig::kHeightCorrelation);

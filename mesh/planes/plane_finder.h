@@ -59,7 +59,7 @@ struct PlaneCounters {
 };
 
 /// Finds planes in the mesh over the horizon without sampling [Rosinol19], at each keyframe after the mesher:
-///   1 Known planes take their normal and distance from the estimator, or are fitted anew to their landmarks. Landmarks
+///   1 Known planes take their normal and distance from the estimator, or are refitted to their landmarks. Landmarks
 ///     that no longer fit leave; those of faces that lie in the plane join.
 ///   2 Planes that have become equal merge; the older id stays.
 ///   3 Faces that no plane explains vote for level and upright ones (PlaneVotes), and those still left for slanted ones
@@ -70,7 +70,7 @@ struct PlaneCounters {
 /// Two planes are equal if one plane fits the landmarks of both, and if normal and distance, compared at each other's
 /// landmarks, differ by no more than their uncertainty explains, within absolute limits. What joins a plane that is a
 /// variable of the estimator has to lie on that as it is: the floor of the next room, half a degree off, would else
-/// take its id, be held on it, be doubted, be lost, and be found anew. A plane lost for more than
+/// take its id, be held on it, be doubted, be lost, and be found again. A plane lost for more than
 /// `kLeaveKeyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
 /// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
 /// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well; so is a plane that

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The closed set of expected failures. Each value tells what the caller does next.
+// The closed set of expected failures. Each value says what the caller does next.
 #pragma once
 
 #include <cstdint>

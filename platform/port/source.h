@@ -15,7 +15,7 @@ struct SourceCounters {
     std::uint64_t delivered = 0;   ///< samples given to the caller
     std::uint64_t lost = 0;        ///< samples that the device made and that never arrived (gaps of its counter)
     std::uint64_t corrupt = 0;     ///< samples dropped for a wrong checksum, an error flag or impossible content
-    std::uint64_t discarded = 0;   ///< good samples dropped on purpose: duplicates, or older than the latest wanted
+    std::uint64_t discarded = 0;   ///< good samples dropped on purpose: duplicates, or older than the latest requested
     std::uint64_t errors = 0;      ///< times the device or the kernel failed
     std::uint64_t recoveries = 0;  ///< times it worked again after that
 };
@@ -26,7 +26,7 @@ struct SourceCounters {
 ///   source.stop();
 /// Contract of `next` in every kind of source; tests/port_conformance holds all implementations to it:
 ///   kOk           a sample; stamps strictly increase from one to the next, also across stop and start, and none is of
-///                 the future. After a clock other than the monotonic one was set back, they increase anew
+///                 the future. After a clock other than the monotonic one was set back, they increase again
 ///   kNotReady     none within the timeout, or not started. A zero timeout never waits
 ///   kCorrupt      one sample was bad and is dropped and counted; go on
 ///   kIo           the device fails, or has given no good sample for too long; problem() says how. Go on calling: the

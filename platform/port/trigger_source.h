@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Where the instants come from at which the cameras were told to expose, or at which they said they did.
+// Where the instants come from at which the cameras were triggered to expose, or at which they said they did.
 #pragma once
 
 #include <cstdint>

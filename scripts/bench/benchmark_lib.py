@@ -66,7 +66,7 @@ def sum_of(files):
 
 @functools.cache
 def simulator_sum():
-    """Changes when the simulator does: its flights are then rendered anew."""
+    """Changes when the simulator does: its flights are then rendered again."""
     return sum_of(sorted(file for folder in ("app/lab/sim", "estimator/geometry")
                          for file in (ROOT / folder).rglob("*.*")))
 

@@ -46,7 +46,7 @@ def main():
     row("mesh to the true surface", "median {:.4f} m, 90 % within {:.3f} m", field(accuracy, "median"),
         field(accuracy, "p90"))
     planes = field(evaluation, "planes")
-    row("planes", "{} found, {} of them right; {} of {} true ones found", field(planes, "found"),
+    row("planes", "{} found, {} of them correct; {} of {} true ones found", field(planes, "found"),
         field(planes, "right"), field(planes, "wanted_found"), field(planes, "wanted"))
     for key, name in (("tracked", "time of a tracked frame"), ("keyframe", "time of a keyframe")):
         timing = field(summary, "timing", key)

@@ -30,7 +30,7 @@ class Cell:
     estimates: float = None    # least share with an estimate of the frames that can have one
     exit: tuple = (0,)         # of facet replay, one of these
     at: float = None           # seconds after the first frame, where it matters; else the file's
-    known: str = ""            # why the estimator is wrong here and does not say so; stands in the table
+    known: str = ""            # why the error is not detected here; stands in the table
 
     @property
     def name(self):
@@ -96,7 +96,7 @@ class Flight:
     estimates: int        # with an estimate
     ate_mm: float = None  # none: it could not be compared
     exit: int = 0
-    seconds: float = 0.0     # of processor time
+    seconds: float = 0.0     # of CPU time
     duration_s: float = 1.0  # of the log
     rss_mib: float = 0.0
     files_mib: float = 0.0
@@ -132,7 +132,7 @@ def final_state(flight):
 
 
 def silent_s(flight, limits):
-    """Seconds in which the estimator was wrong beyond its claim, far beyond what it calls good, and said nothing."""
+    """Seconds of undetected error: TRACKING with high quality, but wrong far beyond the reported covariance."""
     period_s = flight.duration_s / max(1, flight.frames - 1)
     stamps = [row["t_ns"] for row in flight.health]
     wrong = 0
@@ -204,7 +204,7 @@ def judge(cell, flight, limits, window):
     demand(share >= cell.estimates * possible_share(cell, flight, begin_s), f"{100 * share:.0f} % estimated")
     demand(math.isinf(cell.ate_mm) or (flight.ate_mm is not None and flight.ate_mm <= cell.ate_mm),
            "no error known" if flight.ate_mm is None else f"ATE {flight.ate_mm:.1f} mm")
-    demand(silent <= limits["silent_s"] or cell.known, f"wrong in silence for {silent:.1f} s")
+    demand(silent <= limits["silent_s"] or cell.known, f"undetected error for {silent:.1f} s")
     demand(flight.seconds <= 20.0 + limits["seconds_per_second"] * flight.duration_s, f"took {flight.seconds:.0f} s")
     demand(flight.rss_mib <= limits["rss_mib"], f"{flight.rss_mib:.0f} MiB of memory")
     demand(flight.files_mib <= limits["files_mib"], f"{flight.files_mib:.0f} MiB of files")

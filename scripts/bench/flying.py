@@ -51,7 +51,7 @@ class Run:
 
 
 def run_measured(command, log, hang_s=HANG_S):
-    """Exit code (negative: a signal), output, processor time (s) and memory (MiB) of a command that may hang."""
+    """Exit code (negative: a signal), output, CPU time (s) and memory (MiB) of a command that may hang."""
     with log.open("w+") as stream:
         stream.write(f"$ {' '.join(map(str, command))}\n")
         stream.flush()

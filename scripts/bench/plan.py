@@ -15,8 +15,8 @@ KEYS = {"title", "document", "flights", "conditions", "seeds", "modes", "cases",
 VARIANT_KEYS = {"mode", "set", "inject", "replay", "eval", "sim", "without", "duration", "scene", "optional", "means"}
 DEFAULT_FLIGHTS = {f"sim_{scene}": {"scene": scene, "seed": 1, "duration": 30, "samples": 5}
                    for scene in ("room", "hall")}
-CONDITION_LEGEND = ("K: errors of the calibration in units of what a good one leaves unknown; idle, flight: with what a"
-                    " real drone's rotors add to the inertial samples, +images: by which images turn as well")
+CONDITION_LEGEND = ("K: calibration perturbed by K sigma; idle, flight: rotor vibration added to the inertial samples;"
+                    " +images: images rotate with it")
 MODES = ("s", "sp", "spr")
 VIBRATIONS = ("none", "idle", "flight", "idle+images", "flight+images")
 NAME = re.compile(r"[\w+-][^/\n]*$")
@@ -28,7 +28,7 @@ class PlanError(Exception):
 
 @dataclasses.dataclass(frozen=True)
 class Condition:
-    """Errors of the calibration in units of what a good one leaves unknown, and what rotors add to the IMU."""
+    """The calibration is perturbed by `factor` sigma of a good one; `vibration` is added to the inertial samples."""
     factor: float
     vibration: str = "none"  # idle, flight; idle+images, flight+images: images turn as well
 
@@ -311,7 +311,7 @@ class Plan:
         return next((v.scene for v in reversed(self.variants(flight.case, flight.mode)) if v.scene is not None), None)
 
     def log_identity(self, flight):
-        """Tells a log from one that would be another today."""
+        """Identifies a log, so that one that would differ today is rendered again."""
         log = self.logs[flight.sequence]
         if log.folder:
             return str(log.folder.resolve())

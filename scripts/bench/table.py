@@ -152,5 +152,5 @@ class Tables:
                 if isinstance(value, (int, float)) and ((column.most is not None and value > column.most) or
                                                         (column.least is not None and value < column.least)):
                     bound = f"at most {column.most:g}" if column.most is not None else f"at least {column.least:g}"
-                    broken.append(f"limit: {', '.join(place)}: {column.head} {text}, wanted {bound}")
+                    broken.append(f"limit: {', '.join(place)}: {column.head} {text}, target {bound}")
         return [*axes.values(), *(column.head for column in columns)], rows, len(axes), broken

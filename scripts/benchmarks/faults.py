@@ -8,8 +8,8 @@ import dataclasses
 from bench.benchmark_lib import number
 from bench.fault_matrix import Cell, Flight, final_state, judge, read_cells
 
-COLUMNS = ["sensor", "fault", "`--inject`, for", "log", "states meanwhile", "reasons", "recovery (s)", "ATE (mm)",
-           "estimated (%)", "resets", "end", "silent (s)"]
+COLUMNS = ["sensor", "fault", "`--inject`, for", "log", "states during it", "reasons", "recovery (s)", "ATE (mm)",
+           "estimated (%)", "resets", "end", "undetected error (s)"]
 LOG_COLUMN, LEFT = 3, 6
 SPANS = {"always": "always", "on": "to the end"}
 
@@ -25,8 +25,9 @@ def prepare(content, arguments):
         arguments.cases = [none.name, *(text.replace(": ", ", ") for text in arguments.cases)]
     specs = {cell.name: list(cell.specs(content["at"], content["length"])) for cell in [none, *cells]}
     return {"title": f"mode s; faults from {content['at']:g} s on, for {content['length']:g} s unless they last to the "
-            "end; ATE RMSE after SE(3) alignment; recovery: from the end of the fault to TRACKING that stays; silent: "
-            "TRACKING with high quality while wrong by more than five sigma", "document": "docs/faults.md",
+            "end; ATE RMSE after SE(3) alignment; recovery: from the end of the fault to TRACKING that stays; "
+            "undetected error: TRACKING with high quality while wrong by more than five sigma",
+            "document": "docs/faults.md",
             "flights": content["flights"], "may_fail": True,
             "cases": {name: {"inject": given} for name, given in specs.items()}}
 
@@ -83,7 +84,7 @@ def row_of(run, matrix):
 def cells_of(row):
     specs = [f"`{spec}`" for spec in row["cell"]["inject"]]
     injected = ", ".join([*specs, row["span"]]) if specs else "-"
-    # That a frame was refused is told by image_rejected or imu_gap.
+    # That a frame was refused is reported by image_rejected or imu_gap.
     reasons = ", ".join(reason for reason in row["reasons"] if reason != "refused_frame")
     return [row["sensor"], row["fault"], injected, row["log"], " ".join(row["states"]), reasons or "-",
             number(row["recovery_s"], 2), number(row["ate_mm"], 1), f"{100 * row['estimated']:.0f}", str(row["resets"]),

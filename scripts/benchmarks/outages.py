@@ -90,7 +90,7 @@ def yaw_off_deg(run):
 
 
 def sigma(axes):
-    """Norm of the sigmas that are claimed with the first estimate behind the outage."""
+    """Norm of the sigmas reported with the first estimate behind the outage."""
     def of(run):
         stamp = pairs_of(run)[1][0][0][0]
         row = next(row for row in run.table("covariance.csv") if abs(seconds(row) - stamp) < 1e-6)

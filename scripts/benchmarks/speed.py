@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """Times the whole pipeline, pinned to one core: frames, keyframes, their stages, and peak memory.
 
-Times are of the processor, without decoding images. Every sequence is replayed --repeat times in every mode, in turns;
+Times are CPU times, without decoding images. Every sequence is replayed --repeat times in every mode, interleaved;
 of each figure the least counts, because whatever else runs on the machine only adds. With --against the program of
-another commit is built (in out/against, kept for the next time) and replays in turns with this one, so that their ratio
-holds on a machine whose speed drifts; of commits that did not measure frames by the processor's clock, the process
-tells. With --scaling the first sequence is also replayed with other numbers of features and keyframes, and the growth
+another commit is built (in out/against, kept for the next time) and replays interleaved with this one, so that their
+ratio holds on a machine whose speed drifts; for commits that did not measure frames by CPU time, that of the process
+is used. With --scaling the first sequence is also replayed with other numbers of features and keyframes, and the growth
 of every stage is fitted: time ~ number^exponent. With --instructions callgrind counts those of every frame of the first
 seconds, which no load of the machine changes."""
 import json
@@ -31,7 +31,7 @@ INSTRUCTION_COLUMNS = ["millions of instructions", "mode", "mean", "p99", "max",
 def add_options(group):
     group.add_argument("--repeat", type=int, default=3, help="replays of each (default 3)")
     group.add_argument("--scaling", action="store_true", help="also time other numbers of features and keyframes")
-    group.add_argument("--against", metavar="COMMIT", help="also time the program of this commit, in turns")
+    group.add_argument("--against", metavar="COMMIT", help="also time the program of this commit, interleaved")
     group.add_argument("--instructions", type=float, metavar="S", default=0.0,
                        help="also count the instructions of the first S seconds' frames")
 
@@ -78,14 +78,14 @@ def rows_of(bench, logs, older):
 
 
 def by_processor(timing):
-    """Least times by the processor's clock, or by the wall's where the program has no other."""
+    """Least times by CPU time, or by the wall's where the program has no other."""
     return timing["processor"] or timing["wall"]
 
 
 def ratio_rows(rows):
-    """For each sequence and mode the times of this program over those of the older one, by the processor's clock.
+    """For each sequence and mode the times of this program over those of the older one, by CPU time.
 
-    Of a commit that had none for its frames only the mean is told: what the process took, less what this program's
+    Of a commit that had none for its frames only the mean is reported: what the process took, less what this program's
     takes besides its frames, which is decoding for the most part and the same work in both.
     """
     table = []

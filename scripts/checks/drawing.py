@@ -9,6 +9,7 @@ Usage: drawing.py [--write] [ROOT]      exit code 1 if the drawing is another on
 """
 import argparse
 import sys
+import textwrap
 from pathlib import Path
 
 from layers import FLIGHT_FOLDERS, INCLUDE, area_of
@@ -70,9 +71,11 @@ def draw(arrows):
     for folder in FLIGHT_FOLDERS:
         areas = sorted(area for area in arrows if area.split("/")[0] == folder)
         lines.append(f"  subgraph top_{folder}[{folder}]")
-        lines += [f"    {name(area)}[{area.removeprefix(folder + '/')}]" for area in areas]
+        boxes = "; ".join(f"{name(area)}[{area.removeprefix(folder + '/')}]" for area in areas)
+        lines += [f"    {line}" for line in textwrap.wrap(boxes, 112)]
         lines.append("  end")
-    lines += [f"  {name(area)} --> {name(to)}" for area in sorted(arrows) for to in sorted(arrows[area])]
+    lines += [f"  {name(area)} --> {' & '.join(name(to) for to in sorted(arrows[area]))}"
+              for area in sorted(arrows) if arrows[area]]
     return "\n".join([*lines, "```", ""])
 
 
@@ -96,9 +99,9 @@ def main():
     if arguments.write:
         document.write_text(before + BEGIN + new + END + after, encoding="utf-8")
     elif old != new:
-        print(f"{document}: the drawing is not that of the code; scripts/checks/drawing.py --write makes it anew")
+        print(f"{document}: the drawing is not that of the code; scripts/checks/drawing.py --write makes it again")
         return 1
-    print(f"drawing: {new.count('[') - len(FLIGHT_FOLDERS)} folders, {new.count('-->')} arrows")
+    print(f"drawing: {new.count('[') - len(FLIGHT_FOLDERS)} folders, {new.count('-->') + new.count('&')} arrows")
     return 0
 
 

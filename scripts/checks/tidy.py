@@ -3,8 +3,8 @@
 """Runs clang-tidy on the sources of the build, skipping those that passed before and have not changed since.
 
 Up to eight sources of a target are looked at as one, since most of the time goes to the headers that they share: a
-quarter of what single sources take. What is found is told of the sources themselves; that each of them includes what it
-needs is for alone.py to see. Sources that the build itself writes are not checked: they may not be there yet.
+quarter of what single sources take. Findings are reported for the sources themselves; that each of them includes what
+it needs is for alone.py to see. Sources that the build itself writes are not checked: they may not be there yet.
 
 Usage: tidy.py [--jobs N] [--tests] BUILD_FOLDER      (BUILD_FOLDER holds compile_commands.json)
 """

@@ -13,20 +13,45 @@ import tempfile
 from page import faults, figures, scene, tables
 
 HERE = pathlib.Path(__file__).resolve().parent
-NO_THREE = ("The interactive 3D view is left out: three.js and esbuild are not installed below out/npm "
-            "(scripts/setup --npm installs them).")
+NO_THREE = ("The interactive 3D view is left out: three.js and esbuild are not installed "
+            "(scripts/setup --view installs them).")
+# Where Debian's packages libjs-three and esbuild put them.
+DEBIAN_THREE = pathlib.Path("/usr/share/javascript/three")
+DEBIAN_ESBUILD = pathlib.Path("/usr/bin/esbuild")
+
+
+def has_npm(modules):
+    return (modules / ".bin/esbuild").exists() and (modules / "three").is_dir() and shutil.which("node") is not None
+
+
+def has_bundler(modules):
+    """Whether npm has installed three.js and esbuild below `modules`, or Debian's packages are there."""
+    return has_npm(modules) or (DEBIAN_ESBUILD.exists() and (DEBIAN_THREE / "examples/jsm").is_dir())
+
+
+def bundler(modules, folder):
+    """esbuild, and the folder that it finds three.js in: Debian's is laid out as npm's below `folder`."""
+    if has_npm(modules):
+        return modules / ".bin/esbuild", modules
+    three = folder / "three"
+    three.mkdir()
+    (three / "package.json").write_text('{"name": "three", "module": "build/three.module.js"}', encoding="utf-8")
+    (three / "build").symlink_to(DEBIAN_THREE / "build")
+    (three / "addons").symlink_to(DEBIAN_THREE / "examples/jsm")
+    return DEBIAN_ESBUILD, folder
 
 
 def bundled_view(modules, source="view.js"):
     """A source, by default view.js, and what it needs of three.js as one script, or None and one sentence why."""
-    esbuild = modules / ".bin/esbuild"
-    if not esbuild.exists() or not (modules / "three").is_dir() or not shutil.which("node"):
+    if not has_bundler(modules):
         return None, NO_THREE
-    with tempfile.TemporaryDirectory() as folder:
-        out = pathlib.Path(folder) / "view.js"
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        esbuild, packages = bundler(modules, folder)
+        out = folder / "view.js"
         command = [esbuild, HERE / source, "--bundle", "--minify", "--format=iife", "--legal-comments=inline",
                    "--charset=ascii", "--log-level=error", f"--outfile={out}"]
-        done = subprocess.run([str(part) for part in command], env={**os.environ, "NODE_PATH": str(modules)},
+        done = subprocess.run([str(part) for part in command], env={**os.environ, "NODE_PATH": str(packages)},
                               capture_output=True, text=True, check=False)
         if done.returncode != 0 or not out.is_file():
             said = (done.stderr.strip().splitlines() or ["no output"])[0]
@@ -54,7 +79,7 @@ def tiles(sequence):
     for run in sequence.runs:
         median = run.figure("mesh", "by_trajectory", "accuracy_m", "median")
         if median is not None:
-            shown.append(tile(f"{100 * median:.2f}", "cm", f"mesh to the truth, median, {run.label}"))
+            shown.append(tile(f"{100 * median:.2f}", "cm", f"median mesh error, {run.label}"))
     run = sequence.runs[-1]
     path = run.figure("path_m") or run.summary.get("path_m")
     shown.append(tile(f"{path:.1f}", "m", f"path in {figures.time_range(sequence)[1]:.1f} s"))

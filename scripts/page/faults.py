@@ -8,7 +8,7 @@ from page.run_files import InputProblem, read_json
 
 NEEDED = ("sensor", "fault", "log", "states", "reasons", "recovery_s", "ate_mm", "estimated", "end", "silent_s", "kept",
           "verdict", "span")
-OUTCOMES = (("kept", "as expected"), ("silent", "wrong in silence for a while"), ("broken", "not as expected"))
+OUTCOMES = (("kept", "as expected"), ("silent", "undetected error"), ("broken", "not as expected"))
 
 
 class FaultMatrix:
@@ -57,14 +57,14 @@ def overview(matrix):
 
 def full_table(matrix):
     """What docs/faults.md has, as HTML."""
-    columns = ["sensor", "fault", *(["log"] if matrix.has_logs else []), "for", "verdict", "states meanwhile",
-               "reasons", "recovery (s)", "ATE (mm)", "estimated (%)", "end", "silent (s)"]
+    columns = ["sensor", "fault", *(["log"] if matrix.has_logs else []), "for", "verdict", "states during it",
+               "reasons", "recovery (s)", "ATE (mm)", "estimated (%)", "end", "undetected error (s)"]
     rows = [[row["sensor"], row["fault"], *([row["log"]] if matrix.has_logs else []), row["span"], row["verdict"],
              " ".join(row["states"]), ", ".join(row["reasons"]) or "\u2013", tables.cell(row["recovery_s"], 2),
              tables.cell(row["ate_mm"], 1), tables.cell(row["estimated"], 0, 100.0), row["end"],
              tables.cell(row["silent_s"] or None, 1)] for row in matrix.rows]
     return tables.table(columns, rows, "<b>Every cell</b>; recovery: from the end of the fault to TRACKING that stays; "
-                        "silent: TRACKING with high quality while wrong by more than five standard deviations",
+                        "undetected error: TRACKING with high quality while wrong by more than five sigma",
                         left=6 + matrix.has_logs)
 
 
@@ -74,7 +74,7 @@ def section_html(matrix):
         return ""
     kept = sum(row["kept"] for row in matrix.rows)
     silent = sum(row["silent_s"] for row in matrix.rows)
-    said = (f"{kept} of {len(matrix.rows)} cells as expected, wrong in silence for {silent:.1f} s in all. "
+    said = (f"{kept} of {len(matrix.rows)} cells as expected, undetected errors of {silent:.1f} s in all. "
             f"Made by {matrix.made_by}")
     return (f"<section id='faults'><h2>When sensors fail</h2><p class='soft'>{html.escape(said)}</p>{overview(matrix)}"
             f"<details><summary>Every cell in figures</summary>{full_table(matrix)}</details></section>")

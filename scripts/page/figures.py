@@ -123,7 +123,7 @@ def three_axes(sequence, runs, series, settled=0.15):
 
 
 def claims(sequence):
-    """Errors of position, attitude and velocity with the 3-sigma bounds that the estimator claims."""
+    """Errors of position, attitude and velocity with the 3-sigma bounds that the estimator reports."""
     runs = runs_with(sequence, "errors")
     groups = [("Position", "p", "cm", CM), ("Attitude", "theta", "deg", DEG), ("Velocity", "v", "cm/s", CM)]
     for name, key, unit, factor in groups if runs else []:
@@ -135,7 +135,7 @@ def claims(sequence):
             return (table["stamp_ns"], [factor * e for e in table[f"error_{key}_{axis}"]],
                     [3.0 * factor * s for s in table[f"sigma_{key}_{axis}"]])
         yield Figure(f"{name} error within its 3-sigma bound ({unit})",
-                     "bound: as claimed by the estimator; position and yaw made equal at the first common stamp",
+                     "bound: as reported by the estimator; position and yaw made equal at the first common stamp",
                      three_axes(sequence, runs, series))
 
 
@@ -149,7 +149,7 @@ def normalised_errors(sequence):
     chart.bar(chart.x[0], 1.237, chart.x[1], 14.449, "expected")  # chi-square of 6 degrees of freedom: 2.5 and 97.5 %
     for index, run in runs:
         chart.line(sequence.seconds(run.errors["stamp_ns"]), run.errors["nees_pose"], f"run{index}")
-    yield Figure("Pose error over its claimed covariance", "NEES, 6 on average if honest; shaded: where 95 % of the "
+    yield Figure("Pose error over its reported covariance", "NEES, 6 on average if honest; shaded: where 95 % of the "
                  "samples of an honest estimator are", picture([chart], "NEES of the pose over time"))
 
 

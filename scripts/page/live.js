@@ -6,9 +6,9 @@ import {
   LineBasicMaterial, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { CameraPart, cssColour, planeColour } from "./view_parts.js";
+import { CameraPart, cssColour, LIGHT, planeColour, shadeFlat } from "./view_parts.js";
 
-const MAX_POINTS = 40000; // of the path: half an hour at 20 Hz; then it begins anew
+const MAX_POINTS = 40000; // of the path: half an hour at 20 Hz; then it starts over
 const HEAD_BYTES = 4;
 const FACE_BYTES = 40;
 const POINT_BYTES = 16;
@@ -28,7 +28,7 @@ class Live {
     this.camera = new PerspectiveCamera(55, 1, 0.05, 500);
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(-3, -3, 3);
-    const light = new DirectionalLight("#ffffff", 1.7);
+    const light = new DirectionalLight("#ffffff", LIGHT);
     light.position.set(0.6, 0.9, 0.4);
     this.camera.add(light);
     const grid = new GridHelper(40, 40, cssColour("--line"), cssColour("--line"));
@@ -43,7 +43,7 @@ class Live {
     path.setAttribute("position", new BufferAttribute(this.points, 3));
     this.path = new Line(path, new LineBasicMaterial({ color: cssColour("--run1") }));
     this.path.frustumCulled = false;
-    this.scene.add(new AmbientLight("#ffffff", 1.7), this.camera, grid, this.mesh, this.path);
+    this.scene.add(new AmbientLight("#ffffff", LIGHT), this.camera, grid, this.mesh, this.path);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.addEventListener("change", () => this.draw());
     this.follow = root.querySelector("input");
@@ -174,6 +174,7 @@ class Live {
     this.mesh.geometry.dispose();
     this.mesh.geometry = new BufferGeometry();
     this.mesh.geometry.setAttribute("position", new BufferAttribute(place, 3));
+    shadeFlat(this.mesh.geometry);
     this.mesh.geometry.setAttribute("color", new BufferAttribute(colours, 3));
     this.draw();
   }

@@ -38,7 +38,7 @@ def stills(sequence):
             at = np.stack(list(distances.values()), axis=1) / MAX_DISTANCE
             points, parts, shades = mesh_picture.quarters(vertices, triangles, at)
             picture = mesh_picture.draw(points, parts, mesh_picture.by_shade(shades, ramp()), side)
-            by_distance.append((f"Mesh by distance to the truth, {run.label}",
+            by_distance.append((f"Mesh by error, {run.label}",
                                 f"blue: on the surface, red: {100 * MAX_DISTANCE:g} cm and more; from above, without "
                                 "what faces away", mesh_picture.as_png(picture)))
         picture = mesh_picture.draw(vertices, triangles, mesh_picture.by_plane(np.array(run.mesh["planes"])), side)

@@ -94,7 +94,7 @@ def accuracy_table(sequences):
                     if any(run.euroc == name for _, run in runs_of(sequences)))
     return table(["sequence", "mode", "ATE max (cm)", "rotation RMSE (deg)", "drift (% of path)", "coverage (%)",
                   "pose NEES", "velocity NEES"], rows, "<b>Trajectory</b>; NEES is 6 for the pose and 3 for the "
-                 f"velocity if the claimed covariance is honest, more if it is too small{notes}", left=2)
+                 f"velocity if the reported covariance is honest, more if it is too small{notes}", left=2)
 
 
 def mesh_table(sequences):

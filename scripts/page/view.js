@@ -6,7 +6,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import {
-  CameraPart, clear, cssColour, MeshPart, PathPart, planeColour, Ramp, SpacePart,
+  CameraPart, clear, cssColour, LIGHT, MeshPart, PathPart, planeColour, Ramp, SpacePart,
 } from "./view_parts.js";
 
 function element(tag, options = {}, children = []) {
@@ -27,8 +27,8 @@ class View {
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(50, 1, 0.05, 500);
     this.camera.up.set(0, 0, 1);
-    this.light = new DirectionalLight("#ffffff", 1.7);
-    this.scene.add(new AmbientLight("#ffffff", 1.7), this.camera);
+    this.light = new DirectionalLight("#ffffff", LIGHT);
+    this.scene.add(new AmbientLight("#ffffff", LIGHT), this.camera);
     this.camera.add(this.light);
     this.light.position.set(0.6, 0.9, 0.4);
     this.content = new Group();
@@ -106,7 +106,7 @@ class View {
     parts.push(this.segments(runs, this.state.run, (run) => this.set({ run })));
     const { mesh } = this.run;
     const looks = [["planes", "Planes", true], ["distance", "Distance to truth", mesh?.distances],
-      ["sigma", "Claimed sigma", mesh?.sigmas], ["plain", "Plain", true]].filter(([, , isThere]) => isThere);
+      ["sigma", "Reported sigma", mesh?.sigmas], ["plain", "Plain", true]].filter(([, , isThere]) => isThere);
     if (!looks.some(([look]) => look === this.state.look)) {
       this.state.look = "planes";
     }

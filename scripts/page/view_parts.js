@@ -2,7 +2,7 @@
 // What the 3D view shows of one run: each part is made of the data of scene.py and has a group for the scene.
 import {
   BufferAttribute, BufferGeometry, Color, DoubleSide, FrontSide, Group, Line, LineBasicMaterial, LineSegments, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, Points, PointsMaterial, Quaternion, Vector3,
+  MeshBasicMaterial, MeshLambertMaterial, Points, PointsMaterial, Quaternion, REVISION, Vector3,
 } from "three";
 import { Line2 } from "three/addons/lines/Line2.js";
 import { LineGeometry } from "three/addons/lines/LineGeometry.js";
@@ -11,10 +11,19 @@ import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 // Colours that people who do not see all of them can tell apart, after Okabe and Ito.
 const PLANE_COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#e5d43c", "#8c6bb1",
   "#7f9c1e", "#a65628"];
+// Of both lights. From version 155 on three.js divides what a surface reflects by pi; Debian's version 111 does not.
+export const LIGHT = Number.parseInt(REVISION, 10) < 155 ? 0.6 : 1.7;
 const FRUSTUM_M = 0.7;
 const SIDES = [[0, 1], [1, 2], [2, 0]];
 // A face is drawn as four triangles, so that its colours may differ at its corners (0 to 2) and sides (3 to 5).
 const QUARTERS = [0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5];
+
+// Versions before 144 shade this material flat by normals of the faces alone.
+export function shadeFlat(geometry) {
+  if (Number.parseInt(REVISION, 10) < 144) {
+    geometry.computeVertexNormals();
+  }
+}
 
 function numbers(text, Type) {
   return new Type(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
@@ -97,6 +106,7 @@ export class MeshPart {
     }
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(place, 3));
+    shadeFlat(geometry);
     this.colours = new BufferAttribute(new Uint8Array(36 * this.mesh.count), 3, true);
     geometry.setAttribute("color", this.colours);
     const inside = new Uint8Array(36 * this.mesh.count);
@@ -210,6 +220,7 @@ export class PathPart {
     this.geometry.setColors(colours);
     this.line = new Line2(this.geometry, new LineMaterial({ vertexColors: true, linewidth: 4 }));
     this.line.frustumCulled = false;
+    this.line.onBeforeRender = (renderer) => renderer.getSize(this.line.material.resolution);
     const whole = new BufferGeometry();
     whole.setAttribute("position", new BufferAttribute(this.points, 3));
     this.faint = new Line(whole, new LineBasicMaterial({ color: colour, transparent: true, opacity: 0.35 }));
@@ -228,6 +239,7 @@ export class PathPart {
       ++last;
     }
     this.geometry.instanceCount = last;
+    this.geometry.maxInstancedCount = last; // its name before version 117
   }
 }
 
@@ -283,7 +295,7 @@ export class SpacePart {
     for (let i = 0; i < this.kinds.length; ++i) {
       if (this.keyframes[i] === keyframe) {
         const end = this.ends.subarray(3 * i, 3 * i + 3);
-        own.push(...from, ...end);
+        own.push(from.x, from.y, from.z, ...end);
         ends[this.kinds[i]].push(...end);
       }
     }

@@ -32,7 +32,7 @@ def virtual_table(rows):
 
 
 def faults_table(rows):
-    head = ("sensor", "fault", "for", "states meanwhile", "reasons", "recovery", "longest gap", "ATE", "at the end",
+    head = ("sensor", "fault", "for", "states during it", "reasons", "recovery", "longest gap", "ATE", "at the end",
             "found")  # fmt: skip
     return table(head, [(
         NAMES[row["sensor"]], row["words"], hil_faults.length_words(row), " ".join(row["states"]) or "-",

@@ -168,7 +168,7 @@ def fault_rows(hil, faults, restart):
 
 
 def length_words(row):
-    return "for ever" if row["length_s"] == FOR_EVER_S else f"{row['length_s']:.2f} s" if row["length_s"] else "once"
+    return "permanent" if row["length_s"] == FOR_EVER_S else f"{row['length_s']:.2f} s" if row["length_s"] else "once"
 
 
 def found_words(row):

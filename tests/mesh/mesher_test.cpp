@@ -167,7 +167,7 @@ TEST_CASE("a landmark that the smoother rejects takes its faces, which do not co
     CHECK_FALSE(mesher->mesh().find_vertex({20}).ok());
 }
 
-TEST_CASE("when the window begins anew, the whole mesh departs and no face spans the restart") {
+TEST_CASE("when the window restarts, the whole mesh departs and no face spans the restart") {
     const test::WallFlight flight;
     const auto mesher = make_mesher();
     for (int k = 0; k < 10; ++k) {
@@ -361,7 +361,7 @@ TEST_CASE("a large face needs a neighbour in its plane") {
     CHECK(pair->mesh().face_count() == 2);
 }
 
-TEST_CASE("a bare wall with points far apart is one surface, something bent is none") {
+TEST_CASE("a bare wall with points far apart is one surface, something bent is not") {
     // Columns and rows 1.3 m apart: every side is beyond max_side_m, the diagonals are 1.84 m.
     const auto posts = [](double bend) {
         World world;

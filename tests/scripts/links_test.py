@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Every relative link in a document of the project leads to a file or folder, and its anchor to a heading."""
+"""Every relative link in a document of the project leads to a file or folder, and its anchor to a heading; and every
+document that a source names is there."""
 import re
 import unittest
 from pathlib import Path
@@ -10,6 +11,9 @@ ROOT = Path(__file__).resolve().parents[2]
 SKIPPED = {"build", "out"}
 LINK = re.compile(r"\]\(([^()\s]+)\)")
 CODE = re.compile(r"^```.*?^```|`[^`\n]*`", re.MULTILINE | re.DOTALL)
+FOLDERS = ("app", "docs", "drivers", "estimator", "mesh", "platform", "scripts", "tests")
+ENDINGS = {"", ".1", ".cpp", ".dbc", ".h", ".js", ".py", ".txt", ".yaml"}
+NAMED = re.compile(r"\b(?:app|docs|drivers|estimator|mesh|platform|scripts|tests)/[\w/]+\.md\b")
 HEADING = re.compile(r"^#+ +(.+?) *$", re.MULTILINE)
 
 
@@ -49,6 +53,17 @@ class Links(unittest.TestCase):
         self.assertIn(ROOT / "README.md", found)
         broken = [f"{path.relative_to(ROOT)}: {what}" for path in found for what in broken_links(path)]
         self.assertEqual(broken, [])
+
+    def test_documents_that_sources_name_are_there(self):
+        missing = []
+        for folder in FOLDERS:
+            for path in sorted((ROOT / folder).rglob("*")):
+                if not path.is_file() or path.suffix not in ENDINGS:
+                    continue
+                text = path.read_text("utf-8", "replace")
+                missing += [f"{path.relative_to(ROOT)}: {name}" for name in NAMED.findall(text)
+                            if not (ROOT / name).exists()]
+        self.assertEqual(missing, [])
 
 
 if __name__ == "__main__":

@@ -31,14 +31,14 @@ TEST_CASE("functions of dynamic and other sizes are differentiated", "[numeric_j
         a, [&](const Eigen::VectorXd& v) { return Eigen::VectorXd(a * v); }, x);
 }
 
-TEST_CASE("a wrong Jacobian is told", "[numeric_jacobian][!shouldfail]") {
+TEST_CASE("rejects a wrong Jacobian", "[numeric_jacobian][!shouldfail]") {
     const Eigen::Vector2d polar(2.5, 0.7);
     Eigen::Matrix2d wrong = d_plane_d_polar(polar);
     wrong(1, 0) += 1e-4;
     expect_jacobian_near(wrong, polar_to_plane, polar);
 }
 
-TEST_CASE("a NaN is told", "[numeric_jacobian][!shouldfail]") {
+TEST_CASE("rejects NaN", "[numeric_jacobian][!shouldfail]") {
     const Eigen::Vector2d polar(2.5, 0.7);
     Eigen::Matrix2d wrong = d_plane_d_polar(polar);
     wrong(0, 0) = std::nan("");

@@ -23,7 +23,7 @@ struct BatchOptions {
     ImuNoise noise;
     ImuLimits limits;
     GravityConfig gravity;
-    std::function<void(std::size_t rounds)> progress;  ///< told after each how many are done; may be empty
+    std::function<void(std::size_t rounds)> progress;  ///< called after each with the number done; may be empty
 };
 
 /// Residual of one sighting: measured minus predicted.
@@ -52,7 +52,7 @@ bool has_batch_solver();
 ///     + sum |r_imu|^2 + sum (c / sigma_c)^2
 /// with rho Cauchy's loss, r_imu the preintegrated inertial factor of [Forster17] (estimator/factors/imu_factor.h), and
 /// the prior of `prior_sigma`; position and yaw of the first keyframe are held. Between rounds, samples are integrated
-/// anew at the biases found, sigma_px follows from the residuals, and outliers go. Entries that the flight does not
+/// again at the biases found, sigma_px follows from the residuals, and outliers go. Entries that the flight does not
 /// show (ParameterVerdict::kNotObservable) are then held at 0 for a last round; their sigma is the one without holding.
 /// Standard deviations come from the inverse of the whole problem's normal matrix, sightings weighted as dependent
 /// along their track. Equal inputs give equal results: there is one thread.

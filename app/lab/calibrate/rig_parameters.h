@@ -35,8 +35,8 @@ struct RigAndTime {
 /// @return kInvalidArgument if a corrected lens is no usable camera (out untouched). Reentrant.
 Status apply_correction(const RigAndTime& given, const RigVector& correction, RigAndTime& out);
 
-/// Standard deviations of the given calibration before the flight is looked at, times `scale`: ten times what a good
-/// calibration leaves (CalibrationSigmas), so that the flight decides, but three times for the cameras' places, which a
+/// Standard deviations of the given calibration before the flight is looked at, times `scale`: 10 sigma of a good
+/// calibration (CalibrationSigmas), so that the flight decides, but 3 sigma for the cameras' positions, which a
 /// ruler shows better than a flight. 0 for coefficients that a lens does not have.
 RigVector prior_sigmas(const StereoRig& rig, double scale);
 

@@ -15,7 +15,7 @@ class LogFiles;
 struct CheckOptions {
     std::string dataset;  ///< EuRoC/ASL folder
     Calibration calibration;
-    LogFiles* files = nullptr;  ///< where its files are, if not on the disc; borrowed
+    LogFiles* files = nullptr;  ///< where its files are, if not on the disk; borrowed
     double images_s = 12.0;  ///< length of the stretch whose images are read: the one in which the vehicle turns most
 };
 

@@ -133,7 +133,7 @@ CheckVerdict check_gravity(std::span<const ImuSample> samples, std::span<const R
 CheckVerdict check_imu_noise(std::span<const ImuSample> samples, std::span<const RestStretch> rests,
                              const ImuNoise& noise) {
     CheckVerdict verdict{.name = "imu noise",
-                         .sentence = "the vehicle never rests for a second: noise cannot be told from motion.",
+                         .sentence = "the vehicle never rests for a second: noise and motion cannot be separated.",
                          .figures = {}};
     if (rests.empty()) {
         return verdict;

@@ -18,7 +18,7 @@ class StartCheck {
 public:
     explicit StartCheck(const StereoRig& rig);
 
-    /// @return what is wrong, at the frame with which that can be told; nothing at all others, and if nothing is
+    /// @return what is wrong, at the frame with which that is known; nothing at all others, and if nothing is
     std::vector<CheckVerdict> add(const StereoFrame& frame);
 
 private:
@@ -28,7 +28,7 @@ private:
     StereoRig rig_;
     FreeMatcher matcher_;
     int frames_ = 0;
-    int looks_ = 0;  ///< kLooks: it has been told, or cannot be
+    int looks_ = 0;  ///< kLooks: it has been reported, or cannot be
     std::vector<double> differences_;
     double brightest_mean_ = 0.0;
     std::vector<PointPair> pairs_;

@@ -26,8 +26,8 @@ struct EpipolarFit {
 std::vector<double> epipolar_distances(const StereoRig& rig, std::span<const PointPair> pairs);
 EpipolarFit fit_epipolar(const StereoRig& rig, std::span<const PointPair> pairs);
 
-/// Median of the absolute distance that a good calibration leaves: the matches' own 0.15 px, and what errors drawn from
-/// CalibrationSigmas add on these points.
+/// Median of the absolute distance expected with a good calibration: the matches' own 0.15 px, and what errors drawn
+/// from CalibrationSigmas add on these points.
 double expected_epipolar_px(const StereoRig& rig, std::span<const PointPair> pairs);
 
 /// Two verdicts: "stereo epipolar error" (up to twice the expected one ok, up to six times suspicious), and "camera

@@ -11,7 +11,7 @@
 
 namespace facet {
 
-/// Lenses from the CameraInfo beside the topics of images (K and D; P of rectified ones, which are told by their
+/// Lenses from the CameraInfo beside the topics of images (K and D; P of rectified ones, which are recognised by their
 /// names), places from the way through /tf_static from the IMU's frame to the cameras'. The IMU's noise is assumed, at
 /// the rate of its samples. @param lack  what is missing, if anything is
 /// Throws InputError if a lens is there and implausible.

@@ -60,7 +60,7 @@ struct BagSurvey {
     std::vector<SurveyedTransform> transforms;   ///< of /tf_static
 };
 
-/// @param progress  told the share that has been read
+/// @param progress  called with the share that has been read
 BagSurvey survey_bag(const std::string& path, const Bag::Warn& warn, const std::function<void(double)>& progress,
                      const std::atomic<bool>& stop);
 

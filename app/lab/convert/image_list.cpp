@@ -164,7 +164,7 @@ std::vector<StampedFile> read_folder(const std::string& path, const std::string&
         return files;
     }
     if (!are_numbers) {
-        throw InputError(path + ": the names of its images are no stamps: --stamps FILE names a table of them");
+        throw InputError(path + ": the names of its images are not stamps: --stamps FILE names a table of them");
     }
     std::vector<WrittenStamp> written;
     std::ranges::transform(files, std::back_inserter(written), [&](const auto& file) { return *stamp_of(file); });

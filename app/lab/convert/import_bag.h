@@ -23,7 +23,7 @@ struct ImportOptions {
     int bits = 0;                  ///< that images of 16 bits use; 0: as many as their greatest sample needs
     std::string cameras;           ///< calibration, as load_calibration has it; empty: the log will have none
     std::string imu;
-    std::function<void(double)> progress;  ///< told the share of the bag that has been read
+    std::function<void(double)> progress;  ///< called with the share of the bag that has been read
     std::function<void(const std::string&)> warn;
 };
 

@@ -203,7 +203,7 @@ void FilesImporter::add_file(const StampedFile& file, std::size_t camera) {
         note_size(grey_.width, grey_.height);
     }
     if (!is_image_file(file.path)) {
-        leave_out(camera, file.path + (fs::exists(file.path) ? ": is no image" : ": is not there"));
+        leave_out(camera, file.path + (fs::exists(file.path) ? ": is not an image" : ": is not there"));
         return;
     }
     const std::string name = std::to_string(file.stamp_ns) + fs::path(file.path).extension().string();

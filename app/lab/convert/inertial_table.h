@@ -25,7 +25,7 @@ struct InertialTable {
 /// acc_x, linear_acceleration.x and theirs; units in the names, "[deg/s]" and "[g]", are converted. Without names there
 /// must be seven columns: stamp, rates, forces; forces before rates are recognised by gravity. The stamps' unit is that
 /// of unit_of_stamps; "secs" and "nsecs" may have a column each. Heap: 64 bytes a sample.
-/// @param warn  told of what is assumed
+/// @param warn  called with what is assumed
 /// Throws InputError naming the file and what is missing.
 InertialTable read_inertial_table(const std::string& paths, const std::function<void(const std::string&)>& warn);
 

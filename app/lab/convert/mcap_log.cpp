@@ -139,7 +139,7 @@ McapLog::McapLog(const std::string& path, McapFile::Warn warn, const std::atomic
         if (is_inner_path(attachment.name)) {
             attachments_.try_emplace(attachment.name, &attachment);
         } else {
-            warn_(fmt::format("{}: an attachment whose name is no path inside a folder; left out", path));
+            warn_(fmt::format("{}: an attachment whose name is not a path inside a folder; left out", path));
         }
     }
     for (const auto& [id, channel] : file_.channels()) {

@@ -101,10 +101,10 @@ std::string log_beside(const std::string& path) {
         if (fs::exists(path, ignored) && is_image_source(path)) {
             refuse_images(path);
         }
-        throw InputError(path + ": is no log: neither a folder, nor an MCAP file of one, nor a bag of ROS");
+        throw InputError(path + ": is not a log: neither a folder, nor an MCAP file of one, nor a bag of ROS");
     }
     if (const std::string below = first_log_below(path); !below.empty()) {
-        throw InputError(path + ": is no log but holds some: " + below + " is one");
+        throw InputError(path + ": is not a log but contains some: " + below + " is one");
     }
     if (is_image_source(path)) {
         refuse_images(path);
@@ -112,8 +112,8 @@ std::string log_beside(const std::string& path) {
     if (const std::string inner = image_source_in(path); !inner.empty()) {
         refuse_images(inner);
     }
-    throw InputError(path +
-                     ": is no log: it has neither cam0/data.csv nor mav0/cam0/data.csv (docs/use.md, Your own data)");
+    throw InputError(
+        path + ": is not a log: it has neither cam0/data.csv nor mav0/cam0/data.csv (docs/use.md, Your own data)");
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ public:
 
     /// For AslOptions: nullptr if the log is a folder.
     LogFiles* files() const { return files_.get(); }
-    /// A folder on the disc with the log's calibration, ground truth and true scene; the log itself if it is a folder.
+    /// A folder on the disk with the log's calibration, ground truth and true scene; the log itself if it is a folder.
     const std::string& folder() const { return folder_; }
     /// The folder in there that holds cam0.
     const std::string& root() const { return root_; }

@@ -251,7 +251,7 @@ void Packer::add_files(bool early) {
         if (entry.is_regular_file(error)) {
             files.push_back(path);
         } else {
-            options_.warn(path.string() + ": is no regular file; left out");
+            options_.warn(path.string() + ": is not a regular file; left out");
         }
     }
     std::sort(files.begin(), files.end());

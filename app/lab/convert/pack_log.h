@@ -17,7 +17,7 @@ struct PackOptions {
     std::string file;    ///< to be written; an older one is replaced at the end
     Compression compression = Compression::kZstd;
     std::string library;  ///< who writes, for people
-    /// Told after each message how far the work is, in stamps of the log, from 0 to 1.
+    /// Called after each message with how far the work is, in stamps of the log, from 0 to 1.
     std::function<void(double)> progress;
     std::function<void(const std::string&)> warn;
 };

@@ -184,8 +184,8 @@ std::int64_t unit_of_stamps(std::span<const WrittenStamp> stamps, const std::str
             return ns;
         }
     }
-    throw InputError(
-        fmt::format("{}: stamps whose median step is {:.6g} are no ns, us, ms or s of such a sensor", path, step));
+    throw InputError(fmt::format("{}: stamps whose median step is {:.6g} fit neither ns, us, ms nor s of such a sensor",
+                                 path, step));
 }
 
 }  // namespace facet

@@ -34,7 +34,9 @@ bool SqliteBag::recognises(const std::string& path) {
     return file.read(begin, sizeof(begin)) && std::string_view(begin, sizeof(begin)) == kDatabaseMagic;
 }
 
-void SqliteBag::fail() const { throw InputError(path_ + ": is no bag of ROS 2: " + sqlite3_errmsg(database_.get())); }
+void SqliteBag::fail() const {
+    throw InputError(path_ + ": is not a bag of ROS 2: " + sqlite3_errmsg(database_.get()));
+}
 
 SqliteBag::Statement SqliteBag::prepare(const char* query) const {
     sqlite3_stmt* statement = nullptr;

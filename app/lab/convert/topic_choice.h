@@ -26,7 +26,7 @@ struct TopicWishes {
 
 /// Chooses by types, by what the messages hold, and of several cameras the one pair whose names differ as left and
 /// right do. Of images recorded in two forms the uncompressed ones, of raw and rectified ones the raw ones; never
-/// depth. What is not the only possibility is told as a warning.
+/// depth. What is not the only possibility is reported as a warning.
 /// Throws InputError if no choice is clear, with a command to type, after a warning for each topic that there is.
 ChosenTopics choose_topics(const BagSurvey& survey, const TopicWishes& wishes);
 

@@ -17,7 +17,7 @@ struct UnpackAccount {
 };
 
 /// Writes every file of the log below a folder, which is made and must be empty, and nothing outside it.
-/// @param progress  told after each image how many have been written
+/// @param progress  called after each image with the number written
 /// Throws InputError naming the path if the folder is not empty or a file cannot be written; what is there stays.
 UnpackAccount unpack_log(McapLog& log, const std::string& folder, const std::function<void(std::uint64_t)>& progress,
                          const std::atomic<bool>& stop);

@@ -105,7 +105,7 @@ struct VideoFile::Streams {
 
 VideoFile::Streams::Streams(const std::string& path) : input(open_input(path, track)) {
     if (input == nullptr) {
-        throw InputError(path + ": is no video file that libavformat reads");
+        throw InputError(path + ": is not a video file that libavformat reads");
     }
     while (av_read_frame(input.get(), packet.get()) >= 0) {
         if (packet->stream_index == track && (packet->flags & AV_PKT_FLAG_DISCARD) == 0) {

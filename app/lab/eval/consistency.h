@@ -22,11 +22,11 @@ inline constexpr ClaimPart kClaimParts[] = {
     {"pose", 0, 6}, {"orientation", 0, 3}, {"position", 3, 3}, {"velocity", 6, 3}};
 inline constexpr std::size_t kClaimPartCount = std::size(kClaimParts);
 
-/// Error and claim at one stamp.
+/// Error and reported sigma at one stamp.
 struct ClaimedError {
     Timestamp stamp;
     ClaimVector error;  ///< [theta p v] that turns the estimate into the truth; velocity NaN if the truth has none
-    ClaimVector sigma;  ///< square roots of the claimed variances
+    ClaimVector sigma;  ///< square roots of the reported variances
     double nees[kClaimPartCount];  ///< e' P^-1 e of the part; NaN if unknown or its P is not positive definite
 };
 
@@ -46,11 +46,11 @@ struct Consistency {
     std::size_t unusable = 0;  ///< samples with a covariance of the pose that is not positive definite
 };
 
-/// Compares claims with the truth, interpolated at their stamps (not over holes longer than `max_gap`).
+/// Compares reported covariances with the truth, interpolated at their stamps (not over holes longer than `max_gap`).
 ///
 /// Gauge. Yaw and position of the world are unobservable: the estimator chooses them where its window begins, and its
 /// covariance describes the errors that have been added since. So the true world is turned about z and shifted until
-/// yaw and position agree at one common stamp, and only there: the one whose place is claimed best, the first of these.
+/// yaw and position agree at one common stamp, and only there: the first one of those with the best known position.
 /// Mostly that is soon after the start. A start in motion reports its first state long after the window's beginning,
 /// and that state may be wrong by centimetres, as it says; with the gauge there, every later one would be charged with
 /// its error. A best fit over all stamps would remove drift that the covariance accounts for, and NEES would be far too

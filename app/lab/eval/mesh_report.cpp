@@ -102,7 +102,7 @@ std::string text_report(const PlaneEvaluation& e) {
         fmt::format("\nplanes       {} found, {} right: precision {:.3f}; {} of {} true ones found: recall {:.3f}\n",
                     e.found.size(), e.right, e.precision(), e.wanted_found, e.wanted, e.recall()) +
         fmt::format(
-            "             told {} times, {} right; of these normal median {:.2f}, p90 {:.2f} deg, {:.1f} % good; "
+            "             reported {} times, {} correct; of these normal median {:.2f}, p90 {:.2f} deg, {:.1f} % good; "
             "offset median {:.1f}, p90 {:.1f} cm, {:.1f} % good\n",
             e.told, e.told_right, e.median_angle_deg, e.p90_angle_deg, 100.0 * e.good_angle, 100.0 * e.median_offset_m,
             100.0 * e.p90_offset_m, 100.0 * e.good_offset) +

@@ -13,7 +13,7 @@
 namespace facet {
 
 struct PlaneEvalOptions {
-    // A true plane has to be found (is "wanted") if it is level or upright, and was seen well for long enough.
+    // A true plane has to be found (is a target) if it is level or upright, and was seen well for long enough.
     double max_tilt_deg = kFlatTiltDeg;  ///< largest tilt from level or upright
     double seen_depth_m = 5.0;           ///< a view counts surface nearer than this
     double seen_area_m2 = 1.0;           ///< least area in one view

@@ -57,7 +57,7 @@ private:
     std::string name() const {
         if (const auto at = json_.find("name"); at != json_.end()) {
             if (!at->is_string()) {
-                fail("has a name that is no text");
+                fail("has a name that is not text");
             }
             return at->get<std::string>();
         }

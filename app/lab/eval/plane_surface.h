@@ -26,7 +26,7 @@ struct PlaneSurface {
     std::optional<PlaneClaim> claim{};
 };
 
-/// How far a plane is off at its origin, and over what it claims.
+/// How far a plane is off at its origin, and over its reported sigma.
 struct PlaneError {
     double angle_deg = 0.0;
     double offset_m = 0.0;                             ///< of the origin from the true plane

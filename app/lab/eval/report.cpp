@@ -47,7 +47,7 @@ Json to_json(const Consistency& c) {
                 {"inside_95", s.inside_95},   {"above_95", s.above_95}, {"within_3_sigma", s.within_3_sigma}};
         }
     }
-    return {{"gauge", "4-DoF (yaw + translation) where the place is claimed best"},
+    return {{"gauge", "4-DoF (yaw + translation) where the position is known best"},
             {"gauge_stamp_ns", c.gauge_stamp.ns},
             {"samples", c.samples.size()},
             {"unusable", c.unusable},
@@ -159,7 +159,7 @@ std::string text_report(const Evaluation& e) {
 std::string text_report(const Claims& claims) {
     const Consistency& c = claims.as_is;
     return fmt::format(
-               "consistency of {} samples ({} unusable); yaw and position made equal where the place is claimed best\n",
+               "consistency of {} samples ({} unusable); yaw and position aligned where the position is known best\n",
                c.samples.size(), c.unusable) +
            nees_rows(c) +
            (claims.with_fit

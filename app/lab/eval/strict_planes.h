@@ -43,10 +43,10 @@ struct StrictVerdict {
 struct StrictPlanes {
     int found = 0;
     int right = 0;
-    int taken_back = 0;  ///< told during the run, but not in its planes.json: neither found nor wrong
+    int taken_back = 0;  ///< reported during the run, but not in its planes.json: neither found nor wrong
     int wanted = 0;
     int wanted_found = 0;
-    double wanted_m2 = 0.0;  ///< seen area of the true planes wanted,
+    double wanted_m2 = 0.0;  ///< seen area of the target planes,
     double found_m2 = 0.0;   ///< and of those found
     int confident = 0;       ///< wrong ones that are off by more than three of their own sigmas, or near no plane
     std::vector<StrictVerdict> verdicts;  ///< of all found, by id

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Estimated states with the covariance that the estimator claims for them, read from its files.
+// Estimated states with their reported covariance, read from its files.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Calibrations that are as wrong as a good calibration is.
+// Calibrations perturbed by K sigma of a good calibration.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace facet {
 
-/// What a good calibration leaves unknown, one standard deviation of each parameter: what Kalibr reports for a careful
+/// 1 sigma of a good calibration, for each parameter: what Kalibr reports for a careful
 /// recording of a target with global-shutter cameras of 60 to 90 degrees.
 struct CalibrationSigmas {
     double focal = 5e-4;           ///< of fx and of fy, relative

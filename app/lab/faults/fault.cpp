@@ -126,9 +126,8 @@ Fault parse_fault(std::string_view spec) {
 
 std::string fault_help() {
     std::string text =
-        "Faults for --inject, NAME[=VALUE][@START[+LENGTH]]: START in seconds after the first frame that is replayed\n"
-        "(0 by default), LENGTH in seconds (to the end by default); they may be combined, and are the same each "
-        "time:\n";
+        "Faults for --inject, NAME[=VALUE][@START[+LENGTH]]: START in seconds after the first replayed frame (0 by "
+        "default), LENGTH in seconds (to the end by default). Faults may be combined, and are the same each time:\n";
     for (const FaultInfo& info : fault_table()) {
         std::string usage = info.name;
         std::string defaults;
@@ -145,7 +144,9 @@ std::string fault_help() {
             }
         }
         defaults += defaults.empty() ? "" : ")";
-        text += fmt::format("  {:<27}{}{}\n", usage + close, info.meaning, defaults);
+        usage += close;
+        text += fmt::format("  {:<27}{}{}{}\n", usage, usage.size() > 27 ? "\n" + std::string(30, ' ') : " ",
+                            info.meaning, defaults);
     }
     return text;
 }

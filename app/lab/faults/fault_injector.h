@@ -21,7 +21,7 @@ namespace facet {
 /// Applies faults to samples. Usage, in the order in which the log gives samples:
 ///   injector.add(sample);                       // or a frame; finish() at the end of the log
 ///   while (auto* out = injector.front()) { ... std::get_if<ImuSample>(out) ...; injector.pop(); }
-/// A frame comes out when the inertial samples that came out reach the stamp it claims, as the estimator wants it, but
+/// A frame comes out when the inertial samples that came out reach the stamp it states, as the estimator needs it, but
 /// after kMaxWait at the latest, as from a synchroniser that gives up. All of it is deterministic: noise and losses
 /// depend on the number of the sample only. What sensors see and read is changed by FrameFaults and InertialFaults;
 /// what arrives, when and under which stamp is decided here. Thread-bound. Heap: as many frames as wait.

@@ -23,7 +23,7 @@ std::vector<FaultInfo> faults_of_images() {
         {FaultKind::kDark,
          "dark",
          {{"GAIN", 0.0, 1.0, 0.05}, kCamera},
-         "hardly any light: pixels times GAIN, with the noise of the sensor"},
+         "low light: pixels times GAIN, with sensor noise"},
         {FaultKind::kExposure,
          "exposure",
          {{"STOPS", 0.0, 8.0, 2.0}, kCamera},
@@ -38,7 +38,7 @@ std::vector<FaultInfo> faults_of_images() {
          "mover",
          {{"SHARE", 0.01, 1.0, 0.6}, {"SPEED", -20.0, 20.0, 0.5}},
          "a textured board, 2 m ahead, covers SHARE of both images and slides to the right at SPEED m/s"},
-        {FaultKind::kFreeze, "freeze", {kCamera}, "the first images of the time come again and again, with new stamps"},
+        {FaultKind::kFreeze, "freeze", {kCamera}, "the first images are repeated with new stamps"},
         {FaultKind::kSwap, "swap", {}, "left and right images exchanged"},
         {FaultKind::kPairOff, "pair_off", {{"N", 1.0, 20.0, 1.0}}, "right images are those of N frames earlier"},
     };
@@ -98,7 +98,7 @@ std::vector<FaultInfo> faults_of_inertial_values() {
          "clip",
          {{"ACCEL", 0.0, 1e4, 160.0}, {"GYRO", 0.0, 1e3, 17.0}, kPart},
          "accelerometer (m/s^2) and gyroscope (rad/s) at full scale, signs + - + on x y z"},
-        {FaultKind::kImuFreeze, "imu_freeze", {kPart}, "the first readings of the time come again and again"},
+        {FaultKind::kImuFreeze, "imu_freeze", {kPart}, "the first readings are repeated"},
         {FaultKind::kImuZero, "imu_zero", {kPart}, "readings are all zero"},
         {FaultKind::kImuNan, "imu_nan", {{"SHARE", 0.0, 1.0, 1.0}, kPart}, "NaN with probability SHARE"},
         {FaultKind::kImuAxes,
@@ -123,8 +123,8 @@ std::vector<FaultInfo> faults_of_inertial_values() {
           kSeed,
           {"FACTOR", 0.0, 100.0, 1.0},
           {"SHOWN", 0.0, 1.0, 0.0, {"samples", "images"}}},
-         "inertial samples shaken FACTOR times as by a real drone's rotors, KIND idle or flight; SHOWN images: images "
-         "turn to and fro with them"},
+         "FACTOR times a real drone's rotor vibration in the inertial samples, KIND idle or flight; SHOWN images: "
+         "images rotate with it"},
     };
 }
 
@@ -139,7 +139,7 @@ const std::vector<FaultInfo>& fault_table() {
         all.push_back({FaultKind::kCalibration,
                        "calibration",
                        {{"K", 0.0, 100.0, 1.0}, kSeed, {"DRAW", 0.0, 1.0, 0.0, {"normal", "tails"}}},
-                       "both cameras' calibration wrong by K times what a good one leaves unknown; DRAW tails: each "
+                       "both cameras' calibration perturbed by K sigma of a good one; DRAW tails: each "
                        "parameter by Student's t with three degrees of freedom",
                        true});
         return all;

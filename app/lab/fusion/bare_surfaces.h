@@ -21,7 +21,8 @@ struct SquareLayout {
 /// of even grey that run on without a step in it are taken for one region, since few edges in depth show none in grey.
 /// A plane is laid through the patches at the region's rim; others of them may lie before it (what stands before a
 /// wall), but hardly any behind. A square is filled if, seen from it across the region, rim patches on that plane lie
-/// to opposite sides. Filled patches are marked as inferred, and claim no more than how far the rim may lie off it.
+/// to opposite sides. Filled patches are marked as inferred, and are no more certain than how far the rim may lie off
+/// it.
 /// What is less certain than the mesh demands is not filled, since views that infer from one rim err alike.
 /// Deterministic.
 /// @param image    from which the patches come

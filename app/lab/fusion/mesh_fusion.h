@@ -29,7 +29,7 @@ public:
 
     /// A keyframe.
     /// @param mesher  has taken it in
-    /// @param resets  how often the estimator has begun anew: what it said before and after does not belong together
+    /// @param resets  how often the estimator has restarted: what it said before and after does not belong together
     void add(const KeyframeView& view, std::uint32_t resets, const ImageView& left, const ImageView& right,
              const Mesher& mesher);
 

@@ -9,7 +9,7 @@
 
 namespace facet {
 
-/// Three at most, nearer ones first: what they leave unknown is searched in farther ones, whose longer base tells more.
+/// Three at most, nearer ones first: what they leave unknown is searched in farther ones, whose longer base shows more.
 /// In a base of eleven centimetres a step of half a metre in a distance of five is a pixel of disparity, hardly known
 /// from a slope; so each is at least twice as far away as the one before.
 /// @param T_own_others  the other left cameras in the view's own one, in the order of time from it

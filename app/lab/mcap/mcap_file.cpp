@@ -131,7 +131,7 @@ void McapFile::walk() {
         }
         at += kMcapRecordHead + head.size;
     }
-    warn_(fmt::format("{}: was cut off: {} bytes at its end are no whole record", path_, size_ - at));
+    warn_(fmt::format("{}: was cut off: {} bytes at its end are not a whole record", path_, size_ - at));
 }
 
 /// @param at  of its content. @return false at the end of the file

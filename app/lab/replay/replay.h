@@ -29,7 +29,7 @@ inline constexpr Duration kRetry{1'000'000'000};
 
 struct ReplayOptions {
     std::string dataset;        ///< EuRoC/ASL folder
-    LogFiles* files = nullptr;  ///< where its files are, if not on the disc; borrowed
+    LogFiles* files = nullptr;  ///< where its files are, if not on the disk; borrowed
     std::string truth_folder;   ///< with ground truth and true scene; empty: the dataset
     std::string out;            ///< folder for the results, created if missing
     ProgramConfig config;
@@ -60,7 +60,7 @@ struct ReplayOptions {
 /// Timing and health carry the frame's stamp, the trajectory that of the estimate, from which the estimator may have
 /// removed an offset. An injected offset is in the former: an estimator that does not find it pays for it in the
 /// comparison with ground truth. Injected jumps of the clock are removed from all files.
-/// Between two passes the stamps go on, but samples are missing for kSeam: the estimator is lost and starts anew, as
+/// Between two passes the stamps go on, but samples are missing for kSeam: the estimator is lost and restarts, as
 /// after any long gap. With several passes timing.csv has all frames, but the summary and mesh.ply keep only the
 /// newest, so that memory does not grow.
 /// Images or calibrations that are exchanged, and one camera recorded twice, are warned of at the start (StartCheck).

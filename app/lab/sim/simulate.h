@@ -37,7 +37,7 @@ struct SimOptions {
     double gravity_m_per_s2 = 9.81;    ///< [1, 30]; the flight is the same, the IMU feels it
     double exposure_s = 0.006;         ///< of an image, in which its pixels' samples are spread (0, 1 / rate]
     double contrast = 1.0;             ///< of all surfaces, in units of what the scene has [0, 1]
-    double calibration_error = 0.0;    ///< of the written cameras, in units of what a good calibration leaves [0, 100]
+    double calibration_error = 0.0;    ///< K of the written cameras, in sigma of a good calibration [0, 100]
 };
 
 /// What was made.
@@ -47,7 +47,7 @@ struct SimSummary {
     FlightReport flight;
     double prepare_s = 0.0;     ///< scene, light, flight (wall clock)
     double render_s = 0.0;      ///< images (wall clock)
-    double ms_per_image = 0.0;  ///< processor time, rendering and writing
+    double ms_per_image = 0.0;  ///< CPU time, rendering and writing
 };
 
 /// Called with zeros when preparation begins, then after each image, by one thread at a time: images done and in all.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Grey texture maps with mip levels: one unit square, repeated for ever.
+// Grey texture maps with mip levels: one unit square, repeated permanently.
 #pragma once
 
 #include <cstdint>

@@ -37,7 +37,7 @@ TruthSelection parse_truth(const std::string& text);
 class TruthInjector : public ObservationHook {
 public:
     /// @param dataset  EuRoC/ASL folder with ground truth, with truth/scene.ply if tracks, stereo or planes are
-    ///                 wanted, and for planes with truth/planes.json
+    ///                 replaced, and for planes with truth/planes.json
     /// Throws InputError if something of that is missing.
     TruthInjector(const std::string& dataset, const StereoRig& rig, const TruthSelection& selection);
 

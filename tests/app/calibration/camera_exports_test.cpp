@@ -186,15 +186,15 @@ TEST_CASE("RealSense: files without a calibration say which command writes one")
     const std::string what = "rs-enumerate-devices -c > FILE writes";
     CHECK(says(complaint(listing().substr(0, listing().find("Intrinsic Parameters"))), what));
     CHECK(says(complaint("{\"imus\": [{\"accelerometer\": {}}], \"cameras\": []}"),
-               "is the calibration of a RealSense's IMU: it says nothing of the cameras; " + what));
+               "is the calibration of a RealSense's IMU: it has no cameras; " + what));
     CHECK(says(complaint("{\"device\": {}, \"parameters\": {}, \"schema version\": 1, \"viewer\": {}}"),
-               "is a preset of realsense-viewer: it says nothing of the cameras; " + what));
+               "is a preset of realsense-viewer: it has no cameras; " + what));
     const std::string path = dir.write("rs.txt", listing());
     CHECK(says(input_error_text([&] {
                    load_calibration(dir.path(), path, path, {640, 480});
                }),
                "is the calibration of a RealSense camera: give it as --calibration"));
-    CHECK(says(complaint(with(listing(), "0.0051  0.0117", "")), "is no rotation matrix with a translation vector"));
+    CHECK(says(complaint(with(listing(), "0.0051  0.0117", "")), "is not a rotation matrix with a translation vector"));
     CHECK(says(complaint(with(listing(), "  Fx:         \t381.5\n", "")), "\"Infrared 1\": Fx: is missing"));
 }
 

@@ -151,7 +151,7 @@ TEST_CASE("Kalibr: every lens model that it writes") {
     }
 }
 
-TEST_CASE("a lens that is none says what is wrong with it, and where") {
+TEST_CASE("an invalid lens is refused with what is wrong, and where") {
     const test::TempDir dir;
     const std::string imu = dir.write("imu.yaml", kNoise);
     const auto complaint = [&](const std::string& from, const std::string& to) {
@@ -226,7 +226,7 @@ TEST_CASE("scale, misalignment and sensitivity of the IMU are read and applied: 
     }
 }
 
-TEST_CASE("an ideal IMU's samples are untouched, and a reading that is no number spoils only itself") {
+TEST_CASE("an ideal IMU's samples are untouched, and a reading that is NaN spoils only itself") {
     const ImuSample sample{{7}, {0.1, std::nan(""), 0.3}, {1.0, 2.0, 3.0}};
     CHECK(ImuModel().corrected(sample).a_B == sample.a_B);
     CHECK(ImuModel().is_ideal());
@@ -424,7 +424,7 @@ TEST_CASE("Kimera: a folder with a file for each sensor") {
     CHECK(c.remarks == std::vector<std::string>{dir.file("ImuParams.yaml") + ":11: n_gravity: is not used"});
 }
 
-TEST_CASE("a file that is no calibration of cameras against an IMU says what it is and what it lacks") {
+TEST_CASE("names what a file without a calibration of cameras against an IMU is and lacks") {
     const test::TempDir dir;
     const auto complaint = [&](const char* name, const std::string& text) {
         const std::string path = dir.write(name, text);
@@ -442,8 +442,8 @@ TEST_CASE("a file that is no calibration of cameras against an IMU says what it 
     CHECK(says(complaint("imu.yaml", kNoise), "is the calibration of an IMU: give it as --imu-calibration"));
     CHECK(says(complaint("sensor.yaml", test::asl_camera_yaml(0)), "is a sensor.yaml of one camera: give the folder"));
     CHECK(says(complaint("params.yaml", "frontend:\n  a: 1\nwindow:\n  b: 2\n"),
-               "is no calibration of a known kind, but has frontend, window; known are those of Kalibr"));
-    CHECK(says(complaint("empty.yaml", ""), "is no calibration of a known kind, but has no key"));
+               "is not a calibration of a known kind; it has frontend, window; known are those of Kalibr"));
+    CHECK(says(complaint("empty.yaml", ""), "is not a calibration of a known kind; it has no key"));
     CHECK(says(complaint("camchain.yaml", replaced(chain(), "T_cam_imu", "T_none")),
                ":1: cam0: T_cam_imu: missing, or T_imu_cam: this camera chain does not say where the cameras sit"));
     const std::string basalt = dir.write("calib.json", kBasalt);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/app/commands/run_program.h"
 #include "tests/support/asl_folder.h"
@@ -80,6 +81,24 @@ TEST_CASE("a link that cannot be opened is named before the replay begins") {
     }
 }
 
+TEST_CASE("the help of each command fits 100 columns and has no names of types") {
+    const test::TempDir dir;
+    for (const char* command : {"", "replay", "run", "record", "eval", "sim", "convert", "calibrate", "calibration",
+                                "check-calibration", "check-config", "info"}) {
+        INFO(command);
+        const Outcome help = run(dir, std::string(command) + " --help");
+        CHECK(help.code == 0);
+        std::istringstream lines(help.out);
+        for (std::string line; std::getline(lines, line);) {
+            INFO(line);
+            CHECK(line.size() <= 100);
+            for (const char* type : {" TEXT", " INT", " FLOAT", " UINT", " ENUM"}) {
+                CHECK_FALSE(contains(line, type));
+            }
+        }
+    }
+}
+
 TEST_CASE("help, version and info explain the program") {
     const test::TempDir dir;
     const Outcome help = run(dir, "--help");
@@ -145,7 +164,7 @@ TEST_CASE("bad usage is one line and exit code 2") {
         {replay + " --start nan", "--start must not be negative"},
         {replay + " --start inf", "--start must not be negative"},
         {replay + " --calibration " + dir.write("empty.yaml", ""),
-         dir.file("empty.yaml") + ":1: is no calibration of a known kind"},
+         dir.file("empty.yaml") + ":1: is not a calibration of a known kind"},
         {replay + " --inject fog@8", "--inject 'fog@8': unknown fault 'fog'"},
         {replay + " --inject flash --inject clip@x", "--inject 'clip@x': start 'x' is not a number"},
         {replay + " --duration -1", "--duration must be positive"},
@@ -364,7 +383,7 @@ TEST_CASE("lists of images become a log that is replayed, under the first argume
     CHECK(run(dir, "convert --video " + left + " --video " + right + " " + dir.file("video") + " --imu " + imu).code ==
           0);
     CHECK(contains(run(dir, "convert " + dir.file("mav0/cam0") + " " + dir.file("no")).err,
-                   "is no log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv; " +
+                   "is not a log folder: it has neither cam0/data.csv nor mav0/cam0/data.csv; " +
                        dir.file("mav0/cam0/data") + " can be converted, with --imu FILE"));
     CHECK(contains(run(dir, "convert --video " + left).err, "both are needed"));
     CHECK(contains(run(dir, "convert " + left + " " + dir.file("no") + " --left /cam0").err, "--left: names a topic"));
@@ -390,7 +409,7 @@ TEST_CASE("calibration says what a file holds, and writes it for others") {
     CHECK(run(dir, "calibration " + dir.file("none")).code == 2);
 }
 
-TEST_CASE("frames outside the IMU's time are told as such") {
+TEST_CASE("reports frames outside the IMU's time span") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 10);
     std::string rows;

@@ -34,7 +34,7 @@ TEST_CASE("a replay that is refused leaves the results of the one before it alon
     CHECK_FALSE(std::filesystem::exists(dir.file("out/health.csv.part")));
 }
 
-TEST_CASE("output that cannot be written never ends a run, and is told of") {
+TEST_CASE("output that cannot be written never ends a run, and is reported") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 5);
     std::filesystem::remove(dir.file("mav0/cam0/data/" + test::asl_image_name(2)));  // a warning
@@ -79,7 +79,7 @@ TEST_CASE("a log of which most is lost is exit code 1 and a sentence why") {
     CHECK(nlohmann::json::parse(test::read_file(dir.file("out/summary.json")))["frames_listed"] == 20);
 }
 
-TEST_CASE("what is no image or far too large is passed over, or refused in one line") {
+TEST_CASE("skips or refuses in one line what is not an image or far too large") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 5);
     const auto image = [](int k) { return "mav0/cam0/data/" + test::asl_image_name(k); };
@@ -109,7 +109,7 @@ TEST_CASE("a terminal that is closed ends a replay in order") {
     CHECK_FALSE(std::filesystem::exists(dir.file("out/health.csv.part")));
 }
 
-TEST_CASE("a log without an estimate is told why, where its accelerometer shows it") {
+TEST_CASE("reports why a log has no estimate, where its accelerometer shows it") {
     const struct {
         const char* reading;
         const char* sentence;

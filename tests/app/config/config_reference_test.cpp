@@ -31,7 +31,7 @@ TEST_CASE("the reference is YAML with the readers' defaults and bounds") {
     CHECK(root["sinks"]["mavlink"]["component"].as<int>() == 197);
     CHECK(root["sinks"]["log"]["keep_mb"].as<int>() == 4096);
     CHECK(root["realtime"]["threads"]["output"]["priority"].as<int>() == 0);
-    CHECK(text.find("# Hz, [1, 200]. Pairs of images a second.\n  rate_hz: 20\n") != std::string::npos);
+    CHECK(text.find("# Hz, [1, 200]. Pairs of images per second.\n  rate_hz: 20\n") != std::string::npos);
     CHECK(text.find("required, one of: adis16448, ") != std::string::npos);
     // A key that two chips have otherwise.
     CHECK(text.find("with chip: icm42688, Hz, one of: 200, 500, 1000, 2000. ") != std::string::npos);

@@ -150,7 +150,7 @@ TEST_CASE("bad configuration is one line with file, line and key, and changes no
     CHECK(config.window.keyframes == 7);
 }
 
-TEST_CASE("a file that refers to itself, or is none, is refused with one line") {
+TEST_CASE("a file that refers to itself, or is not a file, is refused with one line") {
     const test::TempDir dir;
     ProgramConfig config;
     const std::string itself = dir.write("itself.yaml", "window:\n  keyframes: &a [*a]\n");

@@ -30,7 +30,8 @@ TEST_CASE("a sensor of the kernel's is one device or two, with what is asked of 
     CHECK_THROWS_WITH(load("{device: d, gyro: g, accel: a}"), Catch::Contains(both));
     CHECK_THROWS_WITH(load("{device: ''}"), Catch::Contains("imu.iio.device: must not be empty"));
     CHECK_THROWS_WITH(load("{device: d, buffer_length: 2, watermark: 3}"), Catch::Contains("watermark must not be"));
-    CHECK_THROWS_WITH(load("{device: d, attributes: {../../x: 1}}"), Catch::Contains("is no attribute of a device"));
+    CHECK_THROWS_WITH(load("{device: d, attributes: {../../x: 1}}"),
+                      Catch::Contains("is not an attribute of a device"));
     CHECK_THROWS_WITH(load("{device: d, clock: tai}"), Catch::Contains("imu.iio.clock: 'tai' is unknown"));
 }
 

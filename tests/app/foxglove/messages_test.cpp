@@ -32,7 +32,7 @@ TEST_CASE("every message is as its schema says") {
     CHECK(fault_of(timing_message(kStamp, true, {}), FoxgloveSchema::kTiming).empty());
 }
 
-TEST_CASE("messages that are not as their schema says are told from those that are") {
+TEST_CASE("distinguishes messages that follow their schema from those that do not") {
     json pose = json::parse(pose_message(kStamp, kWorldFrame, kPose));
     pose["pose"]["position"].erase("y");
     CHECK(fault_of(pose.dump(), FoxgloveSchema::kPoseInFrame) == ".pose.position.y: missing");

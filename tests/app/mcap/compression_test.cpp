@@ -62,7 +62,7 @@ TEST_CASE("another size than stated, a cut and a damaged byte are seen") {
     CHECK(decompress(method, bytes_of(bytes), text.size(), out) == Status::kCorrupt);
 }
 
-TEST_CASE("memory grows with what is there, not with what is claimed") {
+TEST_CASE("memory grows with what is there, not with what is stated") {
     std::string bytes;
     compress(Compression::kZstd, "little", bytes);
     std::vector<std::uint8_t> out;

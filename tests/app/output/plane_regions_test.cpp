@@ -113,7 +113,7 @@ TEST_CASE("a wall with a door is one region with a notch where the door is") {
     CHECK(is_within(wall, {1.0, 2.6}));
 }
 
-TEST_CASE("a wall with a window is one region with a hole; a missing face's width in it is none") {
+TEST_CASE("a wall with a window is one region with a hole; a missing face's width in it is not") {
     auto faces = faces_of({0, 0}, {4.0, 2.5}, [](double x, double y) {
         return (x >= 1.0 && x < 2.5 && y >= 1.0 && y < 2.0) || (x == 3.0 && y == 0.5);
     });
@@ -299,7 +299,7 @@ TEST_CASE("planes.json has a plane as it was when known best, not as it was when
     CHECK(planes[0]["last_stamp_ns"] == 4);
 }
 
-TEST_CASE("planes.json tells what is claimed in the world, not what the landmarks alone say") {
+TEST_CASE("planes.json reports uncertainty in the world, not that of the landmarks alone") {
     const test::TempDir folder;
     TrackedPlane plane;
     plane.id = {4};
@@ -359,7 +359,7 @@ TEST_CASE("planes that turn out to be one are one in planes.json, with the surfa
     CHECK(planes[1]["id"] == 9);
 }
 
-TEST_CASE("a young plane that its landmarks refute is taken back; an old one, or one still told, is not") {
+TEST_CASE("a young plane that its landmarks refute is taken back; an old one, or one still reported, is not") {
     const auto listed = [](int found, bool comes_back) {
         const test::TempDir folder;
         TrackedPlane plane;

@@ -111,7 +111,7 @@ TEST_CASE("what is not there is named, device by device") {
     CHECK(text.find("ok        mavlink:      127.0.0.1:14580") != std::string::npos);
 }
 
-TEST_CASE("no permission, no camera, and a chip that does not answer are told apart") {
+TEST_CASE("no permission, no camera, and a chip that does not answer are distinguished") {
     FakeBench kernel;
     kernel.devices = {{"/dev/video0", -EACCES}, {"/dev/video1", 8}, {"/dev/spidev0.0", FakeBench::kSpi}};
     const std::vector<ProbeLine> lines = probe(kernel, spi_vehicle());

@@ -61,7 +61,7 @@ ino_t inode_of(const std::string& path) {
     return info.st_ino;
 }
 
-TEST_CASE("the log is brought to the disc once a second") {
+TEST_CASE("the log is brought to the disk once a second") {
     const test::TempDir dir;
     std::atomic<bool> stopping{false};
     EndingClock clock({10'050'000'000}, stopping);
@@ -73,7 +73,7 @@ TEST_CASE("the log is brought to the disc once a second") {
     CHECK(keeper.failure().empty());
 }
 
-TEST_CASE("a disc that fails is reported with the folder's name, and asked again") {
+TEST_CASE("a disk that fails is reported with the folder's name, and asked again") {
     const test::TempDir dir;
     std::atomic<bool> stopping{false};
     EndingClock clock({3'050'000'000}, stopping);
@@ -81,7 +81,7 @@ TEST_CASE("a disc that fails is reported with the folder's name, and asked again
     sync_calls = {.error = EIO};
     keeper.keep(stopping);
     CHECK(sync_calls.count == 4);
-    CHECK(keeper.failure() == dir.path() + ": cannot be brought to the disc: Input/output error");
+    CHECK(keeper.failure() == dir.path() + ": cannot be brought to the disk: Input/output error");
     sync_calls = {};
 }
 

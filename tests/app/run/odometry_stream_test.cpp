@@ -117,7 +117,7 @@ TEST_CASE("a pose is the newest frame's state carried on to the sample, its rate
     CHECK(o.pose_covariance(0, 0) < 1.1e-4);
 }
 
-TEST_CASE("the covariance carried on includes what place and yaw had when the window began") {
+TEST_CASE("the covariance carried on includes what position and yaw had when the window began") {
     Bench bench(200.0);
     bench.imu(0, 50);
     FrameOutcome outcome = frame_at(50'000'000);

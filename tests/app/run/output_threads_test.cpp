@@ -216,7 +216,7 @@ TEST_CASE("between frames the newest estimate goes on with the inertial samples;
     CHECK(fast->output.latencies_ms()[1] == Approx(1950.0));
 }
 
-TEST_CASE("an estimator that hangs is known within 200 ms, told, and its poses go on as what they are") {
+TEST_CASE("an estimator that hangs is detected within 200 ms and reported, and its poses go on as DEGRADED") {
     const auto fast = std::make_unique<FastOutput>();
     const OutputThreads& output = fast->output;
     const RecordingSink& sink = fast->sink;
@@ -266,7 +266,7 @@ TEST_CASE("an estimator that hangs is known within 200 ms, told, and its poses g
     CHECK(status.events[1] == "estimator: works again");
 }
 
-TEST_CASE("an inertial sensor that falls silent is told, since no frame can come that would") {
+TEST_CASE("reports an inertial sensor that falls silent, since no frame can come") {
     const auto fast = std::make_unique<FastOutput>();
     const RecordingSink& sink = fast->sink;
     // The estimator's thread is alive, and waits.
@@ -305,7 +305,7 @@ TEST_CASE("an inertial sensor that falls silent is told, since no frame can come
     CHECK(sink.told.size() == 4);
 }
 
-TEST_CASE("a full disc ends the writing, not the run") {
+TEST_CASE("a full disk ends the writing, not the run") {
     if (!std::filesystem::exists("/dev/full")) {
         return;
     }

@@ -175,7 +175,7 @@ TEST_CASE("of a flight of minutes everything is in the file, or counted") {
     CHECK(drops.find(R"("pairs_not_recorded":)") != std::string::npos);
 }
 
-TEST_CASE("a full disc ends the recording and leaves a readable log") {
+TEST_CASE("a full disk ends the recording and leaves a readable log") {
     const test::TempDir made;
     const test::TempDir dir;
     test::write_asl_folder(made, 400);

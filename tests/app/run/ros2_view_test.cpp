@@ -78,7 +78,7 @@ TEST_CASE("what nobody listens to is not copied") {
     CHECK_FALSE(scene.has_path);
 }
 
-TEST_CASE("the path holds all keyframes, is given once a second, and begins anew with the estimator") {
+TEST_CASE("the path holds all keyframes, is given once a second, and restarts with the estimator") {
     Ros2View view;
     const auto path_after = [&](double seconds, std::uint32_t resets = 0) {
         ViewState state = keyframe_at(seconds);

@@ -93,7 +93,7 @@ struct LogContent {
     Timestamp last_pair;
 };
 
-TEST_CASE("a disc that makes everything wait costs samples, which are counted, and never the estimator") {
+TEST_CASE("a disk that makes everything wait costs samples, which are counted, and never the estimator") {
     const test::TempDir dir;
     const ManualClock clock;
     const auto recorder = std::make_unique<SampleRecorder>(clock, make_log(dir.path(), LogForm::kFolder), kPixels);
@@ -176,7 +176,7 @@ TEST_CASE("a program that is killed leaves a readable log that lacks at most the
     CHECK((killed - log.last_pair).seconds() < 1.0);
 }
 
-TEST_CASE("when the disc is full, what there is stays readable, and the rest is counted") {
+TEST_CASE("when the disk is full, what there is stays readable, and the rest is counted") {
     const LogForm form = GENERATE(LogForm::kFolder, LogForm::kMcap);
     const test::TempDir dir;
     ManualClock clock({1'000'000'000});

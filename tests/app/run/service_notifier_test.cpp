@@ -46,7 +46,7 @@ private:
     int fd_ = -1;
 };
 
-TEST_CASE("systemd is told of start, state and stop over a path or an abstract name") {
+TEST_CASE("systemd is notified of start, state and stop over a path or an abstract name") {
     const test::TempDir dir;
     const std::string name = GENERATE(true, false) ? dir.file("notify") : "@facet-test-" + std::to_string(::getpid());
     Listener listener(name);

@@ -85,7 +85,7 @@ TEST_CASE("stamps of a hardware clock come onto the monotonic clock by their ear
     }
 }
 
-TEST_CASE("a hardware clock that jumps ahead or back for good costs a few samples, since arrival tells the step") {
+TEST_CASE("a hardware clock that jumps ahead or back permanently costs a few samples, since arrival shows the step") {
     for (const double step_s : {3600.0, 1.0, -1.0, -3600.0}) {
         CAPTURE(step_s);
         ManualClock clock({9'000'000'000'000});

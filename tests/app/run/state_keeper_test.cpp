@@ -99,7 +99,7 @@ TEST_CASE("a state of another time, boot or calibration is not used, and it is s
     CHECK(same.load(kNow + Duration::from_seconds(59.0), refusal));
 }
 
-TEST_CASE("a state cut anywhere, or with a word that is no number, is none") {
+TEST_CASE("rejects a state cut anywhere, or with a word that is not a number") {
     const test::TempDir dir;
     const StateKeeper keeper(dir.path(), calibration_of(400.0), "boot-1");
     REQUIRE(StateKeeper(keeper).keep(some_state(), kNow).empty());
@@ -137,7 +137,7 @@ TEST_CASE("a run knows whether the one before it was broken off, on this boot") 
     CHECK_FALSE(second.is_in_flight());
 }
 
-TEST_CASE("a folder that cannot be written is told once, and no folder is no fault") {
+TEST_CASE("reports a folder that cannot be written once; no folder is not an error") {
     const test::TempDir dir;
     std::ofstream(dir.file("file")) << "in the way";
     StateKeeper blocked(dir.file("file") + "/state", calibration_of(400.0), "boot-1");

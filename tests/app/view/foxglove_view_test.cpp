@@ -96,7 +96,7 @@ LiveView::Fillers with_everything() {
     return fillers;
 }
 
-TEST_CASE("a client is told all topics, and given what it subscribes to, as the schemas say") {
+TEST_CASE("a client is sent all topics, and what it subscribes to, as the schemas say") {
     LiveView view({});
     Client client(view, kFoxglove);
     CHECK(client.protocol() == "foxglove.websocket.v1");
@@ -174,7 +174,7 @@ TEST_CASE("whoever comes late is given mesh, path and the camera's place at once
     CHECK(camera["translation"] == json{{"x", 0.1}, {"y", 0.2}, {"z", 0.3}});
 }
 
-TEST_CASE("the path begins anew after a restart and keeps the newest keyframes") {
+TEST_CASE("the path restarts after a restart and keeps the newest keyframes") {
     LiveView view({});
     Client client(view, kFoxglove);
     client.write(subscription(1, channels_of(client).at("/path")).dump());

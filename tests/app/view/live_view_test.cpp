@@ -65,7 +65,7 @@ TEST_CASE("a browser gets the camera, the newest frame and the mesh, also if it 
     CHECK(nlohmann::json::parse(late.read())["t"] == Approx(0.15));
 }
 
-TEST_CASE("pictures are wanted while someone looks, five a second with landmarks and two without") {
+TEST_CASE("pictures are requested while someone looks, five a second with landmarks and two without") {
     LiveView view({});
     CHECK_FALSE(view.wants_picture(Timestamp{0}, true));
     auto client = std::make_unique<Client>(view);

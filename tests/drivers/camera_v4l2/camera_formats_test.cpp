@@ -45,7 +45,7 @@ TEST_CASE("a node without any of the formats says what it gives") {
     CHECK(h.camera.problem() == "/dev/video0: gives 8x4 H264 instead of the size and format requested");
 }
 
-TEST_CASE("a camera that nobody triggers is set to its rate, and another rate is told") {
+TEST_CASE("a camera that nobody triggers is set to its rate, and another rate is reported") {
     CameraV4l2Harness h(false, any_format(30.0));
     REQUIRE(ok(h.camera.start()));
     CHECK(h.kernel.rate_hz == Approx(30.0));

@@ -82,7 +82,7 @@ TEST_CASE("a consumer that holds every slot is no reason to reopen the camera") 
     CHECK(h.camera.counters().errors == 0);
 }
 
-TEST_CASE("a node that is there but gives no more images is opened anew, also when that does not help at first") {
+TEST_CASE("a node that is there but gives no more images is reopened, also when that does not help at first") {
     CameraV4l2Options options = small_options();
     options.silence = Duration::from_seconds(0.5);
     CameraV4l2Harness h(false, options);

@@ -312,7 +312,7 @@ private:
     mutable Timestamp now_;
 };
 
-TEST_CASE("buffers that are slow to read are told of once they have been read for a while") {
+TEST_CASE("buffers that are slow to read are reported once they have been read for a while") {
     const auto warning = [](Duration copy) {
         SlowClock clock(copy);
         ManualClock manual;
@@ -338,7 +338,7 @@ TEST_CASE("buffers that are slow to read are told of once they have been read fo
           "/dev/video0: an image takes 1100 us to copy out of its buffer, which is not cached: set cameras.heap");
 }
 
-TEST_CASE("a heap that is not there, is exhausted or is not wanted is named, and nothing is left of it") {
+TEST_CASE("a heap that is not there, is exhausted or is not accepted is named, and nothing is left of it") {
     CameraV4l2Options options = small_options();
     options.capture.heap = "/dev/dma_heap/nowhere";
     CameraV4l2Harness missing(false, options);

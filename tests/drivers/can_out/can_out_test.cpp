@@ -134,7 +134,7 @@ TEST_CASE("health goes out ten times a second from the start, and at once when t
     CHECK(health.bytes[7] == 3);  // 30 ms
 }
 
-TEST_CASE("poses of a lost estimator are held back unless they are wanted") {
+TEST_CASE("poses of a lost estimator are held back unless they are requested") {
     Scene scene;
     scene.open();
     CHECK(ok(scene.send(0, -1)));
@@ -208,7 +208,7 @@ TEST_CASE("off the bus nothing is sent until the controller is back") {
     CHECK(ok(scene.send()));
 }
 
-TEST_CASE("an interface that goes down is opened anew once it is up") {
+TEST_CASE("an interface that goes down is reopened once it is up") {
     Scene scene;
     scene.open();
     scene.bus.up = false;

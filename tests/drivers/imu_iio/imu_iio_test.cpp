@@ -409,7 +409,7 @@ TEST_CASE("a device that is plugged in again under another number is found by it
     CHECK(h.imu.counters().recoveries == 1);
 }
 
-TEST_CASE("a folder and a pipe stand in for the kernel's, and neither reading nor opening anew takes heap") {
+TEST_CASE("a folder and a pipe stand in for the kernel's, and neither reading nor reopening takes heap") {
     const test::TempDir dir;
     const std::filesystem::path folder = dir.file("sys/iio:device0");
     const auto write = [&](const std::string& name, const std::string& text) {

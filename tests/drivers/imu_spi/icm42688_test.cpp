@@ -293,7 +293,7 @@ TEST_CASE("identity, self-test and bad settings are named") {
     CHECK(rate.chip.configure(SelfTest::kRun, problem) == Status::kInvalidArgument);
 }
 
-TEST_CASE("a chip that comes back in flight is not tested again, one that is started anew is") {
+TEST_CASE("a chip that comes back in flight is not tested again, one that is restarted is") {
     // GIVEN a chip that failed, and a vehicle whose motion would spoil a self-test
     IcmHarness h;
     REQUIRE(ok(h.imu->start()));

@@ -269,7 +269,7 @@ TEST_CASE("a controller that reboots is followed once its new time is known") {
     CHECK(s.imu.counters().recoveries == 1);
 }
 
-TEST_CASE("microseconds of 32 bits begin anew without a gap") {
+TEST_CASE("microseconds of 32 bits restart without a gap") {
     ImuMavlinkOptions options;
     options.message = MavlinkImuMessage::kRawImu;
     test::AutopilotScene s(options);

@@ -188,7 +188,7 @@ TEST_CASE("poses of a lost estimator are held back, unless they are asked for") 
     CHECK(open.pose(lost).payload[232] == 0xFF);
 }
 
-TEST_CASE("a program that begins anew counts resets on from the one before, and says where it is") {
+TEST_CASE("a program that restarts counts resets on from the one before, and says where it is") {
     constexpr std::size_t kResetCounter = 230;
     Scene before;
     CHECK(before.link.sent_resets() == 0);
@@ -435,7 +435,7 @@ TEST_CASE("with a key, frames go out signed, and only signed ones are believed")
     CHECK(lenient.link.arming() == Arming::kArmed);
 }
 
-TEST_CASE("an address that is none is refused in words") {
+TEST_CASE("refuses an invalid address with the reason") {
     ManualClock clock;
     FakeUdp kernel;
     MavlinkOptions options;

@@ -102,7 +102,7 @@ TEST_CASE("frames come out whole however the bytes arrive; zeros that were cut o
     }
 }
 
-TEST_CASE("gaps of the sequence are frames lost, also over its end; a repeated frame is none") {
+TEST_CASE("gaps of the sequence are frames lost, also over its end; a repeated frame is not") {
     Bytes stream;
     for (const int sequence : {250, 251, 254, 1, 1, 2}) {  // 252, 253; 255, 0
         append(stream, timesync(static_cast<std::uint8_t>(sequence), 5));

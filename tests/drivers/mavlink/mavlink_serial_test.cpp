@@ -112,7 +112,7 @@ TEST_CASE("over a serial line every byte arrives as it was sent") {
     ::close(line);
 }
 
-TEST_CASE("a serial line that is none, is not there, or vanishes") {
+TEST_CASE("a serial line that is not one, is missing, or vanishes") {
     ManualClock clock;
     LinuxKernelIo io;
     MavlinkOptions options;

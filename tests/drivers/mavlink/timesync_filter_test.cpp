@@ -103,7 +103,7 @@ TEST_CASE("a clock that steps is followed after five answers, and single liars a
     CHECK(std::abs(remote.error_s(filter, {t})) < 1e-3);
 }
 
-TEST_CASE("a step within the first block begins anew") {
+TEST_CASE("a step within the first block restarts") {
     Remote remote;
     TimesyncFilter filter;
     std::int64_t t = 0;

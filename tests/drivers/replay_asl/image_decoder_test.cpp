@@ -143,7 +143,7 @@ TEST_CASE("a log's images are read where they lie, whatever their format") {
     CHECK(warnings == 0);
 }
 
-TEST_CASE("inertial samples go on behind the last frame as long as they are wanted") {
+TEST_CASE("inertial samples go on behind the last frame as long as they are requested") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 4);
     const auto samples_behind = [&](double tail_s) {

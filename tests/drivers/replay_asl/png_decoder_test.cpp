@@ -138,7 +138,7 @@ TEST_CASE("a pipe, a device and a file of gigabytes are refused at once") {
     CHECK(decoder.error() == "has 2861 MiB, more than the 64 that are read");
 }
 
-TEST_CASE("missing files, folders and wrong sizes are told apart") {
+TEST_CASE("missing files, folders and wrong sizes are distinguished") {
     const test::TempDir dir;
     const std::string path = dir.write("a.png", test::encode_png(kWidth, kHeight, 1, 8, ramp(1, 0)));
     PngDecoder decoder;

@@ -160,7 +160,7 @@ TEST_CASE("the count goes on when the line is opened again") {
     CHECK(h.trigger.counters().lost == 0);
 }
 
-TEST_CASE("a line without edges is requested anew, and its count goes on") {
+TEST_CASE("a line without edges is requested again, and its count goes on") {
     const auto backend = GENERATE(GpioBackend::kLibgpiod, GpioBackend::kChardev);
     CAPTURE(static_cast<int>(backend));
     TriggerGpioOptions options = options_for(backend);

@@ -130,7 +130,7 @@ TEST_CASE("a clock that is a second behind catches up, in the old history", "[es
     CHECK(flight.estimate.covariance(3, 3) < 0.25);  // followed at once it would be above 1 m
 }
 
-TEST_CASE("without frames nothing tells that a clock is right", "[estimator_clock]") {
+TEST_CASE("without frames nothing shows that a clock is right", "[estimator_clock]") {
     Flight flight;
     flight.has_frames = false;
     flight.imu_ahead_s = -kHour_s;

@@ -44,7 +44,7 @@ TEST_CASE("the reset counter rises once for somebody who has been given an estim
     CHECK_FALSE(resets.is_first_start());
 }
 
-TEST_CASE("each reason for a restart counts until the window begins anew", "[restart_requests]") {
+TEST_CASE("each reason for a restart counts until the window restarts", "[restart_requests]") {
     RestartRequests restart;
     CHECK_FALSE(restart.any());
     restart.add(RestartReason::kLostTime);

@@ -23,7 +23,7 @@ double place_sigma(const GaugeTracker& tracker) { return std::sqrt(tracker.gauge
 
 }  // namespace
 
-TEST_CASE("high residuals widen place and yaw by the way flown and the angle turned", "[gauge_tracker]") {
+TEST_CASE("high residuals widen position and yaw by the way flown and the angle turned", "[gauge_tracker]") {
     GaugeTracker tracker;
     CHECK(tracker.step(kHigh, flying(), kTurning_B));
     CHECK(tracker.step(kHigh, flying(), kTurning_B));
@@ -68,7 +68,7 @@ TEST_CASE("a share of the way that images corrected after an outage stays uncert
     CHECK(place_sigma(tracker) == Approx(0.6));
 }
 
-TEST_CASE("a window that ends leaves its place and yaw to the gauge", "[gauge_tracker]") {
+TEST_CASE("a window that ends leaves its position and yaw to the gauge", "[gauge_tracker]") {
     Belief belief;
     belief.covariance.diagonal().segment<3>(kPos).setConstant(0.04);
     GaugeTracker tracker;

@@ -59,7 +59,7 @@ struct Flown {
 
 }  // namespace
 
-TEST_CASE("a snapshot tells of every landmark where it is, who saw it and when", "[landmarks]") {
+TEST_CASE("a snapshot has of every landmark where it is, who saw it and when", "[landmarks]") {
     Flown flown({});
     const test::AllocationGuard guard;
     fill_keyframe_view(*flown.window, *flown.tracks, *flown.view);

@@ -98,7 +98,7 @@ TEST_CASE("frames away for longer than the inertial history: lost, said so, and 
     }
 }
 
-TEST_CASE("a window that begins anew knows its velocity within a few frames, though nothing moves", "[outage]") {
+TEST_CASE("a window that restarts knows its velocity within a few frames, though nothing moves", "[outage]") {
     Flight flight;
     flight.begin(1.5);
     flight.wait(3.5);
@@ -146,7 +146,7 @@ TEST_CASE("a frame later than what was carried on without it is refused, the nex
     CHECK(flight.estimate.health.state == TrackingState::kTracking);
 }
 
-TEST_CASE("an inertial clock that goes back has lost time: the window begins anew, and says so", "[outage]") {
+TEST_CASE("an inertial clock that goes back has lost time: the window restarts, and says so", "[outage]") {
     Flight flight;
     flight.begin(1.5);
     const Estimate before = flight.estimate;

@@ -73,7 +73,7 @@ TEST_CASE("a vehicle that stands by both senses is held where it was", "[phase]"
     CHECK(decide(e) == FrameAction::kCarryOn);
 }
 
-TEST_CASE("a frame is wanted as keyframe when inertial data do not carry", "[phase]") {
+TEST_CASE("a frame is requested as keyframe when inertial data do not carry", "[phase]") {
     CHECK_FALSE(wants_keyframe({}));
     PredictionEvidence e;
     e.inertial_data_poor = true;
@@ -89,7 +89,7 @@ TEST_CASE("a frame is wanted as keyframe when inertial data do not carry", "[pha
     }
 }
 
-TEST_CASE("a lost window wants keyframes as fast as a start, and begins anew after a long gap only", "[phase]") {
+TEST_CASE("a lost window wants keyframes as fast as a start, and restarts after a long gap only", "[phase]") {
     PredictionEvidence e;
     e.is_lost = true;
     e.keyframe_age_s = 0.05;

@@ -82,7 +82,7 @@ private:
 
 }  // namespace
 
-TEST_CASE("one camera in motion: no estimate until keyframes tell the velocity, which is right then", "[start]") {
+TEST_CASE("one camera in motion: no estimate until keyframes give the velocity, which is correct then", "[start]") {
     Swaying flight(12);
     const StereoRig rig = StereoRig::monocular(flight.vehicle.rig.left, flight.vehicle.rig.T_B_C0);
     REQUIRE(ok(flight.estimator.configure({}, rig)));
@@ -120,7 +120,7 @@ TEST_CASE("a start with two cameras under 3 m/s^2 tracks within 0.4 s, without a
     CHECK(flight.error_m_per_s() < 3.0 * flight.sigma_m_per_s() + 0.02);
 }
 
-TEST_CASE("a state that has run away begins anew from gravity, where the vehicle was", "[start]") {
+TEST_CASE("a state that has run away restarts from gravity, where the vehicle was", "[start]") {
     Swaying flight(16);  // up to 1.2 m/s
     EstimatorConfig config;
     config.health.max_speed_m_per_s = 1.0;

@@ -31,7 +31,7 @@ TEST_CASE("a start as at rest is open until images agree, and settled after 0.3 
     CHECK_FALSE(start.can_judge_claim(images_of(3.0)));  // a smooth take-off later refutes nothing
 }
 
-TEST_CASE("images that move refute a claim of rest; a claim the samples drop is none", "[start_progress]") {
+TEST_CASE("images that move refute a rest; one that the samples drop does not count", "[start_progress]") {
     StartProgress start = begun(true);
     start.judge_claim(images_of(3.0), true, at_ms(50));
     CHECK(start.claim() == RestClaim::kRefuted);
@@ -41,7 +41,7 @@ TEST_CASE("images that move refute a claim of rest; a claim the samples drop is 
     CHECK(other.claim() == RestClaim::kNone);
 }
 
-TEST_CASE("images that cannot be tracked, or too few tracks, judge no claim", "[start_progress]") {
+TEST_CASE("images that cannot be tracked, or too few tracks, do not judge a rest", "[start_progress]") {
     const StartProgress start = begun(true);
     StillnessEvidence e = images_of(3.0);
     CHECK(start.can_judge_claim(e));

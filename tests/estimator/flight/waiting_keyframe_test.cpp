@@ -96,7 +96,7 @@ TEST_CASE("the window takes a keyframe after the next frame's estimate, and the 
     CHECK(waited > 5);
 }
 
-TEST_CASE("no keyframe waits if that is not wanted, while the vehicle stands, or before there is an estimate") {
+TEST_CASE("no keyframe waits if that is not configured, while the vehicle stands, or before there is an estimate") {
     Glide at_once(false);
     for (int k = 0; k < 40; ++k) {
         at_once.add(k);

@@ -302,7 +302,7 @@ TEST_CASE("front-end forgets lost tracks whose landmarks the smoother has droppe
     CHECK(out.observations.front().landmark > newest);
 }
 
-TEST_CASE("front-end tells a frozen camera from a vehicle at rest", "[frontend]") {
+TEST_CASE("front-end distinguishes a frozen camera from a vehicle at rest", "[frontend]") {
     const FrontendConfig config = each_backend();
     CAPTURE(config.backend);
     const Flight& f = flight();
@@ -347,7 +347,7 @@ TEST_CASE("front-end works without the right image", "[frontend]") {
     CHECK(stereo > 60);
 }
 
-TEST_CASE("front-end drops the tracks it is told to, and resets", "[frontend]") {
+TEST_CASE("front-end drops the tracks it is given, and resets", "[frontend]") {
     const FrontendConfig config = each_backend();
     CAPTURE(config.backend);
     const Flight& f = flight();
@@ -373,7 +373,7 @@ TEST_CASE("front-end drops the tracks it is told to, and resets", "[frontend]") 
     CHECK(out.observations.front().landmark > newest);
 }
 
-TEST_CASE("front-end says when landmark ids run out, in time, and counts anew", "[frontend]") {
+TEST_CASE("front-end says when landmark ids run out, in time, and counts from zero", "[frontend]") {
     const FrontendConfig config = each_backend();
     CAPTURE(config.backend);
     const Flight& f = flight();

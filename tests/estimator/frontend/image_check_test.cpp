@@ -22,7 +22,7 @@ TEST_CASE("an image with contrast can be tracked, a dim one too", "[image_check]
     CHECK(check_image(with_texture(0.2, 0.0).view()) == ImageState::kUsable);
 }
 
-TEST_CASE("dark, overexposed and flat images are told apart", "[image_check]") {
+TEST_CASE("dark, overexposed and flat images are distinguished", "[image_check]") {
     CHECK(check_image(Image(188, 120, 4).view()) == ImageState::kDark);
     CHECK(check_image(with_texture(0.05, 0.0).view()) == ImageState::kDark);
     CHECK(check_image(Image(188, 120, 255).view()) == ImageState::kOverexposed);

@@ -54,7 +54,7 @@ TEST_CASE("a delay of images is found with its sigma, whatever the rates", "[imu
     CHECK(std::abs(found.value_s + late_s) < std::max(4.0 * found.sigma_s, 5e-4));
 }
 
-TEST_CASE("what does not tell the delay is not taken for one", "[imu]") {
+TEST_CASE("what does not show the delay is not taken for one", "[imu]") {
     ImuBuffer imu;
     fill(imu, 200.0, 4.0);
     ImageDelay found{1.0, 2.0};

@@ -318,7 +318,7 @@ TEST_CASE("prediction uses and carries over the bias of the state") {
     CHECK(end.q_W_B.angularDistance(truth.q_W_B) < 1e-4);
 }
 
-TEST_CASE("steps backwards or of no length are refused and leave the sums alone; reset starts anew") {
+TEST_CASE("steps backwards or of no length are refused and leave the sums alone; reset restarts") {
     Preintegration pre = integrate_flight(0, 5'000'000, 10);
     const Preintegration before = pre;
     const ImuSample a = WavyFlight::sample(10);

@@ -128,7 +128,7 @@ TEST_CASE("what was read can be integrated while it is replaced", "[replaced_rea
     CHECK(restored.delta_v() == believed.delta_v());
 }
 
-TEST_CASE("a sample that comes again is told from one of another time", "[replaced_readings]") {
+TEST_CASE("a sample that comes again is distinguished from one of another time", "[replaced_readings]") {
     const auto buffer = filled(41);
     CHECK(buffer->has(ramp(10 * kStep_ns)));
     ImuSample other = ramp(10 * kStep_ns);

@@ -267,7 +267,7 @@ TEST_CASE("too little data, or data with a gap, is not ready") {
     CHECK(ok(initialize_state(*buffer, at_s(0.85), 9.81, config, initial)));
 }
 
-TEST_CASE("free fall tells no direction") {
+TEST_CASE("free fall shows no direction") {
     Scenario scenario;
     scenario.a_W = [](double) { return gravity_W(9.81); };
     InitialState initial;
@@ -305,7 +305,7 @@ TEST_CASE("at rest by images, shaken by rotors: gravity and gyroscope bias to a 
     CHECK(initialize_shaken(*buffer, {at_s(0.1), at_s(0.15)}, 9.81, config, initial) == Status::kNotReady);
 }
 
-TEST_CASE("shaken: what is claimed of gravity and bias is cautious, but not three times too large") {
+TEST_CASE("shaken: the sigmas of gravity and bias are cautious, but not three times too large") {
     const InitializerConfig config;
     std::mt19937 rng(3);
     std::uniform_real_distribution<double> phase(0.0, 6.2831853);

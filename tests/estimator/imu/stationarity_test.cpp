@@ -118,7 +118,7 @@ TEST_CASE("turning, shaking, falling, speeding up") {
     CHECK(climb.rest_share(0.5, 5.0) == 0.0);
 }
 
-TEST_CASE("a take-off is told before it has 2 cm/s, and stays told") {
+TEST_CASE("a take-off is detected before it has 2 cm/s, and stays detected") {
     // GIVEN rest, then from 1 s on an acceleration that grows to 2 m/s^2 within a second
     constexpr double kStart = 1.0;
     Motion take_off;
@@ -151,7 +151,7 @@ TEST_CASE("steady straight flight is what the IMU alone cannot tell from rest") 
     CHECK(Motion{}.rest_share(0.5, 5.0) == 1.0);
 }
 
-TEST_CASE("too little data is not ready, broken data tells nothing") {
+TEST_CASE("too little data is not ready, broken data shows nothing") {
     const auto buffer = Motion{}.record(1.0);
     Stationarity rest;
     rest.measure = -1.0;

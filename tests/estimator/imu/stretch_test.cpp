@@ -41,7 +41,7 @@ TEST_CASE("statistics of a ramp and of white noise") {
     CHECK(s.drift_share(0.001, 0.001) == Approx(2.0 / (0.001 + 4.0 * 0.1 * s.gyro_step_std.x())));
 }
 
-TEST_CASE("gaps and clipped readings are told, too few samples are not ready") {
+TEST_CASE("gaps and clipped readings are reported, too few samples are not ready") {
     const auto buffer = std::make_unique<ImuBuffer>(200.0);
     for (int k = 0; k < 40; ++k) {
         const double force = k == 30 ? 1e3 : 9.81;
@@ -88,7 +88,7 @@ TEST_CASE("a tapered mean leaves nothing of a tone, whatever its phase, and says
     }
 }
 
-TEST_CASE("tapered means of white noise have the deviation that they claim") {
+TEST_CASE("tapered means of white noise have the deviation that they report") {
     std::mt19937 rng(4);
     std::normal_distribution<double> normal;
     double squares = 0.0;

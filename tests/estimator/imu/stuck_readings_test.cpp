@@ -63,7 +63,7 @@ TEST_CASE("at a high rate a run is long enough by its time", "[stuck]") {
     CHECK(sensor.give(1, true, false) == kAccelAxes);
 }
 
-TEST_CASE("runs that a sensor has shown while it was believed are its habit, four times as long is none", "[stuck]") {
+TEST_CASE("runs that a sensor has shown while it was believed are its habit, four times as long is not", "[stuck]") {
     Sensor sensor;
     for (int k = 0; k < 50; ++k) {  // each reading ten times
         CHECK(sensor.give(9, false, false) == kNone);

@@ -109,14 +109,14 @@ TEST_CASE("the calibration's prior is that of two cameras with errors of their o
     CHECK((information * covariance - CalibrationMatrix::Identity(kImuScale, kImuScale)).cwiseAbs().maxCoeff() < 1e-8);
 }
 
-TEST_CASE("a covariance that is none is not inverted", "[calibration_prior]") {
+TEST_CASE("an invalid covariance is not inverted", "[calibration_prior]") {
     CalibrationMatrix information = CalibrationMatrix::Constant(2, 2, 7.0);
     CHECK_FALSE(invert_covariance(CalibrationMatrix::Constant(2, 2, 1.0) * -1.0, information));
     CHECK_FALSE(invert_covariance(CalibrationMatrix::Constant(2, 2, std::nan("")), information));
     CHECK(information(0, 0) == 7.0);
 }
 
-TEST_CASE("a window that begins anew keeps what it knows of the calibration, or forgets all of it",
+TEST_CASE("a window that restarts keeps what it knows of the calibration, or forgets all of it",
           "[calibration_prior]") {
     SyntheticFlight flight = lively_flight(3);
     CalibrationConfig calibration;

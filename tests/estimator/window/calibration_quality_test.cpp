@@ -79,7 +79,7 @@ TEST_CASE("where nothing is seen the calibration is as good as stated") {
     CHECK(learnt(3.0, kCameraTermsDim, 1) == Approx(1.0));
 }
 
-TEST_CASE("values that are no numbers are not learnt from") {
+TEST_CASE("values that are NaN are not learnt from") {
     const CalibrationMatrix all = calibration_covariance({}, simple_rig());
     CalibrationQuality quality;
     quality.reset(all);

@@ -98,7 +98,7 @@ TEST_CASE("an indefinite prior between marginalizations is replaced", "[failure]
     CHECK(run.error_m < 0.3);
 }
 
-TEST_CASE("a prior that is no number is replaced", "[failure]") {
+TEST_CASE("a prior that is NaN is replaced", "[failure]") {
     const int at = GENERATE(4, 15);
     CAPTURE(at);
     const Spoilt run(at, 45, [](WindowState& state) {

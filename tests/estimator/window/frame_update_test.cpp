@@ -193,7 +193,7 @@ TEST_CASE("a point follows the newest keyframe at most as a rigid body does", "[
     CHECK(drift.diagonal().segment<3>(kTheta).minCoeff() > 0.0);
 }
 
-TEST_CASE("frames between keyframes are as certain as they claim", "[frame_update]") {
+TEST_CASE("frames between keyframes are as certain as they report", "[frame_update]") {
     constexpr int kRuns = 40;
     const double dt = GENERATE(0.05, 0.2);
     CAPTURE(dt);
@@ -224,7 +224,7 @@ TEST_CASE("frames between keyframes are as certain as they claim", "[frame_updat
     CHECK(updated_m2 < predicted_m2);
 }
 
-TEST_CASE("of what keyframe and map share a frame claims what its least squares make of it", "[frame_update]") {
+TEST_CASE("a frame's covariance has what it shares with the map as far as its images leave it", "[frame_update]") {
     Flight flight(11);
     const double dt = 0.2;
     const auto seen = flight.observe(kNewest_s + dt);

@@ -205,7 +205,7 @@ TEST_CASE("planes: out of sight a plane lets its landmarks go, and stays if the 
     CHECK(held(flight.window()) > 20);
 }
 
-TEST_CASE("planes: one that comes back where it was not begins anew, and says nothing of the drift", "[plane_set]") {
+TEST_CASE("planes: one that comes back where it was not restarts, and says nothing of the drift", "[plane_set]") {
     Flight flight(RegularityMode::kSpr);
     PlaneProposals room = flight.truth().planes();
     flight.fly(6.0, room);

@@ -24,8 +24,7 @@ TEST_CASE("the bias of residuals is the largest weighted mean, once enough is kn
     CHECK(bias.largest_px() < 0.01);
 }
 
-TEST_CASE("the bias of residuals ignores sums that are no numbers, and one camera alone speaks for itself",
-          "[window]") {
+TEST_CASE("the bias of residuals ignores sums that are NaN, and one camera alone speaks for itself", "[window]") {
     ResidualBias bias;
     for (int k = 0; k < 20; ++k) {
         bias.add(Eigen::Vector4d(300.0, 0.0, 0.0, 0.0), {3000.0, 0.0});

@@ -70,7 +70,7 @@ TEST_CASE("The burst of the ADIS16475 has the sum that its driver expects") {
     REQUIRE(adis1647x_checksum(std::span(words).first(9)) == words[9]);
 }
 
-TEST_CASE("A plan of faults is read, and told apart from nonsense") {
+TEST_CASE("A plan of faults is read, and distinguished from nonsense") {
     FaultPlan plan;
     plan.add("imu_silent@5+0.3");
     plan.add("torn@1+2");

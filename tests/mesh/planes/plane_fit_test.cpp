@@ -42,7 +42,7 @@ std::vector<PlanePoint> sample(const Vector3d& n, const Vector3d& centre, int co
     return points;
 }
 
-TEST_CASE("a plane is recovered, far from the world's origin too, and its claimed uncertainty is honest") {
+TEST_CASE("a plane is recovered, far from the world's origin too, and its reported uncertainty is honest") {
     std::mt19937 random(1);
     const Vector3d n = Vector3d(0.9, -0.3, 0.1).normalized();
     const Vector3d centre(4000.0, -2000.0, 30.0);
@@ -103,7 +103,7 @@ TEST_CASE("too few points and points on a line are refused, and leave the plane 
     CHECK(fit.points == 0);
 }
 
-TEST_CASE("a bent surface is told from a flat one with the same noise") {
+TEST_CASE("a bent surface is distinguished from a flat one with the same noise") {
     std::mt19937 random(4);
     PlaneFit flat;
     const auto straight = sample(Vector3d::UnitX(), Vector3d::Zero(), 100, 0.02, random);

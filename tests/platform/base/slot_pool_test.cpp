@@ -78,7 +78,7 @@ TEST_CASE("a slot pool behaves as a map, and values keep their slots", "[slot_po
     CHECK(next_id > 10000);
 }
 
-TEST_CASE("values are destroyed and made anew when a slot is used again", "[slot_pool]") {
+TEST_CASE("values are destroyed and made again when a slot is used again", "[slot_pool]") {
     const auto token = std::make_shared<int>(7);
     {
         SlotPool<LandmarkId, std::shared_ptr<int>, 1> pool;

@@ -150,7 +150,8 @@ class Flights(Benchmark):
                          r"fourteen +1, flight +spr +window.keyframes=10 +2 +4.00 \[4.00, 4.00\] +TRACKING")
         self.assertRegex(done, r"spr +12 +0.500 \[0.500, 0.500\]")
         page = (self.root / "out/table.md").read_text()
-        self.assertRegex(page, r"^Two flights; K: errors of .* as well\.\n\n\| sequence \| K \| mode \| case \| runs ")
+        self.assertRegex(page, r"^Two flights; K: calibration perturbed by K sigma; .*\n\n"
+                               r"\| sequence \| K \| mode \| case \| runs ")
         self.assertIn("commit 0123456789ab", page)
         self.assertEqual(len(json.loads((self.root / "out/results.json").read_text())), 24)
 
@@ -202,7 +203,7 @@ class Flights(Benchmark):
     def test_a_limit_that_is_exceeded_fails(self):
         self.study.write_text(PERFECT.replace("ATE mm, interval ate_mm, 2]", "ATE mm, ate_mm, 2, {most: 4}]"))
         done = self.run_it(code=1)
-        self.assertIn("limit: fourteen, 0, s, default: ATE mm 8.00, wanted at most 4", done)
+        self.assertIn("limit: fourteen, 0, s, default: ATE mm 8.00, target at most 4", done)
         self.assertNotIn("limit: one", done)
 
     def test_wrong_files_are_refused_in_one_line(self):

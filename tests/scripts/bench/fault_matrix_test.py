@@ -97,10 +97,10 @@ class Verdicts(unittest.TestCase):
 
     def test_wrong_in_silence(self):
         off = [error(i, 0.03 if i > 150 else 0.0) for i in range(FRAMES)]
-        self.assertEqual(broken(cell(), flight(errors=off)), ["wrong in silence for 2.5 s"])
+        self.assertEqual(broken(cell(), flight(errors=off)), ["undetected error for 2.5 s"])
         self.assertEqual(broken(cell(known="nothing can tell"), flight(errors=off)), [])
         turned = [error(i, theta_rad=0.02) for i in range(1, FRAMES)]
-        self.assertEqual(broken(cell(), flight(errors=turned)), ["wrong in silence for 10.0 s"])
+        self.assertEqual(broken(cell(), flight(errors=turned)), ["undetected error for 10.0 s"])
 
     def test_what_is_claimed_small_or_said_is_no_silence(self):
         self.assertEqual(broken(cell(), flight(errors=[error(i, 0.03, 0.01) for i in range(FRAMES)])), [])

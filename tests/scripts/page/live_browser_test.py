@@ -15,6 +15,9 @@ from pathlib import Path
 from browser import Browser, find_chromium
 
 ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "scripts"))
+from page import document  # noqa: E402
+
 SKIPPED = 77
 
 
@@ -34,8 +37,8 @@ def watch(browser, address):
 
 def main():
     modules, program = Path(sys.argv[1]), sys.argv[2:]
-    if not find_chromium() or not (modules / "three").is_dir() or not (modules / "esbuild").is_dir():
-        print("skipped: no Chromium, or no three.js and esbuild: scripts/setup --browser --npm")
+    if not find_chromium() or not document.has_bundler(modules):
+        print("skipped: no Chromium, or no three.js and esbuild: scripts/setup --browser --view")
         return SKIPPED
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
 """The report in a headless Chromium: no complaint on the console, nothing loaded from anywhere, the 3D view is drawn
-and its slider moves it, also on a phone. Skipped (77) without Chromium (scripts/setup --browser) or three.js (--npm).
+and its slider moves it, also on a phone: with three.js of npm and of Debian's package, whichever are there. Skipped
+(77) without Chromium (scripts/setup --browser) or three.js (--view, --npm).
 
 Usage: report_browser_test.py NODE_MODULES
 """
@@ -14,6 +15,8 @@ from browser import Browser, find_chromium
 from small_run import FRAMES, write_run
 
 ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "scripts"))
+from page import document  # noqa: E402
 SKIPPED = 77
 # Colours in the picture of the view, in a grid of its pixels.
 COLOURS = """(async () => {
@@ -81,7 +84,8 @@ def check_page(page, width, height):
         check_view(browser)
         browser.evaluate("location.hash = 'run=0&look=sigma&keyframe=4&space=1'")
         browser.wait("facetView.state.look === 'sigma' && facetView.run.label === 's'")
-        assert browser.evaluate("[facetView.state.keyframe, facetView.shown.space]") == [4, True]
+        shown = browser.evaluate("[facetView.state.keyframe, facetView.shown.space]")
+        assert shown == [4, True], (shown, browser.problems)
         sideways = browser.evaluate("document.documentElement.scrollWidth - innerWidth")
         assert sideways <= 0, f"{sideways} px wider than the screen of {width} px"
         elsewhere = [address for address in browser.requests if not address.startswith(("file:", "data:", "blob:"))]
@@ -91,13 +95,18 @@ def check_page(page, width, height):
 
 def main():
     modules = Path(sys.argv[1])
-    if not find_chromium() or not (modules / "three").is_dir() or not (modules / "esbuild").is_dir():
-        print("skipped: no Chromium, or no three.js and esbuild: scripts/setup --browser --npm")
-        return SKIPPED
-    with tempfile.TemporaryDirectory() as folder:
-        page = make_report(Path(folder), modules)
-        for width, height in ((1366, 900), (390, 844)):
-            check_page(page, width, height)
+    with tempfile.TemporaryDirectory() as name:
+        none = Path(name, "none")  # then Debian's are taken
+        sources = [path for path in (modules, none) if document.has_bundler(path)]
+        if not find_chromium() or not sources:
+            print("skipped: no Chromium, or no three.js and esbuild: scripts/setup --browser --view")
+            return SKIPPED
+        for source in sources:
+            folder = Path(name, source.name)
+            folder.mkdir()
+            page = make_report(folder, source)
+            for width, height in ((1366, 900), (390, 844)):
+                check_page(page, width, height)
     return 0
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from pathlib import Path
 
 from small_run import FACES, FRAMES, write_run
@@ -15,7 +16,7 @@ from small_run import FACES, FRAMES, write_run
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
-from page import chart, figures, scene, stills  # noqa: E402
+from page import chart, document, figures, scene, stills  # noqa: E402
 from page.run_files import load_sequences  # noqa: E402
 
 
@@ -103,9 +104,26 @@ class Report(unittest.TestCase):
             self.assertRegex(address, r"^(#|data:)")
 
     def test_without_three_js_one_sentence_says_so(self):
-        text = self.make(write_run(self.root / "a"), options=("--no-pictures", "--modules", self.root / "none"))
-        self.assertIn("three.js and esbuild are not installed", text)
+        with unittest.mock.patch.object(document, "DEBIAN_THREE", self.root / "none"):
+            script, why = document.bundled_view(self.root / "none")
+        self.assertIsNone(script)
+        self.assertIn("three.js and esbuild are not installed", why)
+        text = self.make(write_run(self.root / "a"), options=("--no-pictures", "--no-view"))
         self.assertNotIn("facet-view'", text)
+
+    def test_debians_three_js_is_laid_out_as_npms(self):
+        for part in ("debian/build/three.module.js", "debian/examples/jsm/lines/Line2.js"):
+            (self.root / part).parent.mkdir(parents=True)
+            (self.root / part).write_text("")
+        esbuild = self.root / "esbuild"
+        esbuild.write_text('#!/bin/sh\nfor last; do :; done\n'
+                           'ls "$NODE_PATH"/three/build "$NODE_PATH"/three/addons/lines > "${last#--outfile=}"\n')
+        esbuild.chmod(0o755)
+        with unittest.mock.patch.multiple(document, DEBIAN_THREE=self.root / "debian", DEBIAN_ESBUILD=esbuild):
+            script, why = document.bundled_view(self.root / "none")
+        self.assertEqual(why, "")
+        self.assertIn("three.module.js", script)
+        self.assertIn("Line2.js", script)
 
     def test_still_pictures_are_there_if_they_can_be_drawn(self):
         text = self.make(write_run(self.root / "a", errors=[0.01] * FRAMES),
@@ -113,9 +131,9 @@ class Report(unittest.TestCase):
         if stills.mesh_picture is None:
             self.assertIn("numpy and PIL are missing", text)
         else:
-            self.assertIn("Mesh by distance to the truth, s", text)
+            self.assertIn("Mesh by error, s", text)
             written = sorted(file.name for file in (self.root / "stills").iterdir())
-            self.assertEqual(written, ["ring_mesh_by_distance_to_the_truth_s.png", "ring_mesh_by_plane_s.png"])
+            self.assertEqual(written, ["ring_mesh_by_error_s.png", "ring_mesh_by_plane_s.png"])
             self.assertEqual((self.root / "stills" / written[0]).read_bytes()[:4], b"\x89PNG")
 
     def test_names_cannot_break_the_page(self):
@@ -153,7 +171,7 @@ class Report(unittest.TestCase):
         options = ("--no-pictures", "--no-view", "--faults", folder)
         text = self.make(run, options=options)
         page = Elements(text)
-        self.assertIn("2 of 3 cells as expected, wrong in silence for 1.2 s in all", page.said)
+        self.assertIn("2 of 3 cells as expected, undetected errors of 1.2 s in all", page.said)
         self.assertIn("Made by scripts/benchmark faults, commit 0123456789ab.", page.said)
         self.assertIn("wrong &lt;axes&gt; \u26a0 1.2 s", text)
         self.assertIn("ATE 90 mm &gt; 50 mm", text)

@@ -42,7 +42,7 @@ TEST_CASE("a log that begins as its calibration says is not spoken of") {
     CHECK(said_of(side_by_side(), 0, 20).empty());
 }
 
-TEST_CASE("exchanged images, exchanged calibrations and one camera recorded twice are told once, at the start") {
+TEST_CASE("exchanged images, exchanged calibrations and one camera recorded twice are reported once, at the start") {
     const auto images = said_of(side_by_side(), 20, 0);
     REQUIRE(images.size() == 1);
     CHECK(images[0].name == "camera order");

@@ -157,7 +157,7 @@ TEST_CASE("damage costs a chunk, a cut what is behind it") {
     CHECK(reading_of(kBegin + message(1, "of no connection")).data.empty());
 }
 
-TEST_CASE("what is no bag is refused in one line") {
+TEST_CASE("refuses what is not a bag in one line") {
     const test::TempDir dir;
     const auto open = [](const std::string& path) {
         return test::input_error_text([&] { open_bag(path, [](const std::string&) {}); });

@@ -271,7 +271,7 @@ TEST_CASE("bags that are compressed message by message, or as whole files") {
     CHECK(damaged.warnings[0] == "a message of /left is compressed and damaged");
 }
 
-TEST_CASE("images of 10 and 12 bits in 16 keep their light, by the brightest pixel or as told") {
+TEST_CASE("images of 10 and 12 bits in 16 keep their light, by the brightest pixel or as given") {
     const test::TempDir dir;
     for (const unsigned bits : {10U, 12U, 16U}) {
         CAPTURE(bits);
@@ -394,7 +394,7 @@ TEST_CASE("camera_info and tf_static become the log's calibration") {
     CHECK_FALSE(fs::exists(dir.file("none/mav0/cam0/sensor.yaml")));
 }
 
-TEST_CASE("clocks that have nothing in common are told, and aligned on demand") {
+TEST_CASE("clocks that have nothing in common are reported, and aligned on demand") {
     const test::TempDir dir;
     Messages messages;
     add_grey_images(messages, "/left");

@@ -187,12 +187,12 @@ TEST_CASE("folders with a table of stamps, images side by side, other formats") 
     two.is_side_by_side = true;
     check_frames(import(dir, two), true);
     const auto complaint = [&](FilesOptions options) { return input_error_text([&] { import(dir, options); }); };
-    CHECK(says(complaint(sources(dir.file("two"))), "the names of its images are no stamps: --stamps FILE"));
+    CHECK(says(complaint(sources(dir.file("two"))), "the names of its images are not stamps: --stamps FILE"));
     two.stamps[0] = dir.write("few.txt", "1\n2\n3\n");
     CHECK(says(complaint(two), "has 3 stamps, but " + dir.file("two") + " has 6 images"));
 }
 
-TEST_CASE("what is missing in a list is left out and told, and a log without a source is refused in a sentence") {
+TEST_CASE("what is missing in a list is left out and reported, and a log without a source is refused in a sentence") {
     const test::TempDir dir;
     write_frames(dir, "left", 0, [](int k) { return fmt::format("{}.png", k); });
     fs::remove(dir.file("left/2.png"));

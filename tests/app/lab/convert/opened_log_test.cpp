@@ -148,15 +148,14 @@ TEST_CASE("images say the command that makes a log of them, and a log the size o
     CHECK(extent_of_images(dir.file("log.mcap"), packed.files()) == ImageExtent{test::kAslWidth, test::kAslHeight});
 }
 
-TEST_CASE("what is no log is refused in one line") {
+TEST_CASE("refuses what is not a log in one line") {
     const test::TempDir dir;
     const auto open = [&](const std::string& path) {
         return test::input_error_text([&] { OpenedLog(path, [](const std::string&) {}); });
     };
     CHECK(open(dir.file("missing")).find("no such folder") != std::string::npos);
-    CHECK(
-        open(dir.write("text", "text")).find("text: is no log: neither a folder, nor an MCAP file of one, nor a bag") !=
-        std::string::npos);
+    CHECK(open(dir.write("text", "text"))
+              .find("text: is not a log: neither a folder, nor an MCAP file of one, nor a bag") != std::string::npos);
     // A bag, a folder with a bag and a folder of logs say what to type instead.
     const std::string bag = dir.write("field/flight.bag", "#ROSBAG V2.0\n");
     CHECK(open(bag).find("facet convert " + bag + " flight_log && facet replay flight_log --out result") !=
@@ -164,7 +163,7 @@ TEST_CASE("what is no log is refused in one line") {
     CHECK(open(dir.file("field")).find("is a bag, of which facet convert makes a log") != std::string::npos);
     dir.write("rooms/b/mav0/cam0/data.csv", "");
     dir.write("rooms/a/cam0/data.csv", "");
-    CHECK(open(dir.file("rooms")).find("is no log but holds some: " + dir.file("rooms/a") + " is one") !=
+    CHECK(open(dir.file("rooms")).find("is not a log but contains some: " + dir.file("rooms/a") + " is one") !=
           std::string::npos);
     dir.write("pictures/1.png", "");
     CHECK(open(dir.file("pictures")).find("has neither cam0/data.csv nor mav0/cam0/data.csv") != std::string::npos);

@@ -83,7 +83,7 @@ std::vector<UncertainState> estimates(const std::vector<GroundTruthState>& truth
     return states;
 }
 
-TEST_CASE("errors drawn from the claim have the NEES of a consistent estimator, in any gauge") {
+TEST_CASE("errors drawn from the reported covariance have the NEES of a consistent estimator, in any gauge") {
     const auto states = truth(4001);
     const Consistency c = evaluate_consistency(states, estimates(states, claim(), 1.0));
     CHECK(c.gauge_stamp.ns == kBegin);
@@ -132,7 +132,7 @@ TEST_CASE("overconfidence and excess of caution show") {
     }
 }
 
-TEST_CASE("the error turns the estimate into the truth, in units and frames of the claim") {
+TEST_CASE("the error turns the estimate into the truth, in units and frames of the covariance") {
     const auto states = truth(3);
     auto estimate = estimates(states, ClaimMatrix::Identity(), 0.0);
     const Se3 T = estimate[1].T_W_B;
@@ -151,7 +151,7 @@ TEST_CASE("the error turns the estimate into the truth, in units and frames of t
     CHECK(c.samples[1].error.norm() < 1e-9);
 }
 
-TEST_CASE("unusable claims and missing truth are left out and counted") {
+TEST_CASE("unusable covariances and missing truth are left out and counted") {
     auto states = truth(10);
     auto estimate = estimates(states, claim(), 1.0);
     estimate[3].covariance.setZero();

@@ -118,7 +118,7 @@ TEST_CASE("faces that bridge a step do not pull in ICP") {
     CHECK(e.overlap() == Approx(52.0 / 48.0).epsilon(0.02));
 }
 
-TEST_CASE("errors on large floors and walls are told from those elsewhere") {
+TEST_CASE("errors on large floors and walls are separated from those elsewhere") {
     SceneTruth truth = scene();
     CHECK(evaluate_mesh(whole_wall(3.03, 2.0), truth, Se3{}, {}).flat.count == 0);  // no one says how large it is
     truth.planes[0] = {"wall", truth.surface.normal(0), 3.0 * truth.surface.normal(0).x(), 16.0};

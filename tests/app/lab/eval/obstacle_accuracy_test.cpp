@@ -86,7 +86,7 @@ TEST_CASE("a mover is an obstacle where it is, and none where it was") {
     CHECK(more == Approx(6.0 * ObstacleTruth::kSamples_per_m2).margin(6.0));
 }
 
-TEST_CASE("mover.json is read, none is none, and a damaged one is named") {
+TEST_CASE("mover.json is read, may be missing, and is named if damaged") {
     const test::TempDir folder;
     const std::string path = folder.path() + "/mover.json";
     CHECK_FALSE(MoverTruth::load(path).has_value());

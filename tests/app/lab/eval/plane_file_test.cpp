@@ -101,7 +101,7 @@ TEST_CASE("what cannot be used is reported with file and entry") {
     CHECK_THAT(second(R"({"normal": [1, 0, 0], "distance": 1, "seen_area": []})"),
                Contains(R"(entry 1 has no number "seen_area")"));
     CHECK_THAT(second(R"({"normal": [1, 0, 0], "distance": 1, "name": 5})"),
-               Contains("entry 1 has a name that is no text"));
+               Contains("entry 1 has a name that is not text"));
     CHECK_THAT(second(R"({"normal": [1, 0, 0], "distance": 1, "id": -1})"),
                Contains("entry 1 has an id that is not a natural number"));
 }

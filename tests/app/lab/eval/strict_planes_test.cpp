@@ -89,7 +89,7 @@ PlaneSurface with_claim(PlaneSurface surface, double x) {
     return surface;
 }
 
-TEST_CASE("each plane is told why it is wrong, and by how many of its own sigmas") {
+TEST_CASE("each plane has a verdict why it is wrong, and by how many of its own sigmas") {
     const PlaneSurface left = with_claim(rectangles({kLeft}), 3.01);
     const StrictPlanes both = judge({row(1), row(2)}, PlaneSurfaces{{1, left}, {2, left}});
     REQUIRE(both.verdicts.size() == 2);
@@ -114,7 +114,7 @@ TEST_CASE("each plane is told why it is wrong, and by how many of its own sigmas
     CHECK(open.confident == 1);
 }
 
-TEST_CASE("a turned plane's error is told by axis") {
+TEST_CASE("a rotated plane's error is reported by axis") {
     const double turn = 0.02;
     const PlaneClaim claim{
         {3.0, 0.0, 1.0}, {Vector3d(std::sin(turn), 0.0, std::cos(turn)), Vector3d::UnitY()}, 0.01, {0.01, 0.01}};

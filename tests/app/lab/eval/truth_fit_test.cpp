@@ -104,7 +104,7 @@ TEST_CASE("a vehicle that never turns leaves the lever arm open") {
     CHECK(fit.lever_arm_m.sigma.minCoeff() > 0.1);
 }
 
-TEST_CASE("a vehicle that stands, or hardly any poses, tell nothing") {
+TEST_CASE("a vehicle that stands, or hardly any poses, determine nothing") {
     CHECK_FALSE(fit_truth({}).is_known);
     CHECK_FALSE(fit_truth(pairs(1.0, {.late_s = 0.01})).is_known);
     std::vector<PosePair> standing = pairs(20.0, {});

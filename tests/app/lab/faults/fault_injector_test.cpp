@@ -142,7 +142,7 @@ TEST_CASE("black, bright and missing images are confined to their time") {
     CHECK(inject({"no_left@2+0.5", "no_right@2+0.5"}).frames.size() == 90);
 }
 
-TEST_CASE("a frozen camera repeats its first image with new stamps, each time anew") {
+TEST_CASE("a frozen camera repeats its first image with new stamps, each time again") {
     const Output output = inject({"freeze@1+0.5", "freeze@3+0.5"});
     CHECK(untouched_outside(inject({"freeze@1+0.5"}), 1.0, 1.5) == 90);
     for (const auto& [from, frame] : {std::pair{1.0, 20}, std::pair{3.0, 60}}) {
@@ -175,7 +175,7 @@ TEST_CASE("dropped frames have their share, and are the same each time but for a
     CHECK(inject({"drop_frames=0"}).frames.size() == 100);
 }
 
-TEST_CASE("offset images are told and filed under shifted stamps, and wait for inertial samples") {
+TEST_CASE("offset images are reported and filed under shifted stamps, and wait for inertial samples") {
     const Output late = inject({"time_offset=0.012"});
     REQUIRE(late.frames.size() == 100);
     for (std::size_t k = 0; k < late.frames.size(); ++k) {

@@ -87,7 +87,7 @@ TEST_CASE("noise of pixels has its size, no mean, and another seed another noise
     CHECK(sigma == Approx(20.0).epsilon(0.03));
 }
 
-TEST_CASE("a smear takes the detail within a disc and leaves the rest") {
+TEST_CASE("a smear takes the detail within a disk and leaves the rest") {
     constexpr int kWidth = 160;
     constexpr int kHeight = 100;
     GreyImage image{.width = kWidth, .height = kHeight, .pixels = {}};

@@ -29,7 +29,7 @@ bool is_as_recorded(const std::vector<ImuSample>& samples, int i) {
     return sample.w_B == i * kAxes && sample.a_B == -i * kAxes;
 }
 
-TEST_CASE("a frozen IMU repeats its first readings, each time anew, and only of the sensor asked for") {
+TEST_CASE("a frozen IMU repeats its first readings, each time again, and only of the sensor asked for") {
     const auto both = readings("imu_freeze@2+1");
     const auto gyro = readings("imu_freeze=gyro@2+1");
     for (const int i : {400, 450, 599}) {

@@ -60,7 +60,7 @@ TEST_CASE("a bare wall between pictures of one plane is that plane") {
     CHECK(!scene.at(10, 30).is_inferred);
 }
 
-TEST_CASE("two lines to either side are evidence, one is none") {
+TEST_CASE("two lines to either side are evidence, one is not") {
     Scene between([](int column, int) { return column / 3 == 5 || column / 3 == 20 ? kWall : kNothing; });
     between.fill();
     CHECK(between.at(40, 30).is_inferred);

@@ -96,7 +96,7 @@ TEST_CASE("a place from which it is elsewhere contradicts it") {
     CHECK(confirmed < contradicted / 10);
 }
 
-TEST_CASE("motion along a pixel's own ray tells nothing about it") {
+TEST_CASE("motion along a pixel's own ray shows nothing about it") {
     Stage stage(test::plane_surface(Eigen::Vector3d::UnitZ(), 2.5));
     auto samples = stage.measure();
     stage.compare(stage.surface, {0.0, 0.0, 0.15}, samples);
