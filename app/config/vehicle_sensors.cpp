@@ -103,6 +103,10 @@ VehicleImuSpi read_imu_spi(const YamlNode& node) {
         YamlSection fields(*line);
         imu.data_ready = read_line(fields);
         fields.finish();
+        imu.bmi088.clock = imu.data_ready->input.clock;
+        if (imu.chip == SpiChip::kBmi088 && imu.bmi088.clock == ClockDomain::kHardware) {
+            line->fail("clock must be monotonic or realtime: the BMI088's forces are stamped by the host");
+        }
     }
     read_duration(section, "poll_period_s", imu.source.poll_period, 1e-4, 0.1);
     section.finish();

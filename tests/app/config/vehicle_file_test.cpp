@@ -421,6 +421,8 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {kHead + kCameras + "imu:\n  axes: x y -z\n  spi: {chip: bmi088}\n", ":4: imu.axes: 'x y -z' is no axis map"},
         {kHead + kCameras + "imu: {spi: {chip: icm42688, rate_hz: 300}}\n",
          ":3: imu.spi.rate_hz: is 300; one of: 200, 500, 1000, 2000"},
+        {kHead + kCameras + "imu: {spi: {chip: bmi088, data_ready: {line: 2, chip: c, clock: hardware}}}\n",
+         ":3: imu.spi.data_ready: clock must be monotonic or realtime"},
         {kHead + kCameras + "imu: {can: {interface: can0}}\n", ":3: imu.can.decoder: missing"},
         {kHead + kCameras + "imu: {can: {decoder: dbc, dbc: no.dbc, map: {}}}\n", "no.dbc: cannot be read"},
         {kHead + kCameras + kImu + "trigger: {chip: /dev/gpiochip0}\n", ":4: trigger.line: missing"},
