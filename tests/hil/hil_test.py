@@ -12,7 +12,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-FLIGHT = ["--scene", "room", "--duration", "9", "--stand", "1.5", "--samples", "1", "--seed", "3"]
+DURATION = "9"
+FLIGHT = ["--scene", "room", "--duration", DURATION, "--stand", "1.5", "--samples", "1", "--seed", "3"]
 
 
 def skip(why):
@@ -27,7 +28,7 @@ def main(facet, inject, work):
         return skip(found.stderr.strip())
     if subprocess.run(["sh", "-c", "command -v ip"], capture_output=True, check=False).returncode != 0:
         return skip("iproute2 is not installed: run scripts/setup --hil")
-    log = Path(work) / "log"
+    log = Path(work) / f"log_{DURATION}"
     if not (log / "mav0").is_dir():
         fresh = Path(work) / "log.new"
         shutil.rmtree(fresh, ignore_errors=True)

@@ -32,9 +32,8 @@ public:
 
     /// Waits until it says READY=1. @return false if it has ended instead
     bool wait_ready();
-    /// A program that is watched, and has ended with a failure or has not fed the watchdog in time, is started again,
-    /// in the latter case after it was killed.
-    /// @return whether it runs, perhaps again
+    /// A program that is watched is started again if it has ended with a failure; or has not fed the watchdog in time,
+    /// after it was killed. @return whether it runs, perhaps again
     bool tend(Timestamp now);
     void send_signal(int signal);
     /// One of its threads runs no more from now on. Throws std::system_error.
