@@ -28,16 +28,17 @@ def main(facet, inject, work):
         return skip(found.stderr.strip())
     if subprocess.run(["sh", "-c", "command -v ip"], capture_output=True, check=False).returncode != 0:
         return skip("iproute2 is not installed: run scripts/setup --hil")
-    log = Path(work) / f"log_{DURATION}"
+    work = Path(work) / f"flight_of_{DURATION}_s"
+    log = work / "log"
     if not (log / "mav0").is_dir():
-        fresh = Path(work) / "log.new"
+        fresh = work / "log.new"
         shutil.rmtree(fresh, ignore_errors=True)
         subprocess.run([facet, "sim", *FLIGHT, "--out", fresh], check=True, stdout=subprocess.DEVNULL)
         fresh.rename(log)
     command = [
         sys.executable, ROOT / "tests/hil/hil_run.py", "--kernel", found.stdout.strip(), "--facet", facet,
         "--inject", inject,
-        "--log", log, "--out", Path(work) / "out", "--sensors", "icm42688,dronecan", "--time", "virtual",
+        "--log", log, "--out", work / "out", "--sensors", "icm42688,dronecan", "--time", "virtual",
         "--faults", "unplugged,unplugged+dim,flagged_frames_2.0,left_ahead,edges_lost_0.15,imu_brown_out,clock_30s,"
         "stopped,sinks_hang",
         "--timeout", "240",

@@ -42,7 +42,8 @@ public:
     int stop();
     bool running();
 
-    /// When it ended first, or was killed by the watchdog, and when the one that was started then was ready; zero if it did not.
+    /// When it ended first, or was killed by the watchdog, and when the one that was started then was ready; zero if it
+    /// did not.
     Timestamp killed_at() const { return killed_at_; }
     Timestamp ready_again_at() const { return ready_again_at_; }
     const std::vector<ChildState>& states() const { return states_; }
