@@ -23,7 +23,7 @@ namespace {
 class Connection {
 public:
     explicit Connection(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-        const timeval limit{2, 0};
+        const timeval limit{30, 0};  // a busy machine stops either side for seconds
         const linger none{1, 0};
         (void)::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
         (void)::setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
