@@ -33,7 +33,11 @@ public:
         address.sin_family = AF_INET;
         address.sin_port = htons(port);
         address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        test::require(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+        int result = -1;
+        do {  // libFuzzer's timer interrupts
+            result = ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+        } while (result != 0 && (errno == EINTR || errno == EALREADY));
+        test::require(result == 0 || errno == EISCONN);
     }
     ~Connection() { ::close(socket_); }
     Connection(const Connection&) = delete;
