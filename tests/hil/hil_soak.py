@@ -127,7 +127,9 @@ def rows(hil, minutes, time):
     for name, begin_s, end_s in (("first", 0.0, part_s), ("last", length_s - part_s, length_s),
                                  ("all", 0.0, length_s)):  # fmt: skip
         row[name] = part_of(hil, flight, states, truth, begin_s, end_s)
-    early = [state[1] for state in states if length_s / 6 <= state[0] < length_s / 3]
+    # With one camera the run's mesh takes longer until it is full.
+    begin, end = (2 / 3, 5 / 6) if one_camera else (1 / 6, 1 / 3)
+    early = [state[1] for state in states if begin * length_s <= state[0] < end * length_s]
     row["growth_mib"] = row["last"]["mib"] - max(early)
     if one_camera:
         row["grey"] = grey_of(flight["report"]["greys"])
