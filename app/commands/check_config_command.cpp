@@ -40,6 +40,9 @@ std::string describe_imu(const Vehicle& vehicle) {
                            iio.gyro == iio.accel ? iio.gyro : iio.gyro + " and " + iio.accel,
                            iio.stamps == IioStamps::kKernel ? "" : ", stamped when read: for the bench only");
     }
+    if (vehicle.imu_serial) {
+        return fmt::format("packets on {} at {} bit/s", vehicle.imu_serial->device, vehicle.imu_serial->baud);
+    }
     if (vehicle.imu_mavlink) {
         return fmt::format("the flight controller's, {} at {:g} Hz", to_string(vehicle.imu_mavlink->message),
                            vehicle.imu_mavlink->rate_hz);

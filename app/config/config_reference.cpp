@@ -51,6 +51,7 @@ constexpr std::array kExamples{
             "imu: {can: {decoder: dbc, dbc: none, map: {rate: {message: r, signals: [x, y, z]}, force: {message: f, "
             "signals: [x, y, z]}}}}"},
     Example{"iio", "imu: {iio: {device: imu}}"},
+    Example{"serial", "imu: {serial: {protocol: vectornav}}"},
     Example{"mavlink", "imu: {mavlink: {}}"},
     Example{"ros2", "cameras: {ros2: {left: /left/image, right: /right/image}}"},
     Example{"ros2", "imu: {ros2: {topic: /imu}}"},

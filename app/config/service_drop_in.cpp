@@ -51,11 +51,16 @@ std::set<std::string> devices_of(const Vehicle& vehicle) {
     if (vehicle.imu_iio) {
         devices.insert("char-iio");  // plugged in again it may have another number
     }
+    const auto add_serial = [&](const std::string& line) {
+        devices.insert(line.starts_with("/dev/ttyUSB")   ? "char-ttyUSB"
+                       : line.starts_with("/dev/ttyACM") ? "char-ttyACM"
+                                                         : line);
+    };
+    if (vehicle.imu_serial) {
+        add_serial(vehicle.imu_serial->device);
+    }
     if (vehicle.mavlink && !vehicle.mavlink->channel.serial.empty()) {
-        const std::string& serial = vehicle.mavlink->channel.serial;
-        devices.insert(serial.starts_with("/dev/ttyUSB")   ? "char-ttyUSB"
-                       : serial.starts_with("/dev/ttyACM") ? "char-ttyACM"
-                                                           : serial);
+        add_serial(vehicle.mavlink->channel.serial);
     }
     return devices;
 }

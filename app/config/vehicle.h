@@ -14,6 +14,7 @@
 #include "drivers/imu_can/dronecan.h"
 #include "drivers/imu_can/imu_can.h"
 #include "drivers/imu_iio/imu_iio.h"
+#include "drivers/imu_serial/imu_serial.h"
 #include "drivers/imu_spi/adis16.h"
 #include "drivers/imu_spi/bmi088.h"
 #include "drivers/imu_spi/icm42688.h"
@@ -138,6 +139,7 @@ struct Vehicle {
     std::optional<VehicleImuSpi> imu_spi;  ///< one of the four
     std::optional<VehicleImuCan> imu_can;
     std::optional<ImuIioOptions> imu_iio;
+    std::optional<ImuSerialOptions> imu_serial;
     std::optional<ImuMavlinkOptions> imu_mavlink;  ///< over the link of `mavlink`
     std::optional<ImuRos2Options> imu_ros2;
     Ros2NodeOptions ros2;  ///< of whatever speaks ROS 2

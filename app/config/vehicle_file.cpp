@@ -190,6 +190,9 @@ void set_silences(Vehicle& vehicle) {
     if (vehicle.imu_iio) {
         vehicle.imu_iio->silence = samples;
     }
+    if (vehicle.imu_serial) {
+        vehicle.imu_serial->silence = samples;
+    }
     constexpr double kLeastForLink_s = 0.25;  // other programs send when they have nothing better to do
     if (vehicle.imu_ros2) {
         vehicle.imu_ros2->silence = std::max(samples, Duration::from_seconds(kLeastForLink_s));

@@ -88,7 +88,8 @@ constexpr std::array kKeys{
     VehicleKey{"trigger_output.gpio", "", "A line that a thread switches."},
 
     VehicleKey{"imu", "",
-               "The inertial sensor: on spi or can, by iio, the flight controller's by mavlink, or a topic of ros2."},
+               "The inertial sensor: on spi, can or a serial line, by iio, the flight controller's by mavlink, or a "
+               "topic of ros2."},
     VehicleKey{"imu.axes", "",
                "Which sensor axis each of the body's x, y, z is, such as \"y -x z\"; \"x y z\" if it is left out."},
     VehicleKey{"imu.latency_s", "s", "Delay of the sensor's filter."},
@@ -138,6 +139,11 @@ constexpr std::array kKeys{
     VehicleKey{"imu.iio.mount_matrix", "", "Whether the device's mount matrix is applied, before axes."},
     VehicleKey{"imu.iio.attributes", "",
                "Attributes by their names, written before the start to each device that has them."},
+
+    VehicleKey{"imu.serial", "", "A sensor that sends packets over a serial line or USB."},
+    VehicleKey{"imu.serial.protocol", "", "Its maker's binary packets, which its maker's program switches on."},
+    VehicleKey{"imu.serial.device", "", "The line."},
+    VehicleKey{"imu.serial.baud", "bit/s", "Its speed, as set in the sensor."},
 
     VehicleKey{"imu.mavlink", "", "The flight controller's own, over the link of sinks.mavlink."},
     VehicleKey{"imu.mavlink.message", "", "Which of its messages; RAW_IMU and SCALED_IMU round to mg and mrad/s."},

@@ -12,6 +12,7 @@
 #include "app/config/vehicle_iio.h"
 #include "app/config/vehicle_mavlink.h"
 #include "app/config/vehicle_ros2.h"
+#include "app/config/vehicle_serial.h"
 #include "app/support/input_error.h"
 #include "app/support/yaml_section.h"
 #include "drivers/imu_can/openimu300.h"
@@ -103,6 +104,10 @@ VehicleImuSpi read_imu_spi(const YamlNode& node) {
         YamlSection fields(*line);
         imu.data_ready = read_line(fields);
         fields.finish();
+        imu.bmi088.clock = imu.data_ready->input.clock;
+        if (imu.chip == SpiChip::kBmi088 && imu.bmi088.clock == ClockDomain::kHardware) {
+            line->fail("clock must be monotonic or realtime: the BMI088's forces are stamped by the host");
+        }
     }
     read_duration(section, "poll_period_s", imu.source.poll_period, 1e-4, 0.1);
     section.finish();
@@ -257,13 +262,14 @@ void read_imu(const YamlNode& node, Vehicle& vehicle) {
     const auto spi = section.find("spi");
     const auto can = section.find("can");
     const auto iio = section.find("iio");
+    const auto serial = section.find("serial");
     const auto mavlink = section.find("mavlink");
     const auto ros2 = section.find("ros2");
     section.finish();
-    const int chosen = int{spi.has_value()} + int{can.has_value()} + int{iio.has_value()} + int{mavlink.has_value()} +
-                       int{ros2.has_value()};
+    const int chosen = int{spi.has_value()} + int{can.has_value()} + int{iio.has_value()} + int{serial.has_value()} +
+                       int{mavlink.has_value()} + int{ros2.has_value()};
     if (chosen != 1) {
-        node.fail("must have one of 'spi', 'can', 'iio', 'mavlink' and 'ros2'");
+        node.fail("must have one of 'spi', 'can', 'iio', 'serial', 'mavlink' and 'ros2'");
     }
     if (spi) {
         vehicle.imu_spi = read_imu_spi(*spi);
@@ -273,6 +279,10 @@ void read_imu(const YamlNode& node, Vehicle& vehicle) {
         vehicle.imu_iio = read_imu_iio(*iio, vehicle.calibration.noise.rate_hz);
         vehicle.imu_iio->axes = axes;
         vehicle.imu_iio->latency = latency;
+    } else if (serial) {
+        vehicle.imu_serial = read_imu_serial(*serial);
+        vehicle.imu_serial->axes = axes;
+        vehicle.imu_serial->latency = latency;
     } else if (mavlink) {
         vehicle.imu_mavlink = read_imu_mavlink(*mavlink, vehicle.calibration.noise.rate_hz);
         vehicle.imu_mavlink->axes = axes;

@@ -24,6 +24,8 @@ Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
         make_spi(io, clock, *vehicle.imu_spi);
     } else if (vehicle.imu_iio) {
         imu_ = std::make_unique<ImuIio>(io, clock, *vehicle.imu_iio);
+    } else if (vehicle.imu_serial) {
+        imu_ = std::make_unique<ImuSerial>(io, clock, *vehicle.imu_serial);
     } else if (vehicle.imu_mavlink) {
         auto imu = std::make_unique<ImuMavlink>(*mavlink_, clock, *vehicle.imu_mavlink);
         imu_mavlink_ = imu.get();

@@ -10,11 +10,15 @@ constexpr Duration kOldest = Duration::from_seconds(10.0);
 
 }  // namespace
 
+Timestamp now_by(const Clock& clock, ClockDomain domain) {
+    return domain == ClockDomain::kRealtime ? clock.read_pair().realtime : clock.now();
+}
+
 const char* stamp_fault(Timestamp stamp, const Clock& clock, ClockDomain domain) {
     if (domain != ClockDomain::kMonotonic && domain != ClockDomain::kRealtime) {
         return nullptr;
     }
-    const Timestamp now = domain == ClockDomain::kMonotonic ? clock.now() : clock.read_pair().realtime;
+    const Timestamp now = now_by(clock, domain);
     if (stamp > now + kClockNoise) {
         return "stamps in the future";
     }

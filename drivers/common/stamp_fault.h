@@ -9,6 +9,10 @@
 
 namespace facet {
 
+/// Now, by the clock that a domain's stamps are read from; the monotonic one's where the host has no such clock.
+/// Reentrant. No heap.
+Timestamp now_by(const Clock& clock, ClockDomain domain);
+
 /// A sample cannot be of the future: believed and remembered, one such stamp would keep every later sample from being
 /// delivered. Nor does a driver or a kernel keep one for more than ten seconds. To be asked of every stamp of a host's
 /// clock before anything else is done with it; of other clocks nothing is known. Reentrant. No heap.

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "drivers/common/stamp_fault.h"
+
 namespace facet {
 namespace {
 
@@ -211,7 +213,7 @@ Status Bmi088::read_force(SpiMeasurement& measurement) {
     if (!ok(accel_.read(accel::kData, bytes))) {
         return failed(accel_.device());
     }
-    const Timestamp now = clock_.now();
+    const Timestamp now = now_by(clock_, options_.clock);
     const std::uint32_t time = static_cast<std::uint32_t>(bytes[6] | (bytes[7] << 8) | (bytes[8] << 16));
     const bool dead = std::all_of(bytes.begin(), bytes.end(), [&](std::uint8_t b) { return b == bytes[0]; }) &&
                       (bytes[0] == 0x00 || bytes[0] == 0xFF);

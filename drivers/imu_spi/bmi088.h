@@ -14,6 +14,8 @@ struct Bmi088Options {
     std::uint16_t gyro_rate_hz = 400;   ///< 200, 400, 1000 or 2000; its edge drives the reading
     std::uint8_t force_range_code = 2;  ///< 0: 3 g, 1: 6 g, 2: 12 g, 3: 24 g
     bool self_test = true;
+    ClockDomain clock =
+        ClockDomain::kMonotonic;  ///< of the edges' stamps, and so of the forces': monotonic or realtime
 };
 
 /// At each data-ready edge of the gyroscope both dies are read. A rate carries the edge's stamp. The accelerometer runs
@@ -21,7 +23,6 @@ struct Bmi088Options {
 /// on multiples of 16 ticks. The stamps of the two dies differ; ImuAssembler interpolates. Thread-bound.
 class Bmi088 final : public SpiImuChip {
 public:
-    /// @param clock  monotonic, in which the edges are stamped too
     Bmi088(SpiDevice& gyro, SpiDevice& accelerometer, Clock& clock, const Bmi088Options& options)
         : gyro_(gyro), accel_(accelerometer, 1), clock_(clock), options_(options) {}
 

@@ -2,9 +2,6 @@
 #include "drivers/mavlink/mavlink_channel.h"
 
 #include <arpa/inet.h>
-#include <asm/ioctls.h>
-#include <asm/termbits.h>
-#include <fcntl.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 
@@ -12,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 #include <utility>
+
+#include "drivers/common/serial_line.h"
 
 namespace facet {
 
@@ -57,30 +56,9 @@ Status MavlinkChannel::open_udp(std::string& problem) {
 }
 
 Status MavlinkChannel::open_serial(std::string& problem) {
-    fd_ = io_.open(options_.serial.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
-    if (fd_ < 0) {
-        problem = "mavlink: " + options_.serial + ": cannot be opened: " + std::strerror(-fd_);
-        return fd_ == -ENOENT || fd_ == -ENODEV || fd_ == -ENXIO ? Status::kNotFound : Status::kIo;
-    }
-    // termios2 accepts any baud rate as a number. Raw mode: bytes pass unchanged, and a read does not wait.
-    termios2 line{};
-    int result = io_.ioctl(fd_, TCGETS2, &line);
-    if (result >= 0) {
-        line.c_iflag = IGNBRK | IGNPAR;
-        line.c_oflag = 0;
-        line.c_lflag = 0;
-        line.c_cflag = static_cast<tcflag_t>(CS8 | CREAD | CLOCAL | BOTHER);
-        line.c_ispeed = line.c_ospeed = static_cast<speed_t>(options_.baud);
-        line.c_cc[VMIN] = 1;
-        line.c_cc[VTIME] = 0;
-        result = io_.ioctl(fd_, TCSETS2, &line);
-    }
-    if (result < 0) {
-        problem = "mavlink: " + options_.serial + ": " +
-                  (result == -ENOTTY ? std::string("not a serial line") : std::string(std::strerror(-result)));
-        return result == -ENOTTY ? Status::kInvalidArgument : Status::kIo;
-    }
-    return Status::kOk;
+    const Status status = open_serial_line(io_, options_.serial, options_.baud, fd_, problem);
+    problem = ok(status) ? std::move(problem) : "mavlink: " + problem;
+    return status;
 }
 
 void MavlinkChannel::close() {

@@ -16,7 +16,9 @@ namespace facet {
 using ImageFault = std::array<char, 160>;
 
 /// mono8, 8UC1 and the luma of yuv422 (UYVY) and yuv422_yuy2 are copied; of mono16 the upper 8 bits count; of rgb8,
-/// bgr8, 8UC3 (as bgr8), rgba8 and bgra8 it is (77 R + 150 G + 29 B + 128) / 256, which leaves grey as it is.
+/// bgr8, 8UC3 (as bgr8), rgba8 and bgra8 it is (77 R + 150 G + 29 B + 128) / 256, which leaves grey as it is. A mosaic
+/// (bayer_rggb8, bayer_bggr8, bayer_gbrg8, bayer_grbg8) is smoothed by [1 2 1] / 4 both ways, mirrored at its borders:
+/// (R + 2 G + B) / 4 at every pixel, whichever colour it has, and nothing moves.
 /// @param width, height  that the image must have
 /// @param out    width * height bytes, rows without padding
 /// @param fault  is set if something is wrong

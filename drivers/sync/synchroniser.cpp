@@ -194,7 +194,8 @@ Status Synchroniser::add(SyncCamera camera, CameraFrame frame) {
         any_frame_ = true;
         first_frame_ = added.stamp;
     }
-    const Timestamp since = any_edge_ ? last_edge_.stamp : first_frame_;
+    // The first frame's own edge would have come before it.
+    const Timestamp since = any_edge_ ? last_edge_.stamp : first_frame_ - Duration{options_.period.ns / 2};
     const bool silent = options_.has_trigger && added.stamp - since > options_.trigger_silence;
     if (silent) {
         report(SyncFault::kTriggerSilent, SyncCamera::kNone, added.stamp, (added.stamp - since).ns);

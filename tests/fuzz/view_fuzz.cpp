@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <string>
 
 #include "app/support/input_error.h"
@@ -32,7 +33,11 @@ public:
         address.sin_family = AF_INET;
         address.sin_port = htons(port);
         address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        test::require(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+        int result = -1;
+        do {  // libFuzzer's timer interrupts
+            result = ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+        } while (result != 0 && (errno == EINTR || errno == EALREADY));
+        test::require(result == 0 || errno == EISCONN);
     }
     ~Connection() { ::close(socket_); }
     Connection(const Connection&) = delete;
@@ -44,7 +49,10 @@ public:
     /// What comes next; empty at the end.
     std::string read() {
         std::array<char, 4096> bytes{};
-        const ssize_t size = ::recv(socket_, bytes.data(), bytes.size(), 0);
+        ssize_t size = -1;
+        do {  // libFuzzer's timer interrupts
+            size = ::recv(socket_, bytes.data(), bytes.size(), 0);
+        } while (size < 0 && errno == EINTR);
         return {bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
     }
     /// Reads to the end, which must come: whoever says nothing more is let go.

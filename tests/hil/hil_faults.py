@@ -10,6 +10,9 @@ BEGIN_S = 4.0
 FOR_EVER_S = 1000.0
 MAX_RECOVERY_S = 0.5
 WATCHDOG_S = 0.5
+UNIT_WATCHDOG_S = 10.0  # of app/packaging/facet.service
+WANTED_GREY = 90.0  # the median that automatic exposure brings images to,
+MOST_BRIGHT = 240.0  # unless that would take the brightest 2 % beyond this
 
 
 @dataclass
@@ -22,6 +25,8 @@ class Fault:
     reason: str = ""  # which has to be given
     # Longer where docs/hil.md says why.
     max_recovery_s: float = MAX_RECOVERY_S
+    light: float = 0.0  # 1: exposure and gain are the program's
+    lit_camera: int = 0  # whose images have to be bright in the end, then
 
     @property
     def name(self):
@@ -43,6 +48,10 @@ FAULTS = (
     Fault("icm42688", "left_ahead", 0.05, "a left frame stamped an hour ahead"),
     Fault("icm42688", "left_ahead", 2.0, "left frames stamped an hour ahead"),
     Fault("icm42688", "unplugged", 1.0, "left camera unplugged"),
+    Fault("icm42688", "unplugged+dim", FOR_EVER_S, "left camera unplugged, light falls to a tenth, automatic exposure",
+          "DEGRADED", "one_camera", light=1.0, lit_camera=1),
+    Fault("icm42688", "right_dropped+dim", FOR_EVER_S,
+          "right camera silent, light falls to a tenth, automatic exposure", "DEGRADED", "one_camera", light=1.0),
     Fault("icm42688", "right_stalled", 1.0, "right camera stalls"),
     Fault("icm42688", "right_stalled", FOR_EVER_S, "right camera stalls", "DEGRADED", "one_camera"),
     Fault("icm42688", "left_dropped", FOR_EVER_S, "left camera silent", "DEGRADED", "one_camera"),
@@ -77,6 +86,39 @@ FAULTS = (
 )
 
 
+@dataclass
+class Restart:
+    """The program hangs, or a thread of it, and is started again at once."""
+
+    kind: str
+    words: str
+    also: str = ""  # another fault from then on
+    ends: str = "TRACKING"
+    watchdog_s: float = WATCHDOG_S
+    max_recovery_s: float = MAX_RECOVERY_S
+
+    @property
+    def name(self):
+        return self.kind + (f"_{self.also}" if self.also else "")
+
+
+RESTARTS = (
+    Restart("stopped", "the program hangs; the watchdog restarts it"),
+    Restart("stopped", "the program hangs; the watchdog restarts it, the trigger is gone", "edges_lost", "DEGRADED"),
+    # One camera tells its scale, and with it velocity, by motion only.
+    Restart("stopped", "the program hangs; the watchdog restarts it, the left camera is gone", "unplugged", "DEGRADED",
+            max_recovery_s=2.0),
+    Restart("sinks_hang", "the thread of the sinks hangs; the program names it and ends, and is started again",
+            watchdog_s=UNIT_WATCHDOG_S),
+)
+
+
+def is_well_lit(grey):
+    """Within a factor of two of what is wanted; or as bright as the brightest 2 % of the pixels allow."""
+    median, bright = grey
+    return median <= WANTED_GREY * 2 and (median >= WANTED_GREY / 2 or bright >= MOST_BRIGHT / 2)
+
+
 def count_findings(summary):
     live = summary["live"]
     found = {name: count for name, count in live["synchroniser"].items() if count > 0}
@@ -88,7 +130,8 @@ def count_findings(summary):
 
 def fault_row(hil, fault, plain):
     flight = hil.fly(fault.sensor, f"{fault.sensor}_{fault.name}",
-                     faults=[f"{kind}@{BEGIN_S}+{fault.length_s}" for kind in fault.kinds.split("+")])  # fmt: skip
+                     faults=[f"{kind}@{BEGIN_S}+{fault.length_s}" for kind in fault.kinds.split("+")],
+                     light=fault.light)  # fmt: skip
     begin_ns = flight["report"]["first_frame_ns"] + round(BEGIN_S * hil_compare.NANO)
     end_ns = begin_ns + round(fault.length_s * hil_compare.NANO)
     found, usual = count_findings(flight["summary"]), count_findings(plain["summary"])
@@ -105,34 +148,39 @@ def fault_row(hil, fault, plain):
         # Without readings no frame is complete: only the end of the flight tells.
         row["reasons"] += [why for why in flight["summary"]["final"]["reasons"].split("|")
                            if why and why not in row["reasons"]]  # fmt: skip
+    is_lit = True
+    if fault.light:
+        grey = flight["report"]["greys"][-2][fault.lit_camera]  # the last second may have ended early
+        row["found"]["median of the living camera's images"] = grey[0]
+        is_lit = is_well_lit(grey)
     row["good"] = (
-        row["ends"] == fault.ends and fault.reason in row["reasons"] + [""]
+        is_lit and row["ends"] == fault.ends and fault.reason in row["reasons"] + [""]
         and (fault.is_for_ever or (row["exit_code"] == 0 and row["recovery_s"] <= fault.max_recovery_s))
     )  # fmt: skip
     return row
 
 
-def restart_row(hil, plain, also="", words=""):
-    """The program hangs, and its service manager kills it and starts it again.
-
-    also: another fault from then on"""
-    name = f"icm42688_restart{'_' + also if also else ''}"
-    more = [f"{also}@{BEGIN_S}+{FOR_EVER_S}"] if also else []
-    job, report = hil.play("icm42688", name, faults=[f"stopped@{BEGIN_S}+0", *more], watchdog_s=WATCHDOG_S)
+def restart_row(hil, restart, plain):
+    """The program, or a thread of it, hangs, and its service manager starts it again."""
+    faults = [f"{restart.kind}@{BEGIN_S}+0"]
+    faults += [f"{restart.also}@{BEGIN_S}+{FOR_EVER_S}"] if restart.also else []
+    job, report = hil.play("icm42688", f"icm42688_restart_{restart.name}", faults=faults,
+                           watchdog_s=restart.watchdog_s)  # fmt: skip
     folders = sorted((job.folder / "flights").glob("flight_*"))
-    flights = [hil.flight_in(folder, f"restart{also}_{i}", report) for i, folder in enumerate(folders)]
-    row = {"sensor": "icm42688", "fault": "stopped", "length_s": WATCHDOG_S, "exit_code": report["exit_code"],
-           "words": f"the program hangs; the watchdog restarts it{words}", "ate_plain_mm": plain["ate_mm"],
+    flights = [hil.flight_in(folder, f"restart_{restart.name}_{i}", report) for i, folder in enumerate(folders)]
+    row = {"sensor": "icm42688", "fault": restart.name, "exit_code": report["exit_code"],
+           "words": restart.words, "ate_plain_mm": plain["ate_mm"], "length_s": math.nan,
            "recovery_s": math.nan, "longest_gap_s": math.nan, "ate_mm": math.nan, "good": False,
            "states": [], "reasons": [], "ends": "-", "found": {"flights": len(flights)}}  # fmt: skip
     if len(flights) != 2:
         return row
     again = flights[1]
-    ends = "DEGRADED" if also else "TRACKING"
-    tracking = [stamp for stamp, state, _, _ in again["health"] if state in ("TRACKING", ends)]
+    tracking = [stamp for stamp, state, _, _ in again["health"] if state in ("TRACKING", restart.ends)]
     if not tracking:
         return row
     first_ns = tracking[0] + report["shift_ns"]
+    begin_ns = report["first_frame_ns"] + report["shift_ns"] + round(BEGIN_S * hil_compare.NANO)
+    row["length_s"] = (report["killed_ns"] - begin_ns) / hil_compare.NANO
     row["recovery_s"] = (first_ns - report["killed_ns"]) / hil_compare.NANO
     row["longest_gap_s"] = (tracking[0] - flights[0]["health"][-1][0]) / hil_compare.NANO
     row["ends"] = again["health"][-1][1]
@@ -140,11 +188,15 @@ def restart_row(hil, plain, also="", words=""):
     ready_s = (report["ready_again_ns"] - report["killed_ns"]) / hil_compare.NANO
     counter = (job.folder / "flights/reset_counter").read_text(encoding="utf-8").strip()
     row["found"] = {"seconds until ready": round(ready_s, 2), "reset counter sent": int(counter)}
-    row["good"] = row["exit_code"] == 0 and row["ends"] == ends and int(counter) == 1
+    said = (job.folder / "run.log").read_text(encoding="utf-8", errors="replace")
+    names_thread = "the thread facet-sinks hangs" in said
+    row["good"] = (row["exit_code"] == 0 and row["ends"] == restart.ends and int(counter) == 1
+                   and row["recovery_s"] <= restart.max_recovery_s
+                   and names_thread == (restart.kind == "sinks_hang"))  # fmt: skip
     return row
 
 
-def fault_rows(hil, faults, restart):
+def fault_rows(hil, faults, restarts):
     print("  fault                                    states         ends     recovery  gap s  ATE mm (without)  "
           "reasons; found")
 
@@ -153,13 +205,11 @@ def fault_rows(hil, faults, restart):
         flight["ate_mm"] = hil.ate(flight["poses"], flight["name"])
         return flight
 
-    sensors = sorted({fault.sensor for fault in faults} | ({"icm42688"} if restart else set()))
+    sensors = sorted({fault.sensor for fault in faults} | ({"icm42688"} if restarts else set()))
     with ThreadPoolExecutor(hil.args.jobs) as guests:
         plain = dict(zip(sensors, guests.map(plain_flight, sensors)))
         flown = [guests.submit(fault_row, hil, fault, plain[fault.sensor]) for fault in faults]
-        if restart:
-            flown.append(guests.submit(restart_row, hil, plain["icm42688"]))
-            flown.append(guests.submit(restart_row, hil, plain["icm42688"], "unplugged", ", the left camera is gone"))
+        flown += [guests.submit(restart_row, hil, restart, plain["icm42688"]) for restart in restarts]
         rows = []
         for row in flown:
             rows.append(row.result())

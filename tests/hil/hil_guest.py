@@ -32,6 +32,8 @@ SENSOR_CONFIG = {
     "dronecan": "can: {interface: vcan0, decoder: dronecan, use_integrals: true}",
     "openimu300": "can: {interface: vcan0, decoder: openimu300}",
 }
+# Exposure and gain are the program's; the sensor's have steps of 0.1 ms (tests/hil/inject/sensor_light.h).
+AUTO_EXPOSURE = "  auto_exposure: {exposure_step_s: 0.0001, most_exposure: 80, most_gain: 16}\n"
 READY = "data_ready: {chip: /run/gpiochip, line: imu-ready, backend: %s}"
 # Where a restarted program begins a folder of its own and announces the jump: on the bus, which nobody else uses then.
 RESTARTING_SINKS = "sinks: {log: {folder: /run/share/flights}, can: {interface: vcan0}}\n"
@@ -61,6 +63,7 @@ class Job:
     pixels: tuple = ("GREY", 0, False)  # format, significant bits, in the high bits
     record: str = ""  # "folder" or "mcap"
     watchdog_s: float = 0.0  # 0: not watched
+    light: float = 0.0  # exposure and gain are the program's, and light swings by this factor either way in a minute
     command: tuple = ()  # of facet, instead of run; it does not say when it is ready
     files: dict = field(default_factory=dict)  # name: text, below /run/share
     mode: str = "spr"
@@ -104,7 +107,7 @@ def write_job(programs, job):
             rate=job.rate_hz,
             imu=SENSOR_CONFIG[job.sensor].replace("READY", READY % job.backend),
             backend=job.backend,
-            pixels=pixel_keys(job.pixels),
+            pixels=pixel_keys(job.pixels) + (AUTO_EXPOSURE if job.light else ""),
             sinks=RESTARTING_SINKS if job.watchdog_s else "",
             realtime="" if job.virtual_time else REALTIME,
         ),
@@ -117,6 +120,7 @@ def write_job(programs, job):
     play += pixel_options(job.pixels) + ["--watchdog", str(job.watchdog_s)]
     for fault in job.faults:
         play += ["--fault", fault]
+    play += ["--light", str(job.light)] if job.light else []
     play += ["--turns", str(job.turns), "--states", "/run/share/states.csv"] if job.turns > 1 else []
     play += ["--report", "/run/share/inject.json"]
     lines = '--trigger "$HIL_LINES/sim_gpio0/pull" --data-ready "$HIL_LINES/sim_gpio1/pull"'

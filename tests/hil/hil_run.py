@@ -38,13 +38,16 @@ def parse(arguments):
                         help="also, with the first sensor, the lines' other backend, recording as MCAP, all formats")
     parser.add_argument("--faults", nargs="?", const="all",
                         help="also the fault table; or only these kinds, with or without their length, "
-                        "comma-separated; stopped: the program")
+                        "comma-separated; stopped: the program; sinks_hang: a thread of it")
     parser.add_argument("--records", action="store_true", help="also recordings that are broken off")
     parser.add_argument("--bring-up", action="store_true", help="also the steps of docs/bring_up.md")
     parser.add_argument("--soak", type=float, default=0.0, metavar="MINUTES",
                         help="also a flight of this length; the log must end as it began (facet sim --closed) and is "
                         "repeated without a seam")
     parser.add_argument("--soak-time", choices=("virtual", "real"), default="real")
+    parser.add_argument("--soak-one-camera", action="store_true",
+                        help="in the soak the left camera is unplugged after ten seconds, exposure is automatic, and "
+                        "light goes up and down by a factor of 64 each minute")
     parser.add_argument("--document", type=Path, metavar="FILE", help="puts the tables between their marks there")
     parser.add_argument("--mode", default="spr")
     parser.add_argument("--start", type=float, default=0.0)
@@ -55,12 +58,13 @@ def parse(arguments):
 
 
 def chosen_faults(text):
-    """@return the faults, and whether the program is to hang"""
+    """@return the faults of sensors, and those of the program"""
     if not text:
-        return [], False
+        return [], []
     kinds = None if text == "all" else text.split(",")
     faults = [fault for fault in hil_faults.FAULTS if kinds is None or {fault.name, fault.kinds} & set(kinds)]
-    return faults, kinds is None or "stopped" in kinds
+    restarts = [one for one in hil_faults.RESTARTS if kinds is None or {one.name, one.kind} & set(kinds)]
+    return faults, restarts
 
 
 def main(arguments):
@@ -73,12 +77,12 @@ def main(arguments):
         args.timeout = max(args.timeout, 60.0 * args.soak + 600.0)
         hil = Hil(args)
         hil.out.mkdir(parents=True, exist_ok=True)
-        faults, restart = chosen_faults(args.faults)
+        faults, restarts = chosen_faults(args.faults)
         parts = {
             "agreement": lambda: hil_agreement.agreement_rows(hil, hil_agreement.cases_of(args, times)),
             "records": lambda: hil_broken_records.rows(hil) if args.records else [],
             "bring_up": lambda: hil_bring_up.rows(hil) if args.bring_up else [],
-            "faults": lambda: hil_faults.fault_rows(hil, faults, restart) if faults or restart else [],
+            "faults": lambda: hil_faults.fault_rows(hil, faults, restarts) if faults or restarts else [],
             "soak": lambda: hil_soak.rows(hil, args.soak, args.soak_time) if args.soak > 0.0 else [],
         }
         results = {name: [] for name in parts}

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
 """The short hardware-in-the-loop test: a simulated flight through the kernel's drivers in virtual time, by SPI and by
-CAN, recorded and replayed, and faults of camera, line, sensor and clock. Skipped (77) where the guest kernel
+CAN, recorded and replayed, and faults of camera, line, sensor, clock and program. Skipped (77) where the guest kernel
 has not been built.
 
 Usage: hil_test.py FACET HIL_INJECT WORK_FOLDER
@@ -12,7 +12,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-FLIGHT = ["--scene", "room", "--duration", "7.5", "--stand", "1.5", "--samples", "1", "--seed", "3"]
+DURATION = "9"
+FLIGHT = ["--scene", "room", "--duration", DURATION, "--stand", "1.5", "--samples", "1", "--seed", "3"]
 
 
 def skip(why):
@@ -27,17 +28,19 @@ def main(facet, inject, work):
         return skip(found.stderr.strip())
     if subprocess.run(["sh", "-c", "command -v ip"], capture_output=True, check=False).returncode != 0:
         return skip("iproute2 is not installed: run scripts/setup --hil")
-    log = Path(work) / "log"
+    work = Path(work) / f"flight_of_{DURATION}_s"
+    log = work / "log"
     if not (log / "mav0").is_dir():
-        fresh = Path(work) / "log.new"
+        fresh = work / "log.new"
         shutil.rmtree(fresh, ignore_errors=True)
         subprocess.run([facet, "sim", *FLIGHT, "--out", fresh], check=True, stdout=subprocess.DEVNULL)
         fresh.rename(log)
     command = [
         sys.executable, ROOT / "tests/hil/hil_run.py", "--kernel", found.stdout.strip(), "--facet", facet,
         "--inject", inject,
-        "--log", log, "--out", Path(work) / "out", "--sensors", "icm42688,dronecan", "--time", "virtual",
-        "--faults", "unplugged,flagged_frames_2.0,left_ahead_0.05,edges_lost_0.15,imu_brown_out,clock_30s",
+        "--log", log, "--out", work / "out", "--sensors", "icm42688,dronecan", "--time", "virtual",
+        "--faults", "unplugged,unplugged+dim,flagged_frames_2.0,left_ahead,edges_lost_0.15,imu_brown_out,clock_30s,"
+        "stopped,sinks_hang",
         "--timeout", "240",
     ]  # fmt: skip
     return subprocess.run(command, check=False).returncode

@@ -55,7 +55,7 @@ TEST_CASE("check-config describes a vehicle file, or names the first mistake of 
     CHECK(bad.out.empty());
     CHECK(count_lines(bad.err) == 4);
     CHECK(contains(bad.err, path + ":2: cameras.rate_hz: must be a number"));
-    CHECK(contains(bad.err, path + ":3: imu: must have one of 'spi', 'can', 'iio', 'mavlink' and 'ros2'"));
+    CHECK(contains(bad.err, path + ":3: imu: must have one of 'spi', 'can', 'iio', 'serial', 'mavlink' and 'ros2'"));
     CHECK(contains(bad.err, path + ":4: sinks.mavlink.baud: must be within [1200, 4000000], is 1"));
     CHECK(contains(bad.err, path + ":5: sink: unknown key"));
 }

@@ -48,6 +48,13 @@ TEST_CASE("the service may use the devices that the vehicle file names, and no o
     CHECK(has(text, "DeviceAllow=char-ttyUSB rw"));  // plugged in again it may be ttyUSB1
 }
 
+TEST_CASE("the service may read an inertial sensor's serial line") {
+    Vehicle vehicle = spi_vehicle();
+    vehicle.imu_spi.reset();
+    vehicle.imu_serial.emplace().device = "/dev/ttyACM0";
+    CHECK(has(service_drop_in(vehicle), "DeviceAllow=char-ttyACM rw"));
+}
+
 TEST_CASE("the service may set up a sensor of the kernel's") {
     Vehicle vehicle = spi_vehicle();
     vehicle.imu_spi.reset();

@@ -207,7 +207,7 @@ TEST_CASE("the flight controller's IMU has options, and needs the link") {
     CHECK_THROWS_WITH(load("{rate_hz: 5}", link), Catch::Contains("rate_hz"));
     CHECK_THROWS_WITH(load("{gyro_filter_hz: 0.5}", link), Catch::Contains("1 Hz at least"));
     CHECK_THROWS_WITH(load("{}, can: {}", link),
-                      Catch::Contains("must have one of 'spi', 'can', 'iio', 'mavlink' and 'ros2'"));
+                      Catch::Contains("must have one of 'spi', 'can', 'iio', 'serial', 'mavlink' and 'ros2'"));
 }
 
 TEST_CASE("a vehicle file needs calibration, cameras and an IMU, and has defaults for the rest") {
@@ -401,7 +401,8 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {"cameras: {}\n", ":1: calibration: missing"},
         {kHead + kImu, ":1: cameras: missing"},
         {kHead + kCameras, ":1: imu: missing"},
-        {kHead + kCameras + "imu: {}\n", ":3: imu: must have one of 'spi', 'can', 'iio', 'mavlink' and 'ros2'"},
+        {kHead + kCameras + "imu: {}\n",
+         ":3: imu: must have one of 'spi', 'can', 'iio', 'serial', 'mavlink' and 'ros2'"},
         {kHead + kCameras + kImu + "tirgger: {}\n",
          ":4: tirgger: unknown key; there are: calibration, estimator, cameras, trigger, trigger_output, imu, ros2, "
          "sinks, "
@@ -422,6 +423,8 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
          ":4: imu.axes: 'x y -z' is not an axis map"},
         {kHead + kCameras + "imu: {spi: {chip: icm42688, rate_hz: 300}}\n",
          ":3: imu.spi.rate_hz: is 300; one of: 200, 500, 1000, 2000"},
+        {kHead + kCameras + "imu: {spi: {chip: bmi088, data_ready: {line: 2, chip: c, clock: hardware}}}\n",
+         ":3: imu.spi.data_ready: clock must be monotonic or realtime"},
         {kHead + kCameras + "imu: {can: {interface: can0}}\n", ":3: imu.can.decoder: missing"},
         {kHead + kCameras + "imu: {can: {decoder: dbc, dbc: no.dbc, map: {}}}\n", "no.dbc: cannot be read"},
         {kHead + kCameras + kImu + "trigger: {chip: /dev/gpiochip0}\n", ":4: trigger.line: missing"},

@@ -180,6 +180,28 @@ TEST_CASE("a gyroscope whose line is dead gives no rates of zero, and is set up 
     }
 }
 
+TEST_CASE("edges stamped by the wall clock are joined with forces stamped by the same, also when it is set") {
+    Bmi088Options options;
+    options.clock = ClockDomain::kRealtime;
+    BmiHarness h(options);
+    h.edges.domain = ClockDomain::kRealtime;
+    h.imu = std::make_unique<ImuSpi>(h.chip, &h.edges, h.clock, BmiHarness::judged_options());
+    const auto set = [&](Duration offset) {
+        h.edges.offset = offset;
+        h.clock.set_realtime_offset(offset);
+    };
+    set(Duration::from_seconds(1.7e9));
+    REQUIRE(ok(h.imu->start()));
+    h.offer(100);
+    CHECK(test::drain(h).stamps.size() >= 98);
+    set(Duration::from_seconds(1.7e9 - 3600.0));
+    h.offer(100);
+    const test::Drained after = test::drain(h);
+    CHECK(after.stamps.size() >= 85);
+    CHECK(after.stamps.back().seconds() < 1.7e9 - 3000.0);
+    CHECK(h.imu->counters().errors == 0);
+}
+
 TEST_CASE("lost edges are counted") {
     BmiHarness h;
     REQUIRE(ok(h.imu->start()));

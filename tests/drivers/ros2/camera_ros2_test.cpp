@@ -38,7 +38,7 @@ public:
     }
     test::Hook offer_corrupt() override {
         clock.advance(kPeriod);
-        add("bayer_rggb8", std::vector<std::uint8_t>(8), clock.read_pair().realtime);
+        add("bayer_rggb16", std::vector<std::uint8_t>(8), clock.read_pair().realtime);
         return test::Hook::kDone;
     }
     test::Hook offer_ahead() override {
@@ -105,7 +105,7 @@ TEST_CASE("what is wrong with all images is said in words once they are missed")
         CameraFrame frame;
         (void)h.camera.next({}, frame);
     }
-    CHECK(std::string(h.camera.problem()).find("encoded as 'bayer_rggb8'") != std::string::npos);
+    CHECK(std::string(h.camera.problem()).find("encoded as 'bayer_rggb16'") != std::string::npos);
     CHECK(h.camera.camera_counters().misfits > 0);
     CHECK(h.camera.counters().corrupt == h.camera.camera_counters().misfits);
 }

@@ -57,6 +57,37 @@ TEST_CASE("of 16 bits the upper 8 count, whichever comes first") {
     CHECK(convert(image, 2, 1).grey == std::vector<std::uint8_t>{0x34, 0xff});
 }
 
+TEST_CASE("a mosaic becomes the same grey at every pixel, whichever colour comes first, and ramps do not move") {
+    constexpr int kSize = 6;
+    const std::array<std::uint8_t, 3> colour{200, 100, 40};  // red, green, blue
+    const struct {
+        const char* encoding;
+        std::array<std::size_t, 4> order;  // of the first two rows
+    } mosaics[] = {{"bayer_rggb8", {0, 1, 1, 2}},
+                   {"bayer_bggr8", {2, 1, 1, 0}},
+                   {"bayer_gbrg8", {1, 2, 0, 1}},
+                   {"bayer_grbg8", {1, 0, 2, 1}}};
+    for (const auto& mosaic : mosaics) {
+        CAPTURE(mosaic.encoding);
+        std::vector<std::uint8_t> data(kSize * kSize);
+        std::vector<std::uint8_t> ramp(kSize * kSize);
+        for (std::size_t i = 0; i < data.size(); ++i) {
+            data[i] = colour[mosaic.order[i / kSize % 2 * 2 + i % kSize % 2]];
+            ramp[i] = static_cast<std::uint8_t>(20 + 4 * (i % kSize) + 8 * (i / kSize));
+        }
+        const Converted flat = convert(image_of(mosaic.encoding, kSize, kSize, kSize, data), kSize, kSize);
+        CHECK(flat.status == Status::kOk);
+        CHECK(flat.grey == std::vector<std::uint8_t>(data.size(), (200 + 2 * 100 + 40) / 4));
+        const Converted tilted = convert(image_of(mosaic.encoding, kSize, kSize, kSize, ramp), kSize, kSize);
+        for (const std::size_t v : {1U, 2U, 4U}) {
+            for (const std::size_t u : {1U, 3U, 4U}) {
+                CHECK(tilted.grey[v * kSize + u] == ramp[v * kSize + u]);
+            }
+        }
+    }
+    CHECK(convert(image_of("bayer_rggb8", 1, 1, 1, {7}), 1, 1).grey == std::vector<std::uint8_t>{7});
+}
+
 TEST_CASE("grey in colours stays as it is, and colours weigh as the eye has them") {
     for (int grey = 0; grey < 256; ++grey) {
         const std::vector<std::uint8_t> data(4, static_cast<std::uint8_t>(grey));
@@ -83,7 +114,7 @@ TEST_CASE("an image that cannot be used is refused in words, and nothing is writ
         CHECK(result.grey == std::vector<std::uint8_t>(16, 9));
         return result.fault;
     };
-    CHECK(refused(image_of("bayer_rggb8", 4, 4, 4, data)).find("'bayer_rggb8'") != std::string::npos);
+    CHECK(refused(image_of("bayer_rggb16", 4, 4, 4, data)).find("'bayer_rggb16'") != std::string::npos);
     CHECK(refused(image_of("mono8", 4, 3, 4, data)) == "images are 4x3, the calibration is of 4x4");
     CHECK(refused(image_of("mono8", 4, 4, 3, data)).find("64 bytes in rows of 3") != std::string::npos);
     CHECK(refused(image_of("mono8", 4, 4, 21, data)).find("too few") != std::string::npos);

@@ -2,6 +2,7 @@
 #include "tests/hil/inject/child.h"
 
 #include <poll.h>
+#include <sys/ptrace.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <sys/wait.h>
@@ -9,11 +10,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 namespace facet::hil {
@@ -68,6 +72,10 @@ Child::~Child() {
 
 int Child::collect(int options) {
     int status = 0;
+    // Whoever holds a thread has to let it go before the process can end.
+    if (hanging_ > 0 && ::waitpid(hanging_, &status, options | __WALL) == hanging_) {
+        hanging_ = -1;
+    }
     if (pid_ > 0 && ::waitpid(pid_, &status, options) == pid_) {
         exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
         pid_ = -1;
@@ -122,10 +130,35 @@ bool Child::tend(Timestamp now) {
     if (watchdog_.ns > 0 && any_fed_ && now - fed_at_ > watchdog_) {
         send_signal(SIGKILL);
         collect(0);
-        killed_at_ = now;
-        start();
+        start_again(now);
+    } else if (!running() && watchdog_.ns > 0 && exit_code_ != 0) {
+        start_again(now);
     }
     return running();
+}
+
+void Child::start_again(Timestamp now) {
+    killed_at_ = killed_at_.ns == 0 ? now : killed_at_;
+    start();
+}
+
+void Child::hang(const std::string& thread) {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/" + std::to_string(pid_) + "/task")) {
+        std::ifstream file(entry.path() / "comm");
+        std::string name;
+        std::getline(file, name);
+        if (name != thread) {
+            continue;
+        }
+        hanging_ = std::stoi(entry.path().filename().string());
+        if (::ptrace(PTRACE_SEIZE, hanging_, nullptr, nullptr) != 0 ||
+            ::ptrace(PTRACE_INTERRUPT, hanging_, nullptr, nullptr) != 0 ||
+            ::waitpid(hanging_, nullptr, __WALL) != hanging_) {
+            throw std::system_error(errno, std::generic_category(), thread + " cannot be stopped");
+        }
+        return;
+    }
+    throw std::system_error(ESRCH, std::generic_category(), thread);
 }
 
 void Child::send_signal(int signal) {

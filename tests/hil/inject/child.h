@@ -32,15 +32,18 @@ public:
 
     /// Waits until it says READY=1. @return false if it has ended instead
     bool wait_ready();
-    /// A program that is watched, and has not fed the watchdog in time, is killed and started again.
-    /// @return whether it runs, perhaps again
+    /// A program that is watched is started again if it has ended with a failure; or has not fed the watchdog in time,
+    /// after it was killed. @return whether it runs, perhaps again
     bool tend(Timestamp now);
     void send_signal(int signal);
+    /// One of its threads runs no more from now on. Throws std::system_error.
+    void hang(const std::string& thread);
     /// SIGTERM, and its exit code; 128 + signal if it was killed.
     int stop();
     bool running();
 
-    /// When the watchdog killed it, and when the one that was started then was ready; zero if it did not.
+    /// When it ended first, or was killed by the watchdog, and when the one that was started then was ready; zero if it
+    /// did not.
     Timestamp killed_at() const { return killed_at_; }
     Timestamp ready_again_at() const { return ready_again_at_; }
     const std::vector<ChildState>& states() const { return states_; }
@@ -50,12 +53,14 @@ private:
     std::string heard(int timeout_ms);
     double resident_mib() const;
     int collect(int options);
+    void start_again(Timestamp now);
 
     std::vector<std::string> command_;
     Duration watchdog_;
     bool keep_states_;
     Descriptor socket_;
     pid_t pid_ = -1;
+    pid_t hanging_ = -1;  ///< its thread that runs no more
     int exit_code_ = -1;
     bool any_fed_ = false;
     Timestamp fed_at_;

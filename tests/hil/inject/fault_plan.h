@@ -36,6 +36,8 @@ enum class FaultKind : std::uint8_t {
     kClock30s,      ///< the wall clock is set, once: 30 s on
     kClock1h,       ///< an hour on
     kClockBack10s,  ///< 10 s back
+    kDim,           ///< a tenth of the light, of cameras whose exposure is set
+    kSinksHang,     ///< the thread of the sinks stops, once, as in a driver that never returns
     kStopped,       ///< the program is stopped (SIGSTOP), once; it runs again when its service manager restarts it
     kKilled,        ///< the program is killed (SIGKILL), once
     kPowerCut,      ///< the computer loses its power: nothing is written that was not synchronised with the disc
@@ -45,7 +47,7 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(FaultKind
     "left_dropped",   "right_dropped",  "right_stalled", "right_late",  "both_dropped", "torn",       "short_frames",
     "flagged_frames", "left_ahead",     "edges_lost",    "edges_extra", "unplugged",    "imu_silent", "imu_damaged",
     "imu_dead",       "imu_brown_out",  "ready_merged",  "can_loss",    "bus_off",      "can_down",   "clock_30s",
-    "clock_1h",       "clock_back_10s", "stopped",       "killed",      "power_cut"};
+    "clock_1h",       "clock_back_10s", "dim",           "sinks_hang",  "stopped",      "killed",     "power_cut"};
 
 struct Fault {
     FaultKind kind = FaultKind::kCount;

@@ -28,6 +28,7 @@ struct Arguments {
     std::string states;
     std::string format = "GREY";
     double watchdog_s = 0.0;
+    double light_swing = 0.0;
     bool at_once = false;
     std::vector<std::string> faults;
     InjectorOptions options;
@@ -50,9 +51,15 @@ void write_report(const std::string& path, const InjectorReport& report, const C
     TextFile file(path);
     file.print(
         "{{\"shift_ns\": {}, \"first_frame_ns\": {}, \"frames\": {}, \"imu\": {}, \"latest_ms\": {:.3f}, "
-        "\"killed_ns\": {}, \"ready_again_ns\": {}, \"exit_code\": {}}}\n",
+        "\"killed_ns\": {}, \"ready_again_ns\": {}, \"exit_code\": {}, \"greys\": [",
         report.shift.ns, report.first_frame.ns, report.frames_sent, report.imu_sent, report.latest.seconds() * 1e3,
         child.killed_at().ns, child.ready_again_at().ns, exit_code);
+    for (std::size_t second = 0; second < report.greys.size(); ++second) {
+        const auto& [left, right] = report.greys[second];
+        file.print("{}[[{}, {}], [{}, {}]]", second > 0 ? ", " : "", left.median, left.bright, right.median,
+                   right.bright);
+    }
+    file.write("]}\n");
     file.close();
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     (void)::fsync(fd);
@@ -76,6 +83,9 @@ int play(Arguments& args) {
     options.pixels.format = pixel_format(args.format).value();
     for (const std::string& fault : args.faults) {
         options.faults.add(fault);
+    }
+    if (args.light_swing > 0.0) {
+        options.light.emplace().swing = args.light_swing;
     }
     const Recording recording = load_recording(args.log, args.part);
     options.imu_period = imu_period(recording);
@@ -138,6 +148,8 @@ int main(int argc, char** argv) {
         ->check(CLI::IsMember({"GREY", "Y10", "Y10P", "Y12", "Y012", "Y16", "YUYV"}));
     play_command->add_option("--significant-bits", args.options.pixels.significant_bits, "Of Y16");
     play_command->add_flag("--msb-aligned", args.options.pixels.msb_aligned, "Y10, Y12 and Y16 in the high bits");
+    play_command->add_option("--light", args.light_swing,
+                             "Exposure and gain are the program's; light swings by this factor either way in a minute");
     play_command->add_option("--watchdog", args.watchdog_s, "Seconds after which a silent program is started again");
     play_command->add_option("--left", args.options.left, "Video node")->capture_default_str();
     play_command->add_option("--right", args.options.right, "Video node")->capture_default_str();

@@ -15,8 +15,6 @@ namespace {
 /// From the call of play() to the first sample.
 constexpr Duration kStart = Duration::from_seconds(0.2);
 constexpr std::uint32_t kBurst = 10;
-constexpr Duration kHourAhead = Duration::from_seconds(3600.0);
-constexpr Duration kRightLate = Duration::from_seconds(0.02);
 
 void step_wall_clock(std::int64_t seconds) {
     timespec now{};
@@ -42,6 +40,9 @@ Injector::Injector(const InjectorOptions& options, const Recording& recording, C
         data_ready_.emplace(options.data_ready_pull);
         spi_.emplace();
     }
+    if (options.light) {
+        light_.emplace(*options.light);
+    }
     plan();
 }
 
@@ -60,96 +61,6 @@ void Injector::plan() {
         }
     }
     std::stable_sort(actions_.begin(), actions_.end(), [](const Action& a, const Action& b) { return a.due < b.due; });
-}
-
-void Injector::plan_frames() {
-    const std::vector<RecordedFrame>& recorded = recording_.frames;
-    const Duration period = recorded.size() > 1 ? recorded[1].stamp - recorded[0].stamp : Duration::from_seconds(0.05);
-    for (int k = options_.lead_frames; k > 0; --k) {
-        frames_.push_back({recorded.front().stamp - Duration{k * period.ns}, 0});
-    }
-    for (int turn = 0; turn < recording_.turns; ++turn) {
-        for (std::size_t i = 0; i < recorded.size(); ++i) {
-            frames_.push_back({recorded[i].stamp + Duration{turn * recording_.turn.ns}, i});
-        }
-    }
-    const Duration half{options_.exposure.ns / 2};
-    const Duration arrival = half + options_.readout;
-    for (std::size_t i = 0; i < frames_.size(); ++i) {
-        const Timestamp stamp = frames_[i].stamp;
-        if (!active(FaultKind::kEdgesLost, stamp)) {
-            actions_.push_back({stamp - half, What::kEdge, i});
-        }
-        if (active(FaultKind::kEdgesExtra, stamp)) {
-            actions_.push_back({stamp + Duration{period.ns / 2}, What::kExtraEdge, i});
-        }
-        actions_.push_back({stamp + arrival, What::kLeft, i});
-        const Duration late = active(FaultKind::kRightLate, stamp) ? kRightLate : Duration{};
-        actions_.push_back({stamp + arrival + late + Duration::from_seconds(0.0003), What::kRight, i});
-    }
-}
-
-void Injector::send_left(std::size_t index, OutgoingFrame outgoing) {
-    const PlayedFrame& played = frames_[index];
-    const RecordedFrame& frame = recording_.frames[played.recorded];
-    if (unplugged_ || active(FaultKind::kLeftDropped, played.stamp)) {
-        return;
-    }
-    count_from_ = count_anew_ ? index : count_from_;
-    count_anew_ = false;
-    outgoing.sequence = static_cast<std::uint32_t>(index - count_from_);
-    outgoing.bytes = frame.left;
-    if (active(FaultKind::kTorn, played.stamp) && played.recorded > 0) {
-        torn_ = frame.left;
-        const std::vector<std::uint8_t>& before = recording_.frames[played.recorded - 1].left;
-        std::copy(before.begin() + static_cast<std::ptrdiff_t>(before.size() / 2), before.end(),
-                  torn_.begin() + static_cast<std::ptrdiff_t>(torn_.size() / 2));
-        outgoing.bytes = torn_;
-    }
-    if (active(FaultKind::kShort, played.stamp)) {
-        outgoing.bytes = outgoing.bytes.first(outgoing.bytes.size() / 2);
-    }
-    outgoing.error = active(FaultKind::kFlagged, played.stamp);
-    outgoing.stamp = outgoing.stamp + (active(FaultKind::kAhead, played.stamp) ? kHourAhead : Duration{});
-    if (options_.pixels.format != PixelFormat::kGrey) {
-        packed_ = pack(options_.pixels, outgoing.bytes);
-        outgoing.bytes = packed_;
-    }
-    left_.send(outgoing);
-    ++report_.frames_sent;
-}
-
-void Injector::send_right(std::size_t index, OutgoingFrame outgoing) {
-    const PlayedFrame& played = frames_[index];
-    if (active(FaultKind::kRightStalled, played.stamp)) {
-        ++stalled_;
-        return;
-    }
-    if (active(FaultKind::kRightDropped, played.stamp)) {
-        return;
-    }
-    outgoing.stamp = outgoing.stamp + (active(FaultKind::kRightLate, played.stamp) ? kRightLate : Duration{});
-    outgoing.sequence -= stalled_;
-    const std::vector<std::uint8_t> packed = pack(options_.pixels, recording_.frames[played.recorded].right);
-    outgoing.bytes = packed;
-    right_.send(outgoing);
-    ++report_.frames_sent;
-}
-
-void Injector::send_frame(std::size_t index, bool left) {
-    const PlayedFrame& played = frames_[index];
-    const RecordedFrame& frame = recording_.frames[played.recorded];
-    if (active(FaultKind::kBothDropped, played.stamp)) {
-        return;
-    }
-    OutgoingFrame outgoing;
-    outgoing.stamp = played.stamp + report_.shift + Duration{options_.exposure.ns / 2} + options_.readout;
-    outgoing.sequence = static_cast<std::uint32_t>(index);
-    if (left) {
-        send_left(index, outgoing);
-    } else if (!frame.right.empty()) {
-        send_right(index, outgoing);
-    }
 }
 
 void Injector::send_spi(std::size_t index, bool damaged) {
@@ -221,6 +132,7 @@ void Injector::strike(FaultKind kind, Child& child) {
         case FaultKind::kClock30s: step_wall_clock(30); break;
         case FaultKind::kClock1h: step_wall_clock(3600); break;
         case FaultKind::kClockBack10s: step_wall_clock(-10); break;
+        case FaultKind::kSinksHang: child.hang("facet-sinks"); break;
         case FaultKind::kStopped: child.send_signal(SIGSTOP); break;
         case FaultKind::kKilled: child.send_signal(SIGKILL); break;
         case FaultKind::kPowerCut: report_.power_cut = true; break;
@@ -268,9 +180,15 @@ void Injector::switch_fault(const Fault& fault, bool begins, Child& child) {
     }
 }
 
-void Injector::act(const Action& action, Child& child) {
+void Injector::act(std::size_t number, Child& child) {
+    const Action action = actions_[number];
     switch (action.what) {
         case What::kEdge:
+            trigger_.pulse();
+            if (light_) {
+                expose(number);
+            }
+            break;
         case What::kExtraEdge: trigger_.pulse(); break;
         case What::kLeft: send_frame(action.index, true); break;
         case What::kRight: send_frame(action.index, false); break;
@@ -283,16 +201,17 @@ void Injector::act(const Action& action, Child& child) {
 InjectorReport Injector::play(Child& child) {
     report_.shift = clock_.now() + kStart - actions_.front().due;
     report_.first_frame = recording_.frames.front().stamp;
-    for (const Action& action : actions_) {
-        const Timestamp due = action.due + report_.shift;
+    for (std::size_t i = 0; i < actions_.size(); ++i) {
+        const Timestamp due = actions_[i].due + report_.shift;
+        const bool is_frame = actions_[i].what == What::kLeft;
         clock_.sleep_until(due);
-        act(action, child);
+        act(i, child);
         // Afterwards: in virtual time every look at the clock moves it on by a fraction of a microsecond.
         report_.latest = std::max(report_.latest, clock_.now() - due);
         if (report_.power_cut) {
             return report_;
         }
-        if (action.what == What::kLeft && !child.tend(clock_.now())) {
+        if (is_frame && !child.tend(clock_.now())) {
             break;
         }
     }

@@ -2,10 +2,12 @@
 // Plays a recording through the kernel's devices, each thing at its time.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,6 +38,8 @@ struct InjectorOptions {
     /// has seen a few.
     int lead_frames = 4;
     FaultPlan faults;
+    /// Exposure and gain are those that the program sets; else images are the log's, with the exposure above.
+    std::optional<LightOptions> light;
 };
 
 struct InjectorReport {
@@ -43,7 +47,9 @@ struct InjectorReport {
     Timestamp first_frame;  ///< in the log's time
     std::uint64_t frames_sent = 0;
     std::uint64_t imu_sent = 0;
-    Duration latest;         ///< most that anything came late
+    Duration latest;  ///< most that anything came late
+    /// With LightOptions: of left and right, once a second.
+    std::vector<std::array<ShownGrey, 2>> greys;
     bool power_cut = false;  ///< by a fault: nothing more must be done than to note it
 };
 
@@ -72,7 +78,9 @@ private:
 
     void plan();
     void plan_frames();
-    void act(const Action& action, Child& child);
+    void act(std::size_t action, Child& child);
+    void expose(std::size_t action);
+    std::span<const std::uint8_t> shown(std::size_t camera, const PlayedFrame& played);
     void send_frame(std::size_t index, bool left);
     void send_left(std::size_t index, OutgoingFrame outgoing);
     void send_right(std::size_t index, OutgoingFrame outgoing);
@@ -99,6 +107,7 @@ private:
     std::vector<Action> actions_;
     std::vector<std::uint8_t> torn_;
     std::vector<std::uint8_t> packed_;
+    std::optional<SensorLight> light_;
     bool unplugged_ = false;
     bool count_anew_ = false;      ///< the left camera's next frame has number zero
     std::size_t count_from_ = 0;   ///< the frame that had it last

@@ -123,6 +123,19 @@ void VideoOutput::plug() {
     fd_.check(::mknod(fd_.name().c_str(), S_IFCHR | 0600, static_cast<dev_t>(device_number_)), "node cannot be made");
 }
 
+std::optional<ExposureControls> VideoOutput::controls() const {
+    ExposureControls controls;
+    v4l2_control exposure{V4L2_CID_EXPOSURE, 0};
+    v4l2_control gain{V4L2_CID_ANALOGUE_GAIN, 0};
+    if (::ioctl(fd_.get(), VIDIOC_G_CTRL, &exposure) < 0 || ::ioctl(fd_.get(), VIDIOC_G_CTRL, &gain) < 0) {
+        fd_.check(errno == ENODEV ? 0 : -1, "does not tell its controls");
+        return std::nullopt;
+    }
+    controls.exposure = exposure.value;
+    controls.gain = gain.value;
+    return controls;
+}
+
 PulseLine::PulseLine(const std::string& pull) : fd_(open_file(pull, O_WRONLY)) {}
 
 void PulseLine::pulse() {

@@ -4,11 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "drivers/camera_v4l2/unpack.h"
 #include "drivers/common/can_frame.h"
+#include "tests/hil/inject/sensor_light.h"
 
 namespace facet::hil {
 
@@ -54,6 +56,8 @@ public:
     void unplug();
     /// It is plugged in again: a new node, under the old name.
     void plug();
+    /// What the reader has set; nullopt while it is unplugged.
+    std::optional<ExposureControls> controls() const;
 
 private:
     static constexpr std::uint32_t kBuffers = 4;
