@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/lab/fusion/bare_surfaces.h"
-#include "app/lab/fusion/partners.h"
 #include "app/output/ply_file.h"
+#include "mesh/volume/bare_surfaces.h"
+#include "mesh/volume/partners.h"
 #include "platform/base/assert.h"
 
 namespace facet {

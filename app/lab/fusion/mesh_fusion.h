@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "app/lab/fusion/depth_samples.h"
-#include "app/lab/fusion/surface_nets.h"
-#include "app/lab/fusion/surface_patches.h"
-#include "app/lab/fusion/tsdf_volume.h"
 #include "estimator/values/keyframe_view.h"
+#include "mesh/volume/depth_samples.h"
+#include "mesh/volume/surface_nets.h"
+#include "mesh/volume/surface_patches.h"
+#include "mesh/volume/tsdf_volume.h"
 #include "platform/base/image_view.h"
 
 namespace facet {

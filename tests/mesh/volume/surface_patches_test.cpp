@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/surface_patches.h"
+#include "mesh/volume/surface_patches.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

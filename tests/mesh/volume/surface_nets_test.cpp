@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/surface_nets.h"
+#include "mesh/volume/surface_nets.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "app/lab/fusion/tsdf_volume.h"
+#include "mesh/volume/tsdf_volume.h"
 #include "tests/mesh/depth/stereo_scene.h"
 
 namespace facet {

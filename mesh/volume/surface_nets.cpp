@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/surface_nets.h"
+#include "mesh/volume/surface_nets.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/bare_surfaces.h"
+#include "mesh/volume/bare_surfaces.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 
-#include "app/lab/fusion/surface_nets.h"
-#include "app/lab/fusion/tsdf_volume.h"
+#include "mesh/volume/surface_nets.h"
+#include "mesh/volume/tsdf_volume.h"
 #include "tests/mesh/depth/stereo_scene.h"
 
 namespace facet {

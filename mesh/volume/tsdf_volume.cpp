@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/tsdf_volume.h"
+#include "mesh/volume/tsdf_volume.h"
 
 #include <algorithm>
 #include <cmath>

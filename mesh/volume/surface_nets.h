@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "app/lab/fusion/tsdf_volume.h"
+#include "mesh/volume/tsdf_volume.h"
 
 namespace facet {
 

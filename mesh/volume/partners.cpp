@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/partners.h"
+#include "mesh/volume/partners.h"
 
 namespace facet {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/depth_samples.h"
+#include "mesh/volume/depth_samples.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

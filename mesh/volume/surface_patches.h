@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "app/lab/fusion/depth_samples.h"
 #include "estimator/geometry/camera_model.h"
+#include "mesh/volume/depth_samples.h"
 
 namespace facet {
 

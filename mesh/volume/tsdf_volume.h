@@ -9,8 +9,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "app/lab/fusion/surface_patches.h"
 #include "estimator/geometry/se3.h"
+#include "mesh/volume/surface_patches.h"
 
 namespace facet {
 

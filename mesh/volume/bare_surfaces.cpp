@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/bare_surfaces.h"
+#include "mesh/volume/bare_surfaces.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -9,26 +9,26 @@
 #include <cstdint>
 #include <iterator>
 
-#include "app/support/rng.h"
+#include "platform/base/hash64.h"
 
 namespace facet {
 namespace {
 
-constexpr double kMostSpread = 4.0;        // grey: standard deviation in a bare square, noise included
-constexpr double kMostStep = 4.0;          // grey: between the means of two that hang together
-constexpr int kRim = 3;                    // squares beyond a region within which its rim begins
-constexpr int kPlanes = 3;                 // of a region
-constexpr int kTries = 200;                // triples of patches,
-constexpr std::uint64_t kSeed = 1;         // drawn the same way for every plane
-constexpr double kLeastApart = 1e-5;       // determinant of a triple's rays
-constexpr int kFewestOnPlane = 12;         // patches on a plane
-constexpr double kOnPlaneSigmas = 3.0;     // that a patch on a plane may lie off it,
-constexpr double kOffPlanePx = 0.25;       // and px beyond that
-constexpr double kMostBehind = 0.1;        // patches behind a plane for each one on it,
-constexpr double kBehindCost = 5.0;        // and how many on it one of them outweighs
-constexpr double kRimTogether = 16.0;      // patches at a rim that share samples
-constexpr double kMostSigma = 0.03;        // m, along the normal: what views infer from one rim errs alike in all
-constexpr double kLeastBareFacing = 0.15;  // cosine between ray and normal
+constexpr double kMostSpread = 4.0;            // grey: standard deviation in a bare square, noise included
+constexpr double kMostStep = 4.0;              // grey: between the means of two that hang together
+constexpr int kRim = 3;                        // squares beyond a region within which its rim begins
+constexpr int kPlanes = 3;                     // of a region
+constexpr int kTries = 200;                    // triples of patches,
+constexpr std::uint64_t kSeed = hash64(1, 0);  // drawn the same way for every plane
+constexpr double kLeastApart = 1e-5;           // determinant of a triple's rays
+constexpr int kFewestOnPlane = 12;             // patches on a plane
+constexpr double kOnPlaneSigmas = 3.0;         // that a patch on a plane may lie off it,
+constexpr double kOffPlanePx = 0.25;           // and px beyond that
+constexpr double kMostBehind = 0.1;            // patches behind a plane for each one on it,
+constexpr double kBehindCost = 5.0;            // and how many on it one of them outweighs
+constexpr double kRimTogether = 16.0;          // patches at a rim that share samples
+constexpr double kMostSigma = 0.03;            // m, along the normal: what views infer from one rim errs alike in all
+constexpr double kLeastBareFacing = 0.15;      // cosine between ray and normal
 
 /// A measured square beside a region.
 struct RimPatch {
@@ -151,8 +151,11 @@ private:
 
     /// The plane through three patches on which most lie, less those behind it.
     bool find_plane(RimPlane& plane) const {
-        RandomStream random(kSeed, 0);
-        const auto pick = [&]() -> const RimPatch& { return rim_[at(random.index(static_cast<int>(rim_.size())))]; };
+        std::uint64_t drawn = 0;
+        const auto pick = [&]() -> const RimPatch& {
+            const double uniform = static_cast<double>(hash64(kSeed, drawn++) >> 11U) * 0x1.0p-53;
+            return rim_[at(static_cast<int>(uniform * static_cast<double>(rim_.size())))];
+        };
         double best = 0.0;
         for (int t = 0; t < kTries && std::ssize(rim_) >= kFewestOnPlane; ++t) {
             const std::array<const RimPatch*, 3> triple{&pick(), &pick(), &pick()};

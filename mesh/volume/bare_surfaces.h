@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "app/lab/fusion/surface_patches.h"
+#include "mesh/volume/surface_patches.h"
 #include "platform/base/image_view.h"
 
 namespace facet {
