@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 
 #include "platform/base/hash64.h"
 
@@ -30,245 +29,230 @@ constexpr double kRimTogether = 16.0;          // patches at a rim that share sa
 constexpr double kMostSigma = 0.03;            // m, along the normal: what views infer from one rim errs alike in all
 constexpr double kLeastBareFacing = 0.15;      // cosine between ray and normal
 
-/// A measured square beside a region.
-struct RimPatch {
-    int square = 0;
-    Eigen::Vector3d ray = Eigen::Vector3d::Zero();  ///< (x, y, 1)
-    double rho = 0.0;                               ///< 1 / Z
-    double sigma = 0.0;                             ///< of that
-};
-
-/// n . (x, y, 1) = 1 / Z.
-struct RimPlane {
-    Eigen::Vector3d n = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-};
-
-class BareSurfaces {
-public:
-    BareSurfaces(const ImageView& image, const SquareRaster& raster, const SquareLayout& layout,
-                 std::vector<SurfacePatch>& patches)
-        : raster_(raster), layout_(layout), patches_(patches), region_(patches.size(), -1) {
-        for (int i = 0; i < layout.columns * layout.rows; ++i) {
-            measure(image, i);
-        }
-    }
-
-    void run() {
-        for (int i = 0; i < layout_.columns * layout_.rows; ++i) {
-            if (is_bare_[at(i)] && region_[at(i)] < 0) {
-                grow(i);
-                find_rim();
-                fill();
-            }
-        }
-    }
-
-private:
-    static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-    void measure(const ImageView& image, int i) {
-        const int side = layout_.side_px;
-        const int u0 = i % layout_.columns * side;
-        const int v0 = i / layout_.columns * side;
-        double sum = 0.0;
-        double squares = 0.0;
-        for (int v = v0; v < v0 + side; ++v) {
-            for (int u = u0; u < u0 + side; ++u) {
-                const double grey = image.at(u, v);
-                sum += grey;
-                squares += grey * grey;
-            }
-        }
-        const double mean = sum / (side * side);
-        mean_.push_back(mean);
-        is_bare_.push_back(!patches_[at(i)].exists() &&
-                           squares / (side * side) - mean * mean <= kMostSpread * kMostSpread);
-    }
-
-    /// The square beside one in one of eight directions around, or -1.
-    int beside(int i, int direction) const {
-        constexpr std::array<int, 8> kRight{1, 1, 0, -1, -1, -1, 0, 1};
-        constexpr std::array<int, 8> kDown{0, 1, 1, 1, 0, -1, -1, -1};
-        const int column = i % layout_.columns + kRight[at(direction)];
-        const int row = i / layout_.columns + kDown[at(direction)];
-        return column >= 0 && row >= 0 && column < layout_.columns && row < layout_.rows
-                   ? row * layout_.columns + column
-                   : -1;
-    }
-
-    void grow(int first) {
-        members_ = {first};
-        region_[at(first)] = first;
-        for (std::size_t k = 0; k < members_.size(); ++k) {
-            const int i = members_[k];
-            for (int direction = 0; direction < 8; direction += 2) {
-                const int j = beside(i, direction);
-                if (j >= 0 && is_bare_[at(j)] && region_[at(j)] < 0 &&
-                    std::abs(mean_[at(j)] - mean_[at(i)]) <= kMostStep) {
-                    region_[at(j)] = first;
-                    members_.push_back(j);
-                }
-            }
-        }
-    }
-
-    /// The first measured square on the way out of a region, or -1. @param i  the first one outside it
-    int rim_from(int i, int direction) const {
-        for (int k = 0; k < kRim && i >= 0; ++k, i = beside(i, direction)) {
-            if (patches_[at(i)].exists() && !patches_[at(i)].is_inferred) {
-                return i;
-            }
-        }
-        return -1;
-    }
-
-    void find_rim() {
-        std::vector<int> found;
-        for (const int i : members_) {
-            for (int direction = 0; direction < 8; ++direction) {
-                const int j = beside(i, direction);
-                const int end = j < 0 || region_[at(j)] == region_[at(i)] ? -1 : rim_from(j, direction);
-                if (end >= 0) {
-                    found.push_back(end);
-                }
-            }
-        }
-        std::ranges::sort(found);
-        found.erase(std::unique(found.begin(), found.end()), found.end());
-        rim_.clear();
-        for (const int i : found) {
-            const SurfacePatch& patch = patches_[at(i)];
-            const Eigen::Vector3d ray = raster_.middle(at(i)).cast<double>().homogeneous();
-            rim_.push_back({i, ray, patch.n_C.cast<double>().dot(ray), static_cast<double>(patch.sigma)});
-        }
-    }
-
-    /// How far a patch lies before a plane, in what one on it may.
-    double before(const RimPatch& rim, const Eigen::Vector3d& n) const {
-        return (rim.rho - n.dot(rim.ray)) / (kOnPlaneSigmas * rim.sigma + kOffPlanePx * layout_.per_px);
-    }
-
-    /// The plane through three patches on which most lie, less those behind it.
-    bool find_plane(RimPlane& plane) const {
-        std::uint64_t drawn = 0;
-        const auto pick = [&]() -> const RimPatch& {
-            const double uniform = static_cast<double>(hash64(kSeed, drawn++) >> 11U) * 0x1.0p-53;
-            return rim_[at(static_cast<int>(uniform * static_cast<double>(rim_.size())))];
-        };
-        double best = 0.0;
-        for (int t = 0; t < kTries && std::ssize(rim_) >= kFewestOnPlane; ++t) {
-            const std::array<const RimPatch*, 3> triple{&pick(), &pick(), &pick()};
-            Eigen::Matrix3d rays;
-            rays << triple[0]->ray.transpose(), triple[1]->ray.transpose(), triple[2]->ray.transpose();
-            if (std::abs(rays.determinant()) < kLeastApart) {
-                continue;
-            }
-            const Eigen::Vector3d n = rays.inverse() * Eigen::Vector3d(triple[0]->rho, triple[1]->rho, triple[2]->rho);
-            double score = 0.0;
-            for (const RimPatch& rim : rim_) {
-                const double d = before(rim, n);
-                score += d < -1.0 ? -kBehindCost : (d <= 1.0 ? 1.0 : 0.0);
-            }
-            if (score > best) {
-                best = score;
-                plane.n = n;
-            }
-        }
-        return best >= kFewestOnPlane && refine(plane) && refine(plane);
-    }
-
-    /// To all patches on the plane; false if there are few, or too many behind it.
-    bool refine(RimPlane& plane) const {
-        Eigen::Matrix3d h = 1e-9 * Eigen::Matrix3d::Identity();
-        Eigen::Vector3d g = Eigen::Vector3d::Zero();
-        const double off = kOffPlanePx * layout_.per_px;
-        int on = 0;
-        int behind = 0;
-        for (const RimPatch& rim : rim_) {
-            const double d = before(rim, plane.n);
-            behind += d < -1.0 ? 1 : 0;
-            if (std::abs(d) <= 1.0) {
-                const double w = 1.0 / (rim.sigma * rim.sigma + off * off);
-                h += w * rim.ray * rim.ray.transpose();
-                g += w * rim.rho * rim.ray;
-                ++on;
-            }
-        }
-        const Eigen::Matrix3d inverse = h.inverse();
-        plane.n = inverse * g;
-        plane.covariance = kRimTogether * inverse;
-        return on >= kFewestOnPlane && behind <= kMostBehind * on;
-    }
-
-    void fill() {
-        RimPlane plane;
-        for (int k = 0; k < kPlanes && find_plane(plane); ++k) {
-            is_on_.assign(patches_.size(), false);
-            for (const RimPatch& rim : rim_) {
-                is_on_[at(rim.square)] = std::abs(before(rim, plane.n)) <= 1.0;
-            }
-            for (const int i : members_) {
-                if (!patches_[at(i)].exists() && is_enclosed(i)) {
-                    set(i, plane);
-                }
-            }
-            std::erase_if(rim_, [&](const RimPatch& rim) { return is_on_[at(rim.square)]; });
-        }
-    }
-
-    void set(int i, const RimPlane& plane) {
-        const Eigen::Vector3d ray = raster_.middle(at(i)).cast<double>().homogeneous();
-        const double rho = plane.n.dot(ray);
-        const double sigma = std::hypot(std::sqrt(ray.dot(plane.covariance * ray)), kOffPlanePx * layout_.per_px);
-        if (rho <= kLeastBareFacing * plane.n.norm() * ray.norm() || sigma > kMostSigma * rho * plane.n.norm()) {
-            return;
-        }
-        SurfacePatch& patch = patches_[at(i)];
-        patch.n_C = plane.n.cast<float>();
-        patch.sigma = static_cast<float>(sigma);
-        patch.is_inferred = true;
-    }
-
-    /// Whether the way through the region ends at a patch on the plane.
-    bool finds_plane(int i, int direction) const {
-        const int region = region_[at(i)];
-        while (i >= 0 && region_[at(i)] == region) {
-            i = beside(i, direction);
-        }
-        const int end = rim_from(i, direction);
-        return end >= 0 && is_on_[at(end)];
-    }
-
-    /// Whether the directions in which the plane is found are nowhere more than half a turn apart.
-    bool is_enclosed(int i) const {
-        std::array<bool, 8> is_found{};
-        for (int direction = 0; direction < 8; ++direction) {
-            is_found[at(direction)] = finds_plane(i, direction);
-        }
-        int apart = 0;
-        for (int direction = 0; direction < 16 && apart < 4; ++direction) {
-            apart = is_found[at(direction % 8)] ? 0 : apart + 1;
-        }
-        return apart < 4;
-    }
-
-    const SquareRaster& raster_;
-    const SquareLayout& layout_;
-    std::vector<SurfacePatch>& patches_;
-    std::vector<double> mean_;  ///< grey of each square
-    std::vector<bool> is_bare_;
-    std::vector<int> region_;   ///< the first square of each one's; -1: none
-    std::vector<int> members_;  ///< of the region that is looked at,
-    std::vector<RimPatch> rim_;
-    std::vector<bool> is_on_;  ///< the plane that is looked at
-};
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-void fill_bare_squares(const ImageView& image, const SquareRaster& raster, const SquareLayout& layout,
-                       std::vector<SurfacePatch>& patches) {
-    BareSurfaces(image, raster, layout, patches).run();
+BareSurfaces::BareSurfaces(const SquareRaster& raster, const SquareLayout& layout) : raster_(raster), layout_(layout) {
+    const std::size_t count = at(layout.count());
+    mean_.resize(count);
+    is_bare_.resize(count);
+    region_.resize(count);
+    is_found_.resize(count);
+    is_on_.resize(count);
+    members_.reserve(count);
+    found_.reserve(count);
+    rim_.reserve(count);
+}
+
+void BareSurfaces::begin(const ImageView& image, std::vector<SurfacePatch>& patches) {
+    patches_ = &patches;
+    next_ = 0;
+    std::ranges::fill(region_, -1);
+    for (int i = 0; i < layout_.count(); ++i) {
+        measure(image, i);
+    }
+}
+
+bool BareSurfaces::advance(int squares) {
+    const int end = std::min(layout_.count(), next_ + squares);
+    for (; next_ < end; ++next_) {
+        if (is_bare_[at(next_)] && region_[at(next_)] < 0) {
+            grow(next_);
+            find_rim();
+            fill();
+        }
+    }
+    return next_ < layout_.count();
+}
+
+void BareSurfaces::measure(const ImageView& image, int i) {
+    const int side = layout_.side_px;
+    const int u0 = i % layout_.columns * side;
+    const int v0 = i / layout_.columns * side;
+    double sum = 0.0;
+    double squares = 0.0;
+    for (int v = v0; v < v0 + side; ++v) {
+        for (int u = u0; u < u0 + side; ++u) {
+            const double grey = image.at(u, v);
+            sum += grey;
+            squares += grey * grey;
+        }
+    }
+    const double mean = sum / (side * side);
+    mean_[at(i)] = mean;
+    is_bare_[at(i)] =
+        !(*patches_)[at(i)].exists() && squares / (side * side) - mean * mean <= kMostSpread * kMostSpread;
+    (*patches_)[at(i)].grey = static_cast<float>(mean);
+}
+
+/// The square beside one in one of eight directions around, or -1.
+int BareSurfaces::beside(int i, int direction) const {
+    constexpr std::array<int, 8> kRight{1, 1, 0, -1, -1, -1, 0, 1};
+    constexpr std::array<int, 8> kDown{0, 1, 1, 1, 0, -1, -1, -1};
+    const int column = i % layout_.columns + kRight[at(direction)];
+    const int row = i / layout_.columns + kDown[at(direction)];
+    return column >= 0 && row >= 0 && column < layout_.columns && row < layout_.rows ? row * layout_.columns + column
+                                                                                     : -1;
+}
+
+void BareSurfaces::grow(int first) {
+    members_.clear();
+    members_.push_back(first);
+    region_[at(first)] = first;
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+        const int i = members_[k];
+        for (int direction = 0; direction < 8; direction += 2) {
+            const int j = beside(i, direction);
+            if (j >= 0 && is_bare_[at(j)] && region_[at(j)] < 0 && std::abs(mean_[at(j)] - mean_[at(i)]) <= kMostStep) {
+                region_[at(j)] = first;
+                members_.push_back(j);
+            }
+        }
+    }
+}
+
+/// The first measured square on the way out of a region, or -1. @param i  the first one outside it
+int BareSurfaces::rim_from(int i, int direction) const {
+    for (int k = 0; k < kRim && i >= 0; ++k, i = beside(i, direction)) {
+        if ((*patches_)[at(i)].exists() && !(*patches_)[at(i)].is_inferred) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+void BareSurfaces::find_rim() {
+    for (const int i : found_) {
+        is_found_[at(i)] = false;
+    }
+    found_.clear();
+    for (const int i : members_) {
+        for (int direction = 0; direction < 8; ++direction) {
+            const int j = beside(i, direction);
+            const int end = j < 0 || region_[at(j)] == region_[at(i)] ? -1 : rim_from(j, direction);
+            if (end >= 0 && !is_found_[at(end)]) {
+                is_found_[at(end)] = true;
+                found_.push_back(end);
+            }
+        }
+    }
+    std::ranges::sort(found_);
+    rim_.clear();
+    for (const int i : found_) {
+        const SurfacePatch& patch = (*patches_)[at(i)];
+        const Eigen::Vector3d ray = raster_.middle(at(i)).cast<double>().homogeneous();
+        rim_.push_back({i, ray, patch.n_C.cast<double>().dot(ray), static_cast<double>(patch.sigma)});
+    }
+}
+
+/// How far a patch lies before a plane, in what one on it may.
+double BareSurfaces::before(const RimPatch& rim, const Eigen::Vector3d& n) const {
+    return (rim.rho - n.dot(rim.ray)) / (kOnPlaneSigmas * rim.sigma + kOffPlanePx * layout_.per_px);
+}
+
+/// The plane through three patches on which most lie, less those behind it.
+bool BareSurfaces::find_plane(RimPlane& plane) const {
+    std::uint64_t drawn = 0;
+    const auto pick = [&]() -> const RimPatch& {
+        const double uniform = static_cast<double>(hash64(kSeed, drawn++) >> 11U) * 0x1.0p-53;
+        return rim_[at(static_cast<int>(uniform * static_cast<double>(rim_.size())))];
+    };
+    double best = 0.0;
+    for (int t = 0; t < kTries && std::ssize(rim_) >= kFewestOnPlane; ++t) {
+        const std::array<const RimPatch*, 3> triple{&pick(), &pick(), &pick()};
+        Eigen::Matrix3d rays;
+        rays << triple[0]->ray.transpose(), triple[1]->ray.transpose(), triple[2]->ray.transpose();
+        if (std::abs(rays.determinant()) < kLeastApart) {
+            continue;
+        }
+        const Eigen::Vector3d n = rays.inverse() * Eigen::Vector3d(triple[0]->rho, triple[1]->rho, triple[2]->rho);
+        double score = 0.0;
+        for (const RimPatch& rim : rim_) {
+            const double d = before(rim, n);
+            score += d < -1.0 ? -kBehindCost : (d <= 1.0 ? 1.0 : 0.0);
+        }
+        if (score > best) {
+            best = score;
+            plane.n = n;
+        }
+    }
+    return best >= kFewestOnPlane && refine(plane) && refine(plane);
+}
+
+/// To all patches on the plane; false if there are few, or too many behind it.
+bool BareSurfaces::refine(RimPlane& plane) const {
+    Eigen::Matrix3d h = 1e-9 * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d g = Eigen::Vector3d::Zero();
+    const double off = kOffPlanePx * layout_.per_px;
+    int on = 0;
+    int behind = 0;
+    for (const RimPatch& rim : rim_) {
+        const double d = before(rim, plane.n);
+        behind += d < -1.0 ? 1 : 0;
+        if (std::abs(d) <= 1.0) {
+            const double w = 1.0 / (rim.sigma * rim.sigma + off * off);
+            h += w * rim.ray * rim.ray.transpose();
+            g += w * rim.rho * rim.ray;
+            ++on;
+        }
+    }
+    const Eigen::Matrix3d inverse = h.inverse();
+    plane.n = inverse * g;
+    plane.covariance = kRimTogether * inverse;
+    return on >= kFewestOnPlane && behind <= kMostBehind * on;
+}
+
+void BareSurfaces::fill() {
+    RimPlane plane;
+    for (int k = 0; k < kPlanes && find_plane(plane); ++k) {
+        is_on_.assign(is_on_.size(), false);
+        for (const RimPatch& rim : rim_) {
+            is_on_[at(rim.square)] = std::abs(before(rim, plane.n)) <= 1.0;
+        }
+        for (const int i : members_) {
+            if (!(*patches_)[at(i)].exists() && is_enclosed(i)) {
+                set(i, plane);
+            }
+        }
+        std::erase_if(rim_, [&](const RimPatch& rim) { return is_on_[at(rim.square)]; });
+    }
+}
+
+void BareSurfaces::set(int i, const RimPlane& plane) {
+    const Eigen::Vector3d ray = raster_.middle(at(i)).cast<double>().homogeneous();
+    const double rho = plane.n.dot(ray);
+    const double sigma = std::hypot(std::sqrt(ray.dot(plane.covariance * ray)), kOffPlanePx * layout_.per_px);
+    if (rho <= kLeastBareFacing * plane.n.norm() * ray.norm() || sigma > kMostSigma * rho * plane.n.norm()) {
+        return;
+    }
+    SurfacePatch& patch = (*patches_)[at(i)];
+    patch.n_C = plane.n.cast<float>();
+    patch.sigma = static_cast<float>(sigma);
+    patch.is_inferred = true;
+}
+
+/// Whether the way through the region ends at a patch on the plane.
+bool BareSurfaces::finds_plane(int i, int direction) const {
+    const int region = region_[at(i)];
+    while (i >= 0 && region_[at(i)] == region) {
+        i = beside(i, direction);
+    }
+    const int end = rim_from(i, direction);
+    return end >= 0 && is_on_[at(end)];
+}
+
+/// Whether the directions in which the plane is found are nowhere more than half a turn apart.
+bool BareSurfaces::is_enclosed(int i) const {
+    std::array<bool, 8> is_found{};
+    for (int direction = 0; direction < 8; ++direction) {
+        is_found[at(direction)] = finds_plane(i, direction);
+    }
+    int apart = 0;
+    for (int direction = 0; direction < 16 && apart < 4; ++direction) {
+        apart = is_found[at(direction % 8)] ? 0 : apart + 1;
+    }
+    return apart < 4;
 }
 
 }  // namespace facet

@@ -9,11 +9,15 @@
 namespace facet {
 namespace {
 
-constexpr double kMinRho = 0.08;     // 1/m: what is farther is no depth
-constexpr double kMinRate = 20.0;    // px m: of motion, below which it tells nothing that stereo did not
-constexpr double kPosePx = 0.2;      // px: what the poses of two keyframes add
-constexpr double kMorePx = 2.0;      // px searched beyond the sample's own doubt
-constexpr double kSameSigmas = 3.0;  // within which two depths agree
+constexpr double kMinRho = 0.08;      // 1/m: what is farther is no depth
+constexpr double kMinRate = 20.0;     // px m: of motion, below which it tells nothing that stereo did not
+constexpr double kPosePx = 0.2;       // px: what the poses of two keyframes add
+constexpr double kMorePx = 2.0;       // px searched beyond the sample's own doubt
+constexpr int kNearSquares = 1;       // squares to either side whose samples say where to search:
+constexpr int kFewestNear = 2;        // if there are so many
+constexpr double kMostApartPx = 4.0;  // within so many px of disparity,
+constexpr double kMarginPx = 4.0;     // so many beyond them
+constexpr double kSameSigmas = 3.0;   // within which two depths agree
 
 }  // namespace
 
@@ -21,6 +25,7 @@ DepthSampler::DepthSampler(const StereoRig& rig, int side_px) : rig_(rig), side_
     config_.min_gradient = 2.0;
     config_.min_depth_m = 0.4;
     FACET_ASSERT(ok(stereo_.configure(config_, rig)));
+    FACET_ASSERT(ok(motion_.configure(config_, {rig.left, rig.left, Se3{}, Se3{}})));
     columns_ = rig.left.intrinsics().width / side_;
     rows_ = rig.left.intrinsics().height / side_;
     for (int i = 0; i < columns_ * rows_; ++i) {
@@ -63,63 +68,91 @@ DepthRange DepthSampler::range_of(const Mesher* mesher, const Eigen::Vector2d& x
             std::clamp(prior.nearest + margin, margin, nearest)};
 }
 
-std::vector<DepthSample> DepthSampler::measure(const ImagePyramid& left, const ImagePyramid& right,
-                                               const CameraCorrections& cameras, const Mesher* mesher) {
-    stereo_.correct(cameras);
-    std::vector<DepthSample> samples(directions_.size());
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-        DepthSample& sample = samples[i];
-        DepthMatcher::Ray ray;
-        Eigen::Vector2d xy;
-        if (!find_pixel(left.level(0), static_cast<int>(i), sample) ||
-            !ok(stereo_.ray_of(sample.uv.cast<double>(), ray, xy))) {
-            continue;
-        }
-        sample.xy = xy.cast<float>();
-        DepthMatch match;
-        if (stereo_.match(left.pairs(0), right.pairs(0), ray, sample.gradient, range_of(mesher, xy), match) ==
-                DepthVerdict::kMatched &&
-            match.inverse_depth > kMinRho) {
-            sample.inverse_depth = static_cast<float>(match.inverse_depth);
-            sample.sigma = static_cast<float>(match.sigma);
+void DepthSampler::correct(const CameraCorrections& cameras) { stereo_.correct(cameras); }
+
+/// Between the samples of the squares around, if there are some and a surface may run through all of them.
+bool DepthSampler::range_among(std::span<const DepthSample> known, int square, DepthRange& range) const {
+    if (known.empty()) {
+        return false;
+    }
+    const double per_px = stereo_.per_px();
+    const int column = square % columns_;
+    const int row = square / columns_;
+    double low = 1.0 / config_.min_depth_m;
+    double high = 0.0;
+    int count = 0;
+    for (int r = std::max(0, row - kNearSquares); r <= std::min(rows_ - 1, row + kNearSquares); ++r) {
+        for (int c = std::max(0, column - kNearSquares); c <= std::min(columns_ - 1, column + kNearSquares); ++c) {
+            const auto rho = static_cast<double>(known[static_cast<std::size_t>(r * columns_ + c)].inverse_depth);
+            if (rho > 0.0) {
+                low = std::min(low, rho);
+                high = std::max(high, rho);
+                ++count;
+            }
         }
     }
-    return samples;
+    if (count < kFewestNear || high - low > kMostApartPx * per_px) {
+        return false;
+    }
+    range = {std::max(0.0, low - kMarginPx * per_px), high + kMarginPx * per_px};
+    return true;
 }
 
-void DepthSampler::compare(const ImagePyramid& own, const ImagePyramid& other, const Se3& T_C_other,
-                           const CameraCorrections& cameras, std::vector<DepthSample>& samples) {
-    FACET_ASSERT(ok(motion_.configure(config_, {rig_.left, rig_.left, Se3{}, T_C_other})));
+DepthSample DepthSampler::measure(int square, const ImagePyramid& left, const ImagePyramid& right, const Mesher* mesher,
+                                  std::span<const DepthSample> known) {
+    DepthSample sample;
+    DepthMatcher::Ray ray;
+    Eigen::Vector2d xy;
+    if (!find_pixel(left.level(0), square, sample) || !ok(stereo_.ray_of(sample.uv.cast<double>(), ray, xy))) {
+        return sample;
+    }
+    sample.xy = xy.cast<float>();
+    DepthMatch match;
+    DepthRange range;
+    if (!range_among(known, square, range)) {
+        range = range_of(mesher, xy);
+    }
+    if (stereo_.match(left.pairs(0), right.pairs(0), ray, sample.gradient, range, match) == DepthVerdict::kMatched &&
+        match.inverse_depth > kMinRho) {
+        sample.inverse_depth = static_cast<float>(match.inverse_depth);
+        sample.sigma = static_cast<float>(match.sigma);
+    }
+    return sample;
+}
+
+void DepthSampler::face(const Se3& T_C_other, const CameraCorrections& cameras) {
+    motion_.set_rig({rig_.left, rig_.left, Se3{}, T_C_other});
     CameraCorrections lenses;
     lenses.lens = {cameras.lens[0], cameras.lens[0]};
     motion_.correct(lenses);
-    const Eigen::Vector3d& b = T_C_other.p;
-    for (DepthSample& sample : samples) {
-        const auto rho = static_cast<double>(sample.inverse_depth);
-        const auto sigma = static_cast<double>(sample.sigma);
-        DepthMatcher::Ray ray;
-        Eigen::Vector2d xy;
-        const double rate = rig_.left.focal_px() * (b.head<2>() - b.z() * sample.xy.cast<double>()).norm();
-        if (rho <= 0.0 || rate < kMinRate || !ok(motion_.ray_of(sample.uv.cast<double>(), ray, xy))) {
-            continue;
-        }
-        const double reach = kSameSigmas * sigma + kMorePx / rate;
-        DepthMatch match;
-        if (motion_.match(own.pairs(0), other.pairs(0), ray, sample.gradient, {std::max(0.0, rho - reach), rho + reach},
-                          match) != DepthVerdict::kMatched) {
-            continue;
-        }
-        const double variance = match.sigma * match.sigma + kPosePx * kPosePx / (rate * rate);
-        const double apart = match.inverse_depth - rho;
-        if (apart * apart > kSameSigmas * kSameSigmas * (variance + sigma * sigma)) {
-            ++sample.contradicted;
-            continue;
-        }
-        ++sample.confirmed;
-        const double gain = sigma * sigma / (sigma * sigma + variance);
-        sample.inverse_depth = static_cast<float>(rho + gain * apart);
-        sample.sigma = static_cast<float>(sigma * std::sqrt(1.0 - gain));
+    base_ = T_C_other.p;
+}
+
+void DepthSampler::compare(const ImagePyramid& own, const ImagePyramid& other, DepthSample& sample) {
+    const auto rho = static_cast<double>(sample.inverse_depth);
+    const auto sigma = static_cast<double>(sample.sigma);
+    DepthMatcher::Ray ray;
+    Eigen::Vector2d xy;
+    const double rate = rig_.left.focal_px() * (base_.head<2>() - base_.z() * sample.xy.cast<double>()).norm();
+    if (!(rho > 0.0) || !(rate >= kMinRate) || !ok(motion_.ray_of(sample.uv.cast<double>(), ray, xy))) {
+        return;
     }
+    const double reach = kSameSigmas * sigma + kMorePx / rate;
+    DepthMatch match;
+    if (motion_.match(own.pairs(0), other.pairs(0), ray, sample.gradient, {std::max(0.0, rho - reach), rho + reach},
+                      match) != DepthVerdict::kMatched) {
+        return;
+    }
+    const double variance = match.sigma * match.sigma + kPosePx * kPosePx / (rate * rate);
+    const double apart = match.inverse_depth - rho;
+    if (apart * apart > kSameSigmas * kSameSigmas * (variance + sigma * sigma)) {
+        ++sample.contradicted;
+        return;
+    }
+    ++sample.confirmed;
+    const double gain = sigma * sigma / (sigma * sigma + variance);
+    sample.inverse_depth = static_cast<float>(rho + gain * apart);
+    sample.sigma = static_cast<float>(sigma * std::sqrt(1.0 - gain));
 }
 
 }  // namespace facet

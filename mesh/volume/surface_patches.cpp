@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "mesh/volume/surface_patches.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "platform/base/fixed_vector.h"
 
 namespace facet {
 namespace {
@@ -19,142 +21,152 @@ constexpr double kTogether = 4.0;       // samples that share most of their wind
 constexpr double kSteepestSlope = 4.0;  // slope of a surface, about which most are less
 constexpr double kLeastFacing = 0.15;   // of the angle between ray and normal
 
-/// Plane in inverse depth about a square's middle.
+/// A sample as the patch of a square sees it.
+struct Neighbour {
+    double rho = 0.0;       ///< inverse depth (1/m)
+    double variance = 0.0;  ///< of it
+    double x = 0.0;         ///< from the middle, on the undistorted plane
+    double y = 0.0;
+    double squares = 0.0;  ///< how far away, along the longer axis, at least one
+    int right = 0;         ///< how many squares,
+    int down = 0;
+};
+
+/// rho = value_0 + value_1 x + value_2 y.
 struct Fit {
-    Eigen::Vector3d value = Eigen::Vector3d::Zero();  ///< inverse depth in the middle, slopes
-    double sigma = 0.0;
+    Eigen::Vector3d value = Eigen::Vector3d::Zero();
+    double variance = 0.0;  ///< of value_0
     int count = 0;
     Eigen::Vector2d aside = Eigen::Vector2d::Zero();  ///< mean place of the samples (squares)
 };
 
 class PatchFitter {
 public:
-    PatchFitter(const std::vector<DepthSample>& samples, int columns, int rows, double per_px)
-        : samples_(samples), columns_(columns), rows_(rows), per_px_(per_px) {}
+    PatchFitter(std::span<const DepthSample> samples, const SquareLayout& layout, int square)
+        : per_px_(layout.per_px), own_(samples[static_cast<std::size_t>(square)]) {
+        const int column = square % layout.columns;
+        const int row = square / layout.columns;
+        for (int r = std::max(0, row - kReach); r <= std::min(layout.rows - 1, row + kReach); ++r) {
+            for (int c = std::max(0, column - kReach); c <= std::min(layout.columns - 1, column + kReach); ++c) {
+                const DepthSample& s = samples[static_cast<std::size_t>(r * layout.columns + c)];
+                if (s.inverse_depth > 0.0F) {
+                    const auto sigma = static_cast<double>(s.sigma);
+                    near_.push_back({static_cast<double>(s.inverse_depth), sigma * sigma, static_cast<double>(s.xy.x()),
+                                     static_cast<double>(s.xy.y()),
+                                     std::max({1.0, std::abs(c - column) * 1.0, std::abs(r - row) * 1.0}), c - column,
+                                     r - row});
+                }
+            }
+        }
+    }
 
-    SurfacePatch fit(int column, int row) const {
-        const DepthSample& own = samples_[static_cast<std::size_t>(row * columns_ + column)];
-        const bool has_own = own.inverse_depth > 0.0F;
-        Fit fit;
-        Eigen::Vector2d middle;
-        if (!begin(column, row, fit, middle)) {
+    SurfacePatch fit() {
+        const bool has_own = own_.inverse_depth > 0.0F;
+        if (static_cast<int>(near_.size()) < kFewest) {
             return {};
         }
+        Fit fit = begin(has_own);
         for (const double slack : {kSlopePx, kBendPx, kBendPx}) {
-            if (!improve(column, row, middle, slack, fit)) {
+            if (!improve(slack, fit)) {
                 return {};
             }
         }
         if (fit.count < (has_own ? kFewest : kFewestAround) || fit.aside.norm() > kMostAside) {
             return {};
         }
-        if (has_own && std::abs(static_cast<double>(own.inverse_depth) - at(fit.value, middle, own)) >
-                           kPatchSigmas * static_cast<double>(own.sigma) + kBendPx * per_px_) {
+        const auto rho = static_cast<double>(own_.inverse_depth);
+        if (has_own &&
+            std::abs(rho - fit.value.x()) > kPatchSigmas * static_cast<double>(own_.sigma) + kBendPx * per_px_) {
             return {};
         }
         SurfacePatch patch;
         patch.n_C << fit.value.tail<2>().cast<float>(),
-            static_cast<float>(fit.value.x() - fit.value.tail<2>().dot(middle));
-        patch.sigma = static_cast<float>(fit.sigma);
-        const double cosine = fit.value.x() / (static_cast<double>(patch.n_C.norm()) * middle.homogeneous().norm());
-        return fit.value.x() > 0.0 && cosine > kLeastFacing ? patch : SurfacePatch{};
+            static_cast<float>(fit.value.x() - fit.value.tail<2>().dot(middle_));
+        patch.sigma = static_cast<float>(std::sqrt(fit.variance));
+        const double cosine = fit.value.x() / (static_cast<double>(patch.n_C.norm()) * middle_.homogeneous().norm());
+        return fit.value.x() > 0.0 && cosine > kLeastFacing && patch.n_C.allFinite() ? patch : SurfacePatch{};
     }
 
 private:
-    static double at(const Eigen::Vector3d& value, const Eigen::Vector2d& middle, const DepthSample& s) {
-        return value.x() + value.tail<2>().dot(s.xy.cast<double>() - middle);
-    }
-
-    template <typename Visit>
-    void around(int column, int row, const Visit& visit) const {
-        for (int r = std::max(0, row - kReach); r <= std::min(rows_ - 1, row + kReach); ++r) {
-            for (int c = std::max(0, column - kReach); c <= std::min(columns_ - 1, column + kReach); ++c) {
-                const DepthSample& s = samples_[static_cast<std::size_t>(r * columns_ + c)];
-                if (s.inverse_depth > 0.0F) {
-                    visit(s, Eigen::Vector2d(c - column, r - row));
-                }
-            }
-        }
-    }
-
     /// The square's own sample, or the median of those around it.
-    bool begin(int column, int row, Fit& fit, Eigen::Vector2d& middle) const {
-        const DepthSample& own = samples_[static_cast<std::size_t>(row * columns_ + column)];
-        std::vector<const DepthSample*> near;
-        middle.setZero();
-        around(column, row, [&](const DepthSample& s, const Eigen::Vector2d&) {
-            near.push_back(&s);
-            middle += s.xy.cast<double>();
-        });
-        if (static_cast<int>(near.size()) < kFewest) {
-            return false;
-        }
-        middle /= static_cast<double>(near.size());
-        const DepthSample* first = &own;
-        if (own.inverse_depth <= 0.0F) {
-            auto* const half = near.data() + near.size() / 2;
-            std::nth_element(near.data(), half, near.data() + near.size(),
-                             [](const auto* a, const auto* b) { return a->inverse_depth < b->inverse_depth; });
-            first = *half;
+    Fit begin(bool has_own) {
+        Fit fit;
+        if (has_own) {
+            middle_ = own_.xy.cast<double>();
+            fit.value.x() = static_cast<double>(own_.inverse_depth);
+            fit.variance = static_cast<double>(own_.sigma) * static_cast<double>(own_.sigma);
         } else {
-            middle = own.xy.cast<double>();
+            FixedVector<const Neighbour*, kMost> sorted;
+            for (const Neighbour& s : near_) {
+                sorted.push_back(&s);
+                middle_ += Eigen::Vector2d(s.x, s.y);
+            }
+            middle_ /= static_cast<double>(near_.size());
+            const auto** const half = sorted.data() + sorted.size() / 2;
+            std::nth_element(sorted.begin(), half, sorted.end(),
+                             [](const auto* a, const auto* b) { return a->rho < b->rho; });
+            fit.value.x() = (*half)->rho;
+            fit.variance = (*half)->variance;
         }
-        fit.value = {static_cast<double>(first->inverse_depth), 0.0, 0.0};
-        fit.sigma = static_cast<double>(first->sigma);
-        return true;
+        for (Neighbour& s : near_) {
+            s.x -= middle_.x();
+            s.y -= middle_.y();
+        }
+        return fit;
     }
 
-    bool improve(int column, int row, const Eigen::Vector2d& middle, double slack, Fit& fit) const {
+    bool improve(double slack, Fit& fit) const {
         const double steepest = kSteepestSlope * fit.value.x();
-        Eigen::Matrix3d h = Eigen::Vector3d(0.0, 1.0, 1.0).asDiagonal();
-        h *= 1.0 / (steepest * steepest);
+        const double slope_weight = 1.0 / (steepest * steepest);
+        double w0 = 0.0;
+        double wx = 0.0;
+        double wy = 0.0;
+        double wxx = slope_weight;
+        double wxy = 0.0;
+        double wyy = slope_weight;
         Eigen::Vector3d g = Eigen::Vector3d::Zero();
         Fit next;
-        double weights = 0.0;
-        around(column, row, [&](const DepthSample& s, const Eigen::Vector2d& offset) {
-            const auto sigma = static_cast<double>(s.sigma);
-            const double apart = static_cast<double>(s.inverse_depth) - at(fit.value, middle, s);
-            const double more = slack * per_px_ * std::max(1.0, offset.lpNorm<Eigen::Infinity>());
-            if (std::abs(apart) > kPatchSigmas * std::hypot(sigma, fit.sigma) + more) {
-                return;
+        for (const Neighbour& s : near_) {
+            const double apart = std::abs(s.rho - fit.value.x() - fit.value.y() * s.x - fit.value.z() * s.y);
+            const double more = std::max(0.0, apart - slack * per_px_ * s.squares);
+            if (more * more > kPatchSigmas * kPatchSigmas * (s.variance + fit.variance)) {
+                continue;
             }
-            const Eigen::Vector3d j = (s.xy.cast<double>() - middle).homogeneous();
-            const Eigen::Vector3d a(1.0, j.x(), j.y());
-            const double w = 1.0 / (sigma * sigma);
-            h += w * a * a.transpose();
-            g += w * static_cast<double>(s.inverse_depth) * a;
-            weights += w;
-            next.aside += offset;
+            const double w = 1.0 / s.variance;
+            w0 += w;
+            wx += w * s.x;
+            wy += w * s.y;
+            wxx += w * s.x * s.x;
+            wxy += w * s.x * s.y;
+            wyy += w * s.y * s.y;
+            g += w * s.rho * Eigen::Vector3d(1.0, s.x, s.y);
+            next.aside += Eigen::Vector2d(s.right, s.down);
             ++next.count;
-        });
+        }
         if (next.count < kFewest) {
             return false;
         }
         next.aside /= next.count;
-        const Eigen::LDLT<Eigen::Matrix3d> solver(h);
-        next.value = solver.solve(g);
-        next.sigma = std::sqrt(kTogether * solver.solve(Eigen::Vector3d::UnitX()).x());
+        Eigen::Matrix3d h;
+        h << w0, wx, wy, wx, wxx, wxy, wy, wxy, wyy;
+        const Eigen::Matrix3d inverse = h.inverse();
+        next.value = inverse * g;
+        next.variance = kTogether * inverse(0, 0);
         fit = next;
-        return true;
+        return std::isfinite(next.variance) && next.variance > 0.0;
     }
 
-    const std::vector<DepthSample>& samples_;
-    int columns_;
-    int rows_;
+    static constexpr std::size_t kMost = (2 * kReach + 1) * (2 * kReach + 1);
     double per_px_;
+    const DepthSample& own_;
+    FixedVector<Neighbour, kMost> near_;
+    Eigen::Vector2d middle_ = Eigen::Vector2d::Zero();
 };
 
 }  // namespace
 
-std::vector<SurfacePatch> fit_patches(const std::vector<DepthSample>& samples, int columns, int rows, double per_px) {
-    const PatchFitter fitter(samples, columns, rows, per_px);
-    std::vector<SurfacePatch> patches(samples.size());
-    for (int row = 0; row < rows; ++row) {
-        for (int column = 0; column < columns; ++column) {
-            patches[static_cast<std::size_t>(row * columns + column)] = fitter.fit(column, row);
-        }
-    }
-    return patches;
+SurfacePatch fit_patch(std::span<const DepthSample> samples, const SquareLayout& layout, int square) {
+    return PatchFitter(samples, layout, square).fit();
 }
 
 SquareRaster::SquareRaster(const CameraModel& camera, int side_px, int columns, int rows) {
