@@ -25,6 +25,9 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
                                      .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}),
       sensors_(clock, vehicle, sources, *queues_, wakeup_) {
     pipeline_.configure(vehicle.config, vehicle.calibration);
+    if (!vehicle.log.folder.empty()) {
+        pipeline_.keep_map(nullptr);  // its surface is taken at the end: nothing grows in flight
+    }
     if (vehicle.obstacles) {
         pipeline_.measure_ranges(*vehicle.obstacles, vehicle.odometry.T_body_imu);
     }
