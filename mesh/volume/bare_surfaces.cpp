@@ -205,7 +205,10 @@ bool BareSurfaces::refine(RimPlane& plane) const {
 
 void BareSurfaces::fill() {
     RimPlane plane;
-    for (int k = 0; k < kPlanes && find_plane(plane); ++k) {
+    for (int k = 0; k < kPlanes; ++k) {
+        if (!find_plane(plane)) {
+            return;
+        }
         is_on_.assign(is_on_.size(), false);
         for (const RimPatch& rim : rim_) {
             is_on_[at(rim.square)] = std::abs(before(rim, plane.n)) <= 1.0;
