@@ -31,6 +31,7 @@ void for_each_section(Visitor&& visit) {
     visit("planes", &ProgramConfig::planes, kPlaneFields);
     visit("grid", &ProgramConfig::grid, kGridFields);
     visit("depth", &ProgramConfig::depth, kDepthFields);
+    visit("map", &ProgramConfig::map, kMapFields);
 }
 
 /// One parameter: a ParameterField of any section.

@@ -101,7 +101,9 @@ void RunMesh::write(const Mesher& mesher, const std::string& folder, const Plane
         }
     }
     IndexedMesh(live, names).write(folder + "/mesh_live.ply");
-    IndexedMesh(faces_, names).write(folder + "/mesh.ply");
+    for (const char* name : {"/mesh_horizon.ply", "/mesh.ply"}) {
+        IndexedMesh(faces_, names).write(folder + name);
+    }
 }
 
 }  // namespace facet

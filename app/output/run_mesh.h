@@ -29,11 +29,12 @@ public:
     void collect(const Mesher& mesher) { collect(mesher.departed()); }
     void collect(std::span<const DepartedFace> departed);
 
-    /// Writes folder/mesh_live.ply (the horizon) and folder/mesh.ply (everything). Throws InputError if it cannot.
+    /// Writes folder/mesh_live.ply (the horizon) and, twice, everything: folder/mesh_horizon.ply and folder/mesh.ply,
+    /// in whose place a map's surface may come. Throws InputError if it cannot.
     /// @param names  the ids that planes have by now
     void write(const Mesher& mesher, const std::string& folder, const PlaneNames& names = {});
 
-    /// What mesh.ply has, as far as it was collected or written: each face as it stood last.
+    /// What mesh_horizon.ply has, as far as it was collected or written: each face as it stood last.
     std::span<const DepartedFace> all() const { return faces_; }
     std::size_t faces() const { return faces_.size(); }
     std::size_t dropped() const { return dropped_; }

@@ -103,6 +103,19 @@ void add(const std::vector<NamedCounter>& counters, Json& json) {
     }
 }
 
+Json map(const RunSummary& summary) {
+    const MapCounters& map = *summary.map;
+    const double settled = std::max<double>(1.0, static_cast<double>(map.settled));
+    return {{"keyframes", map.keyframes},
+            {"skipped", map.skipped},
+            {"integrated", map.integrated},
+            {"restarts", map.restarts},
+            {"moved_mean_m", map.moved_m / settled},
+            {"moved_max_m", map.moved_most_m},
+            {"blocks", summary.map_blocks},
+            {"blocks_left", summary.map_blocks_left}};
+}
+
 Json mesh(const RunSummary& summary) {
     Json json = {{"vertices", summary.mesh_vertices},
                  {"faces", summary.mesh_faces},
@@ -250,6 +263,9 @@ void write_summary(const RunSummary& summary, const std::string& folder) {
     json["calibration_corrections"] = corrections(summary.corrections);
     json["residuals_px"] = residuals(summary.residuals);
     json["mesh"] = mesh(summary);
+    if (summary.map) {
+        json["map"] = map(summary);
+    }
     json["planes"] = planes(summary);
     json["timing"] = timing(summary);
     if (summary.live) {

@@ -14,6 +14,7 @@
 #include "estimator/values/residuals.h"
 #include "mesh/mesher.h"
 #include "mesh/planes/plane_finder.h"
+#include "mesh/volume/surface_map.h"
 
 namespace facet {
 
@@ -59,7 +60,10 @@ struct RunSummary {
     int mesh_vertices = 0;            ///< live at the end
     int mesh_faces = 0;               ///< live at the end
     int mesh_faces_max = 0;           ///< most ever live
-    std::size_t run_mesh_faces = 0;   ///< in mesh.ply
+    std::size_t run_mesh_faces = 0;   ///< in mesh_horizon.ply
+    std::optional<MapCounters> map;   ///< what the map did; none: there was none
+    std::size_t map_blocks = 0;       ///< in it at the end,
+    std::size_t map_blocks_left = 0;  ///< and given up before
     double wall_s = 0.0;              ///< of the whole run, decoding included
     double greatest_lag_s = 0.0;      ///< of a replay in real time behind its log
     std::optional<LiveAccount> live;  ///< of a live run

@@ -68,6 +68,16 @@ public:
     /// See Mapping. Those who call measure_ranges() and stream_to() need not ask, those who read grid() do.
     void keep_grid() { mapping_.keep_grid(); }
 
+    /// See Mapping.
+    void keep_map(SurfaceSink* sink) { mapping_.keep_map(sink); }
+    /// All that the map has left to do, with its surface to the sink: at the end of a run.
+    void finish_map(SurfaceSink& sink) {
+        if (mapping_.map() != nullptr) {
+            mapping_.keep_map(&sink);
+            mapping_.finish_map();
+        }
+    }
+
     /// Every frame from now on, to this viewer as well. Borrowed; nullptr: to nobody more. Heap.
     void show_to(FlightViewer* viewer) {
         if (viewer != nullptr) {
@@ -109,6 +119,7 @@ public:
     const PlaneFinder& planes() const { return mapping_.planes(); }
     const OccupancyGrid* grid() const { return mapping_.grid(); }
     const SemiDenseDepth* depth() const { return mapping_.depth(); }
+    const SurfaceMap* map() const { return mapping_.map(); }
     const StereoRig& rig() const { return mapping_.rig(); }
     CalibrationEstimate calibration() const { return mapping_.estimator().calibration(); }
     const VisionResiduals& residuals() const { return mapping_.estimator().residuals(); }

@@ -34,7 +34,7 @@ FrameRecorder::Files::Files(const std::string& folder)
       planes(folder) {}
 
 FrameRecorder::FrameRecorder(std::string folder, const RecorderLimits& limits)
-    : folder_(std::move(folder)), limits_(limits), run_mesh_(limits.mesh_faces) {
+    : folder_(std::move(folder)), limits_(limits), run_mesh_(limits.mesh_faces), surface_(limits.map_faces) {
     summary_.timed.reserve(std::min(limits.timed_frames, kFramesReserved));
 }
 
@@ -170,7 +170,13 @@ void FrameRecorder::flush() {
     }
 }
 
-void FrameRecorder::finish(const FramePipeline& pipeline) {
+void FrameRecorder::finish(FramePipeline& pipeline) {
+    pipeline.finish_map(surface_);
+    if (pipeline.map() != nullptr) {
+        summary_.map = pipeline.map()->counters();
+        summary_.map_blocks = pipeline.map()->volume().block_count();
+        summary_.map_blocks_left = pipeline.map()->volume().left();
+    }
     summary_.imu_samples = pipeline.imu_samples();
     summary_.imu_refused = pipeline.imu_refused();
     summary_.residuals = pipeline.residuals();
@@ -192,6 +198,10 @@ void FrameRecorder::finish(const FramePipeline& pipeline) {
     files_->mesh.close();
     files_->planes.close();
     run_mesh_.write(pipeline.mesher(), folder_, files_->planes.names());
+    if (surface_.triangles() > 0) {
+        surface_.write(folder_ + "/mesh.ply", "facet: map, world frame of the estimate, metres",
+                       SurfacePlanes(run_mesh_.all(), files_->planes.names()));
+    }
     files_->planes.write_planes(folder_, run_mesh_.all());
     summary_.run_mesh_faces = run_mesh_.faces();
     files_->warnings.close();

@@ -12,6 +12,7 @@
 #include "app/output/mesh_log.h"
 #include "app/output/plane_log.h"
 #include "app/output/run_mesh.h"
+#include "app/output/run_surface.h"
 #include "app/output/summary.h"
 #include "app/output/trajectory_writer.h"
 #include "app/pipeline/frame_pipeline.h"
@@ -24,13 +25,14 @@ namespace facet {
 struct RecorderLimits {
     std::size_t timed_frames = std::numeric_limits<std::size_t>::max();  ///< the newest count
     std::size_t mesh_faces = std::numeric_limits<std::size_t>::max();    ///< see RunMesh
+    std::size_t map_faces = std::numeric_limits<std::size_t>::max();     ///< see RunSurface
 };
 
 /// Writes trajectory.tum, trajectory.csv, covariance.csv, timing.csv, health.csv, mesh.csv and planes.csv row by row,
-/// and mesh.ply, mesh_live.ply, planes.json, planes.ply, residuals.csv and summary.json at the end. Until then all of
-/// them have TextFile::kPartEnding behind their names, and the files of an earlier run in the folder stay as they are;
-/// in finish() an old summary.json goes first and the new one comes last. Thread-bound; heap. Throws InputError if a
-/// file cannot be written.
+/// and mesh.ply (of the map; of the horizon if there is none), mesh_horizon.ply, mesh_live.ply, planes.json,
+/// planes.ply, residuals.csv and summary.json at the end. Until then all of them have TextFile::kPartEnding behind
+/// their names, and the files of an earlier run in the folder stay as they are; in finish() an old summary.json goes
+/// first and the new one comes last. Thread-bound; heap. Throws InputError if a file cannot be written.
 class FrameRecorder {
 public:
     /// @param folder  to write; empty: keep the account only
@@ -57,7 +59,10 @@ public:
     void flush();
 
     /// Completes the account from the pipeline and closes all files. Nothing may follow.
-    void finish(const FramePipeline& pipeline);
+    void finish(FramePipeline& pipeline);
+
+    /// Keeps the map's surface for mesh.ply. On the thread of the pipeline.
+    RunSurface& surface() { return surface_; }
 
     /// After open().
     WarningLog* warnings() { return files_ ? &files_->warnings : nullptr; }
@@ -87,6 +92,7 @@ private:
     std::optional<Files> files_;
     bool trajectory_at_samples_ = false;
     RunMesh run_mesh_;
+    RunSurface surface_;
     RunSummary summary_;
     std::size_t oldest_timed_ = 0;
 };

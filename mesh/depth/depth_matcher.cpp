@@ -36,8 +36,7 @@ float top_value(float before, float at, float after) {
 Status DepthMatcher::configure(const DepthConfig& config, const StereoRig& rig) {
     FACET_TRY(config.validate());
     config_ = config;
-    geometry_.configure(rig);
-    left_lens_.setZero();
+    set_rig(rig);
     scan_.configure(2 * config.reach_px + 1);
     PatchWindow window;
     window.configure(2 * config.reach_px + 1);
@@ -51,8 +50,13 @@ Status DepthMatcher::configure(const DepthConfig& config, const StereoRig& rig) 
         }
     }
     pixels_ = sum * sum / squares;
-    per_px_ = 1.0 / (rig.right.focal_px() * std::max(rig.baseline_m(), 1e-6));
     return Status::kOk;
+}
+
+void DepthMatcher::set_rig(const StereoRig& rig) {
+    geometry_.configure(rig);
+    left_lens_.setZero();
+    per_px_ = 1.0 / (rig.right.focal_px() * std::max(rig.baseline_m(), 1e-6));
 }
 
 void DepthMatcher::correct(const CameraCorrections& corrections) {

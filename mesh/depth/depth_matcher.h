@@ -52,6 +52,8 @@ public:
 
     /// @return kInvalidArgument if a field is out of range (nothing changed).
     Status configure(const DepthConfig& config, const StereoRig& rig);
+    /// Other cameras, or elsewhere; the calibration is forgotten. No heap.
+    void set_rig(const StereoRig& rig);
     /// The calibration as it is known now; configure() forgets it.
     void correct(const CameraCorrections& corrections);
 

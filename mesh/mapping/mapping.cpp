@@ -24,6 +24,7 @@ Status Mapping::configure(const MappingConfig& config, const StereoRig& rig) {
     FACET_TRY(planes_->configure(config.planes));
     FACET_TRY(config.grid.validate());
     FACET_TRY(config.depth.validate());
+    FACET_TRY(config.map.validate());
     grid_.reset();
     if (config.grid.enabled) {
         grid_ = std::make_unique<OccupancyGrid>();
@@ -34,6 +35,8 @@ Status Mapping::configure(const MappingConfig& config, const StereoRig& rig) {
         depth_ = std::make_unique<SemiDenseDepth>();
         FACET_ASSERT(ok(depth_->configure(config.depth, rig)));  // validated above
     }
+    map_.reset();
+    map_config_ = config.map;
     rig_ = rig;
     lost_after_s_ = config.health.lost_after_s;
     waiting_.configure(rig_);
@@ -95,6 +98,7 @@ bool Mapping::finish_frame(const StereoFrame& frame, const Estimate& estimate) {
     estimator_.finish_frame();
     s_.mesh_is_new = s_.status != Status::kNotReady && map_keyframe(frame, estimate);
     update_depth();
+    update_map();
     return s_.mesh_is_new;
 }
 
@@ -175,6 +179,35 @@ void Mapping::update_depth() {
     const StageScope scope(observer_, Stage::kDepth);
     s_.mesh_is_new ? depth_->begin(estimator_.keyframe_view(), mapped_.frame.left, mapped_.frame.right)
                    : depth_->advance(*mesher_);
+}
+
+void Mapping::keep_map(SurfaceSink* sink) {
+    if (!map_ && map_config_.enabled && rig_.has_right) {
+        map_ = std::make_unique<SurfaceMap>();
+        FACET_ASSERT(ok(map_->configure(map_config_, rig_)));  // the estimator has taken both
+    }
+    if (map_) {
+        map_->give_to(sink);
+    }
+}
+
+void Mapping::finish_map() {
+    if (map_) {
+        map_->finish();
+    }
+}
+
+/// A keyframe with a mesh is taken; each frame after it does a part of the work.
+void Mapping::update_map() {
+    if (!map_) {
+        return;
+    }
+    const StageScope scope(observer_, Stage::kDepth);
+    if (s_.mesh_is_new) {
+        map_->add(estimator_.keyframe_view(), mapped_.reset_counter, mapped_.frame.left, mapped_.frame.right);
+    } else {
+        map_->advance();
+    }
 }
 
 /// Planes are found in every mode; whether the estimator uses them is its mode's business.

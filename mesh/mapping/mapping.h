@@ -14,6 +14,7 @@
 #include "mesh/mesher.h"
 #include "mesh/occupancy_grid.h"
 #include "mesh/planes/plane_finder.h"
+#include "mesh/volume/surface_map.h"
 
 namespace facet {
 
@@ -50,6 +51,12 @@ public:
 
     /// Fills the grid, and measures depth for it, from the next keyframe on. Before, it costs nothing.
     void keep_grid() { has_grid_reader_ = true; }
+    /// Fills the map from the next keyframe on and gives its surface to the sink, which is borrowed, a few pieces a
+    /// frame; before, it costs nothing. Not if the configuration has no map, or the rig no right camera. To be called
+    /// after configure(). Its work is timed as Stage::kDepth.
+    void keep_map(SurfaceSink* sink);
+    /// All that the map has left to do, at once: at the end of a run.
+    void finish_map();
 
     /// See Estimator::add_imu.
     Status add_imu(const ImuSample& sample, ImuAxisMask clipped) { return estimator_.add_imu(sample, clipped); }
@@ -85,6 +92,9 @@ public:
     /// Semi-dense depth; null if the configuration has none.
     const SemiDenseDepth* depth() const { return depth_.get(); }
 
+    /// The map of surfaces; null before keep_map().
+    const SurfaceMap* map() const { return map_.get(); }
+
     /// The cameras as given.
     const StereoRig& rig() const { return rig_; }
     const Estimator& estimator() const { return estimator_; }
@@ -111,6 +121,7 @@ private:
     void update_mesh(const MappedKeyframe& keyframe);
     void end_depth();
     void update_depth();
+    void update_map();
     void update_planes(const KeyframeView& view, std::uint32_t reset_counter);
     void update_grid(const KeyframeView& view, std::uint32_t reset_counter);
 
@@ -121,6 +132,8 @@ private:
     std::unique_ptr<PlaneFinder> planes_;
     std::unique_ptr<OccupancyGrid> grid_;    ///< none unless enabled
     std::unique_ptr<SemiDenseDepth> depth_;  ///< none unless enabled, and a grid
+    MapConfig map_config_;
+    std::unique_ptr<SurfaceMap> map_;  ///< none before it is asked for
     PlaneSource plane_source_;
     StageObserver* observer_ = nullptr;
     bool has_grid_reader_ = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// All parameters of estimator, mesher, plane finder, depth and grid.
+// All parameters of estimator, mesher, plane finder, depth, grid and map.
 #pragma once
 
 #include "estimator/api/config.h"
@@ -7,6 +7,7 @@
 #include "mesh/grid_config.h"
 #include "mesh/mesh_config.h"
 #include "mesh/planes/plane_config.h"
+#include "mesh/volume/map_config.h"
 
 namespace facet {
 
@@ -15,6 +16,7 @@ struct MappingConfig : EstimatorConfig {
     PlaneConfig planes;
     GridConfig grid;
     DepthConfig depth;
+    MapConfig map;
 };
 
 }  // namespace facet

@@ -45,16 +45,18 @@ def flat(rows):
 
 
 def pack_mesh(run, key_stamps):
-    """Faces in the order in which they left the horizon, with the keyframe at which each did.
+    """Faces with the keyframe from which on each is shown.
 
-    mesh.ply has them in that order, and mesh.csv how many left at each keyframe; what is left over was live at the end.
+    A map, which does not say when it saw what, is shown from the beginning. Faces of the horizon are in mesh.ply in the
+    order in which they left it, and mesh.csv has how many left at each keyframe; what is left over was live at the end.
     """
     mesh = run.mesh
     if not mesh or not mesh["triangles"]:
         return None
     count = len(mesh["triangles"])
-    reveal = [len(key_stamps) - 1] * count
-    if run.mesh_log:
+    is_map = "map" in run.summary
+    reveal = [0 if is_map else len(key_stamps) - 1] * count
+    if run.mesh_log and not is_map:
         done = 0
         for stamp, departed in zip(run.mesh_log["stamp_ns"], run.mesh_log["departed"]):
             index = min(bisect.bisect_left(key_stamps, stamp), len(key_stamps) - 1)

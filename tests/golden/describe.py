@@ -109,8 +109,8 @@ def count_lines(out, summary):
     yield "counts"
     for name in ("frames", "estimates", "keyframes", "imu_samples", "warnings"):
         yield columns(name, [str(summary[name])])
-    vertices, faces = ply_counts(out / "mesh.ply")
-    yield columns("mesh.ply", [str(vertices), str(faces)])
+    vertices, faces = ply_counts(out / "mesh_horizon.ply")
+    yield columns("mesh_horizon.ply", [str(vertices), str(faces)])
     for part, names in (("mesh", MESH_COUNTS), ("planes", PLANE_COUNTS)):
         for name in names:
             yield f"{part + '.' + name:<20}  {summary[part][name]}"

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/lab/fusion/bare_surfaces.h"
-#include "app/lab/fusion/partners.h"
-#include "app/output/ply_file.h"
+#include "app/output/run_surface.h"
+#include "mesh/volume/partners.h"
 #include "platform/base/assert.h"
 
 namespace facet {
@@ -43,9 +42,10 @@ double median_depth(const std::vector<DepthSample>& samples) {
 }  // namespace
 
 MeshFusion::MeshFusion(const StereoRig& rig)
-    : rig_(rig),
-      sampler_(rig, kSquare),
+    : sampler_(rig, kSquare),
+      layout_{kSquare, sampler_.columns(), sampler_.rows(), sampler_.per_px()},
       raster_(rig.left, kSquare, sampler_.columns(), sampler_.rows()),
+      bare_(raster_, layout_),
       volume_(volume_options(sampler_.per_px())) {
     FACET_ASSERT(ok(right_.configure(rig.right.intrinsics().width, rig.right.intrinsics().height, 1)));
 }
@@ -101,7 +101,10 @@ void MeshFusion::take(View view, const ImageView& left, const ImageView& right, 
     FACET_ASSERT(ok(taken->left.configure(left.width, left.height, 1)));
     taken->left.build(left);
     right_.build(right);
-    taken->samples = sampler_.measure(taken->left, right_, taken->cameras, mesher);
+    sampler_.correct(taken->cameras);
+    for (int i = 0; i < layout_.count(); ++i) {
+        taken->samples.push_back(sampler_.measure(i, taken->left, right_, mesher));
+    }
     views_.push_back(std::move(taken));
 }
 
@@ -120,7 +123,10 @@ void MeshFusion::compare(std::size_t index) {
             }
         }
         for (const std::size_t i : choose_partners(T_own_others, depth)) {
-            sampler_.compare(own.left, others[i]->left, T_own_others[i], own.cameras, own.samples);
+            sampler_.face(T_own_others[i], own.cameras);
+            for (DepthSample& sample : own.samples) {
+                sampler_.compare(own.left, others[i]->left, sample);
+            }
         }
     }
 }
@@ -134,10 +140,13 @@ void MeshFusion::leave(std::size_t index) {
             sample.inverse_depth = 0.0F;
         }
     }
-    const int columns = sampler_.columns();
-    const int rows = sampler_.rows();
-    std::vector<SurfacePatch> patches = fit_patches(view.samples, columns, rows, sampler_.per_px());
-    fill_bare_squares(view.left.level(0), raster_, {kSquare, columns, rows, sampler_.per_px()}, patches);
+    std::vector<SurfacePatch> patches;
+    for (int i = 0; i < layout_.count(); ++i) {
+        patches.push_back(fit_patch(view.samples, layout_, i));
+    }
+    bare_.begin(view.left.level(0), patches);
+    while (bare_.advance(layout_.count())) {
+    }
     volume_.integrate(raster_, patches, view.T_W_C0);
     view.samples.clear();
 }
@@ -148,14 +157,14 @@ void MeshFusion::write(const std::string& path) {
             leave(i);
         }
     }
-    const FusedMesh mesh = extract_surface(volume_, {});
-    PlyMesh ply;
-    ply.vertices = mesh.vertices;
-    ply.normals = mesh.normals;
-    ply.triangles = mesh.triangles;
-    ply.observations = mesh.observations;
-    ply.sigmas = mesh.sigmas;
-    replace_ply(path, "facet: fused, world frame of the estimate, metres", ply);
+    RunSurface surface;
+    const auto nets = std::make_unique<SurfaceNets>();
+    const auto piece = std::make_unique<SurfacePiece>();
+    for (std::size_t slot = 0; slot < volume_.slot_end(); ++slot) {
+        nets->extract(volume_, slot, *piece);
+        surface.take(*piece, 0);
+    }
+    surface.write(path, "facet: fused, world frame of the estimate, metres");
 }
 
 }  // namespace facet

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "app/lab/fusion/depth_samples.h"
-#include "app/lab/fusion/surface_nets.h"
-#include "app/lab/fusion/surface_patches.h"
-#include "app/lab/fusion/tsdf_volume.h"
 #include "estimator/values/keyframe_view.h"
+#include "mesh/volume/bare_surfaces.h"
+#include "mesh/volume/depth_samples.h"
+#include "mesh/volume/surface_patches.h"
+#include "mesh/volume/tsdf_volume.h"
 #include "platform/base/image_view.h"
 
 namespace facet {
@@ -20,7 +20,7 @@ namespace facet {
 /// Every keyframe, and between two of them every frame that shows something new, is measured when it comes: stereo at
 /// one pixel of each square of four. When its keyframe leaves the window, and its pose is final, what other views saw
 /// of the same surface makes its depths more certain or refutes them (DepthSampler), pieces of plane are laid through
-/// those that agree (fit_patches), and over what is bare between them (fill_bare_squares), and these go into a volume
+/// those that agree (fit_patch), and over what is bare between them (BareSurfaces), and these go into a volume
 /// with that pose (TsdfVolume), whose surface is the mesh. What was never near enough to tell its steps is left out.
 /// About 1 MB a view; those of the window and kKeptAfter more are kept. Heap. Thread-bound. Deterministic.
 class MeshFusion {
@@ -57,9 +57,10 @@ private:
     void leave(std::size_t index);
     void compare(std::size_t index);
 
-    StereoRig rig_;
     DepthSampler sampler_;
+    SquareLayout layout_;
     SquareRaster raster_;
+    BareSurfaces bare_;
     TsdfVolume volume_;
     ImagePyramid right_;
     std::deque<std::unique_ptr<View>> views_;  ///< oldest first

@@ -90,7 +90,7 @@ private:
 };
 
 RecorderLimits Replay::limits(const ReplayOptions& options) {
-    constexpr RecorderLimits kEndless{.timed_frames = 2'000, .mesh_faces = 20'000};
+    constexpr RecorderLimits kEndless{.timed_frames = 2'000, .mesh_faces = 20'000, .map_faces = 500'000};
     return options.passes > 1 || options.loops > 1 ? kEndless : RecorderLimits{};
 }
 
@@ -188,6 +188,7 @@ void Replay::prepare() {
     }
     start_check_.emplace(given.rig);
     extra_files_.emplace(options_, given.rig);
+    pipeline_.keep_map(&recorder_.surface());
     if (options_.write_rays) {
         pipeline_.keep_grid();
     }

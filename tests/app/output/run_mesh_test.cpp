@@ -81,6 +81,7 @@ TEST_CASE("mesh.ply has every face that left as it stood then, and the live ones
     REQUIRE(all.size() > live.size() + 100);
     CHECK(run.faces() == all.size());
     CHECK(corners_in(folder.file("mesh.ply")) == all);
+    CHECK(corners_in(folder.file("mesh_horizon.ply")) == all);
 }
 
 TEST_CASE("a mesh without faces is a file without faces, and a folder that is not there is named") {

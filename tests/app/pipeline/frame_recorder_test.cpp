@@ -99,7 +99,8 @@ TEST_CASE("a run that ends before its end leaves an earlier run's files alone, a
     FrameRecorder recorder(dir.path());
     recorder.open();
     recorder.write(tracked_frame(0), {});
-    recorder.finish(FramePipeline());
+    FramePipeline pipeline;
+    recorder.finish(pipeline);
     CHECK(test::read_file(dir.file("trajectory.tum")).starts_with("1.000000000 "));
     for (const auto& entry : std::filesystem::directory_iterator(dir.path())) {
         CHECK(entry.path().extension() != TextFile::kPartEnding);
@@ -112,7 +113,8 @@ TEST_CASE("two runs do not write into one folder") {
     first.open();
     FrameRecorder second(dir.path());
     CHECK(test::input_error_text([&] { second.open(); }) == dir.path() + ": another run is writing into this folder");
-    first.finish(FramePipeline());
+    FramePipeline pipeline;
+    first.finish(pipeline);
 }
 
 TEST_CASE("files are complete after a flush as far as frames were written") {
@@ -129,7 +131,8 @@ TEST_CASE("files are complete after a flush as far as frames were written") {
     CHECK(rows("health.csv") == 3);
     CHECK(rows("timing.csv") == 3);
     CHECK(rows("trajectory.tum") == 2);
-    recorder.finish(FramePipeline());
+    FramePipeline pipeline;
+    recorder.finish(pipeline);
     CHECK(nlohmann::json::parse(test::read_file(dir.file("summary.json")))["estimates"] == 2);
     CHECK(std::filesystem::exists(dir.file("mesh.ply")));
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/surface_patches.h"
+#include "mesh/volume/surface_patches.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "tests/mesh/depth/stereo_scene.h"
 
@@ -33,7 +34,12 @@ std::vector<DepthSample> samples_of(const std::function<double(int column, int r
 }
 
 std::vector<SurfacePatch> patches_of(const std::vector<DepthSample>& samples) {
-    return fit_patches(samples, kColumns, kRows, kPerPx);
+    const SquareLayout layout{kSquare, kColumns, kRows, kPerPx};
+    std::vector<SurfacePatch> patches;
+    for (int i = 0; i < layout.count(); ++i) {
+        patches.push_back(fit_patch(samples, layout, i));
+    }
+    return patches;
 }
 
 const SurfacePatch& at(const std::vector<SurfacePatch>& patches, int column, int row) {
@@ -88,6 +94,18 @@ TEST_CASE("a gap is closed from all around, not from one side") {
     CHECK(at(patches, 58, 20).exists());
     CHECK(!at(patches, 60, 20).exists());
     CHECK(!at(patches, 61, 20).exists());
+}
+
+TEST_CASE("what is no number makes no patch that is none") {
+    auto samples = samples_of([](int, int, const Eigen::Vector2d&) { return 0.5; });
+    for (std::size_t i = 0; i < samples.size(); i += 7) {
+        samples[i].inverse_depth = std::numeric_limits<float>::quiet_NaN();
+        samples[(i + 3) % samples.size()].sigma = std::numeric_limits<float>::quiet_NaN();
+        samples[(i + 5) % samples.size()].inverse_depth = std::numeric_limits<float>::infinity();
+    }
+    for (const SurfacePatch& patch : patches_of(samples)) {
+        CHECK((!patch.exists() || (patch.n_C.allFinite() && std::isfinite(patch.sigma))));
+    }
 }
 
 TEST_CASE("a sample that disagrees with all around it has no patch") {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/bare_surfaces.h"
+#include "mesh/volume/bare_surfaces.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 
-#include "app/lab/fusion/surface_nets.h"
-#include "app/lab/fusion/tsdf_volume.h"
+#include "mesh/volume/tsdf_volume.h"
 #include "tests/mesh/depth/stereo_scene.h"
+#include "tests/mesh/volume/whole_surface.h"
+#include "tests/support/allocation_guard.h"
 
 namespace facet {
 namespace {
@@ -35,7 +36,13 @@ struct Scene {
     }
     void fill() {
         const ImageView image{pixels.data(), test::kSceneWidth, test::kSceneHeight, test::kSceneWidth};
-        fill_bare_squares(image, raster(), kLayout, patches);
+        BareSurfaces bare(raster(), kLayout);
+        const test::AllocationGuard guard;
+        bare.begin(image, patches);
+        while (bare.advance(100)) {
+        }
+        const std::uint64_t allocations = guard.allocations();
+        CHECK(allocations == 0);
     }
     const SurfacePatch& at(int column, int row) const {
         return patches[static_cast<std::size_t>(row * kLayout.columns + column)];
@@ -120,7 +127,7 @@ TEST_CASE("an inferred surface is one, and sees through nothing; nor do far ones
     TsdfVolume volume(options);
     const auto most = [&](auto field) {
         int value = 0;
-        for (std::size_t b = 0; b < volume.block_count(); ++b) {
+        for (std::size_t b = 0; b < volume.slot_end(); ++b) {
             for (const Voxel& voxel : volume.block(b).voxels) {
                 value = std::max(value, static_cast<int>(field(voxel)));
             }
@@ -131,7 +138,7 @@ TEST_CASE("an inferred surface is one, and sees through nothing; nor do far ones
     volume.integrate(raster(), wall(1.5, false), {});
     volume.integrate(raster(), wall(2.0, true), {});
     CHECK(most(through) == 0);
-    CHECK(!extract_surface(volume, {}).triangles.empty());
+    CHECK(!test::whole_surface(volume).triangles.empty());
     const std::size_t blocks = volume.block_count();
     volume.integrate(raster(), wall(3.0, false), {});  // beyond what counts, but not without seeing
     CHECK(volume.block_count() == blocks);

@@ -4,10 +4,11 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <span>
 #include <vector>
 
-#include "app/lab/fusion/depth_samples.h"
 #include "estimator/geometry/camera_model.h"
+#include "mesh/volume/depth_samples.h"
 
 namespace facet {
 
@@ -16,14 +17,24 @@ struct SurfacePatch {
     Eigen::Vector3f n_C = Eigen::Vector3f::Zero();  ///< (1/m); zero: nothing is known
     float sigma = 0.0F;                             ///< of 1 / Z (1/m)
     bool is_inferred = false;                       ///< from what lies around it
+    float grey = 0.0F;                              ///< mean of the square in the image
     bool exists() const { return sigma > 0.0F; }
 };
 
-/// A plane in inverse depth through the samples around each square that agree with one another: those of a foreground
-/// and of what is behind it do not, so that no patch bridges them. A square has a patch only if
-/// they lie about it, not to one side; one without a sample of its own needs more of them.
-/// @param per_px  change of the inverse depth per pixel (1/m/px)
-std::vector<SurfacePatch> fit_patches(const std::vector<DepthSample>& samples, int columns, int rows, double per_px);
+/// The squares into which an image is divided.
+struct SquareLayout {
+    int side_px = 0;
+    int columns = 0;
+    int rows = 0;
+    double per_px = 0.0;  ///< change of the inverse depth per pixel of disparity (1/m/px)
+    int count() const { return columns * rows; }
+};
+
+/// A plane in inverse depth through the samples around a square that agree with one another: those of a foreground and
+/// of what is behind it do not, so that no patch bridges them. A square has a patch only if they lie about it, not to
+/// one side; one without a sample of its own needs more of them. No heap. Reentrant. Deterministic.
+/// @param samples  of each square, row by row
+SurfacePatch fit_patch(std::span<const DepthSample> samples, const SquareLayout& layout, int square);
 
 /// Finds the square of an image that a ray passes, by a raster of the undistorted plane. Heap in the constructor only.
 class SquareRaster {

@@ -2,12 +2,16 @@
 // Which other views a view's depths are compared with.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
-#include <vector>
+#include <span>
 
 #include "estimator/geometry/se3.h"
+#include "platform/base/fixed_vector.h"
 
 namespace facet {
+
+inline constexpr std::size_t kPartners = 3;  ///< to either side in time
 
 /// Three at most, nearer ones first: what they leave unknown is searched in farther ones, whose longer base shows more.
 /// In a base of eleven centimetres a step of half a metre in a distance of five is a pixel of disparity, hardly known
@@ -15,6 +19,6 @@ namespace facet {
 /// @param T_own_others  the other left cameras in the view's own one, in the order of time from it
 /// @param depth_m       that half of what the view shows is nearer than; 0: nothing is known
 /// @return their places in `T_own_others`, in that order
-std::vector<std::size_t> choose_partners(const std::vector<Se3>& T_own_others, double depth_m);
+FixedVector<std::size_t, kPartners> choose_partners(std::span<const Se3> T_own_others, double depth_m);
 
 }  // namespace facet

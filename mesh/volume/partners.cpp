@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/partners.h"
+#include "mesh/volume/partners.h"
 
 namespace facet {
 namespace {
 
-constexpr std::size_t kPartners = 3;
 constexpr double kLeastBase = 0.05;     // of the median depth,
 constexpr double kMostBase = 0.5;       // beyond which too much looks different;
 constexpr double kFarther = 2.0;        // and how much farther away the next one is
@@ -12,8 +11,8 @@ constexpr double kLeastOverlap = 0.85;  // cosine of the angle between the views
 
 }  // namespace
 
-std::vector<std::size_t> choose_partners(const std::vector<Se3>& T_own_others, double depth_m) {
-    std::vector<std::size_t> chosen;
+FixedVector<std::size_t, kPartners> choose_partners(std::span<const Se3> T_own_others, double depth_m) {
+    FixedVector<std::size_t, kPartners> chosen;
     double least = kLeastBase * depth_m;
     for (std::size_t i = 0; i < T_own_others.size() && chosen.size() < kPartners; ++i) {
         const double base = T_own_others[i].p.norm();

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/partners.h"
+#include "mesh/volume/partners.h"
 
 #include <catch2/catch.hpp>
+#include <vector>
 
 #include "tests/mesh/depth/stereo_scene.h"
 
@@ -17,9 +18,14 @@ std::vector<Se3> row_of(int count, double apart_m) {
     return row;
 }
 
+std::vector<std::size_t> chosen_of(const std::vector<Se3>& row, double depth_m) {
+    const auto chosen = choose_partners(row, depth_m);
+    return {chosen.begin(), chosen.end()};
+}
+
 TEST_CASE("each partner is twice as far away as the one before, none too near or too far") {
-    const auto chosen = choose_partners(row_of(40, 0.05), 2.5);  // 0.125 to 1.25 m
-    CHECK(chosen == std::vector<std::size_t>{2, 6, 14});         // 0.15, 0.35, 0.75 m
+    CHECK(chosen_of(row_of(40, 0.05), 2.5) ==
+          std::vector<std::size_t>{2, 6, 14});  // 0.15, 0.35, 0.75 m of 0.125 to 1.25
     CHECK(choose_partners(row_of(2, 0.06), 2.5).empty());
     CHECK(choose_partners(row_of(40, 0.05), 0.0).empty());
 }
@@ -27,7 +33,7 @@ TEST_CASE("each partner is twice as far away as the one before, none too near or
 TEST_CASE("a view that looks elsewhere is no partner") {
     auto row = row_of(5, 0.2);
     row[0].q = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()));
-    CHECK(choose_partners(row, 2.5) == std::vector<std::size_t>{1, 4});
+    CHECK(chosen_of(row, 2.5) == std::vector<std::size_t>{1, 4});
 }
 
 /// By how much a point's match moves in another image if it lies at `far` in place of `near`, beside the camera's axis.

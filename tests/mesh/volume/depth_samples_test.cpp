@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-#include "app/lab/fusion/depth_samples.h"
+#include "mesh/volume/depth_samples.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -30,10 +30,19 @@ struct Stage {
     }
     std::vector<DepthSample> measure() {
         const ImagePyramid right = pyramid_of(test::draw(surface, {0.1, 0.0, 0.0}));
-        return sampler.measure(left, right, {}, mesher.get());
+        sampler.correct({});
+        std::vector<DepthSample> samples;
+        for (int i = 0; i < sampler.count(); ++i) {
+            samples.push_back(sampler.measure(i, left, right, mesher.get()));
+        }
+        return samples;
     }
     void compare(const test::Surface& seen, const Eigen::Vector3d& from, std::vector<DepthSample>& samples) {
-        sampler.compare(left, pyramid_of(test::draw(seen, from)), {Eigen::Quaterniond::Identity(), from}, {}, samples);
+        sampler.face({Eigen::Quaterniond::Identity(), from}, {});
+        const ImagePyramid other = pyramid_of(test::draw(seen, from));
+        for (DepthSample& sample : samples) {
+            sampler.compare(left, other, sample);
+        }
     }
 };
 
@@ -65,6 +74,28 @@ TEST_CASE("most squares of a textured wall are measured, each as well as it says
     const Errors errors = errors_of(samples, 0.4);
     CHECK(errors.count > 3000);
     CHECK(good > 0.99 * errors.count);
+}
+
+TEST_CASE("squares searched near those around them find the same, also beside a step") {
+    Stage stage(test::step_surface(1.5, 2.5));
+    const ImagePyramid right = pyramid_of(test::draw(stage.surface, {0.1, 0.0, 0.0}));
+    const auto alone = stage.measure();
+    std::vector<DepthSample> together(alone.size());
+    int both = 0;
+    int apart = 0;
+    int lost = 0;
+    for (int k = 0; k < stage.sampler.count(); ++k) {
+        const auto i = static_cast<std::size_t>(k * 2971 % stage.sampler.count());  // spread over the image
+        together[i] = stage.sampler.measure(static_cast<int>(i), stage.left, right, nullptr, together);
+        lost += alone[i].inverse_depth > 0.0F && together[i].inverse_depth == 0.0F ? 1 : 0;
+        if (alone[i].inverse_depth > 0.0F && together[i].inverse_depth > 0.0F) {
+            ++both;
+            apart += std::abs(alone[i].inverse_depth - together[i].inverse_depth) > 0.01F ? 1 : 0;
+        }
+    }
+    REQUIRE(both > 3000);
+    CHECK(apart < both / 200);
+    CHECK(lost < both / 20);
 }
 
 TEST_CASE("another place confirms depths and makes them more certain") {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "estimator/frontend/image_pyramid.h"
@@ -27,31 +28,36 @@ struct DepthSample {
 };
 
 /// Measures an image in squares of `side_px`. The matcher is that of semi-dense depth, whose points are farther apart.
-/// Heap. Thread-bound. Deterministic.
+/// Heap in the constructor only. Thread-bound. Deterministic.
 class DepthSampler {
 public:
     DepthSampler(const StereoRig& rig, int side_px);
 
     int columns() const { return columns_; }
     int rows() const { return rows_; }
+    int count() const { return columns_ * rows_; }
     int side_px() const { return side_; }
     /// Change of the inverse depth per pixel of disparity (1/m/px).
     double per_px() const { return stereo_.per_px(); }
 
-    /// One sample for each square, row by row.
+    /// The calibration from now on.
+    void correct(const CameraCorrections& cameras);
+    /// The sample of a square, counted row by row.
     /// @param mesher  has taken in this keyframe: between which depths to search; nullptr: at all
-    std::vector<DepthSample> measure(const ImagePyramid& left, const ImagePyramid& right,
-                                     const CameraCorrections& cameras, const Mesher* mesher);
+    /// @param known   samples of this image so far: a square among some that agree is searched near them; empty: none
+    DepthSample measure(int square, const ImagePyramid& left, const ImagePyramid& right, const Mesher* mesher,
+                        std::span<const DepthSample> known = {});
 
-    /// Looks for samples of one left image in another one that was taken from elsewhere, near the depth that is known.
+    /// The view to compare with from now on. @param T_C_other  its left camera, in the samples' one
+    void face(const Se3& T_C_other, const CameraCorrections& cameras);
+    /// Looks for a sample of one left image in another one that was taken from elsewhere, near the depth that is known.
     /// What agrees makes the sample more certain, by the variances; what is found elsewhere contradicts it.
-    /// @param T_C_other  the other left camera, in this one
-    void compare(const ImagePyramid& own, const ImagePyramid& other, const Se3& T_C_other,
-                 const CameraCorrections& cameras, std::vector<DepthSample>& samples);
+    void compare(const ImagePyramid& own, const ImagePyramid& other, DepthSample& sample);
 
 private:
     bool find_pixel(const ImageView& image, int square, DepthSample& sample) const;
     DepthRange range_of(const Mesher* mesher, const Eigen::Vector2d& xy) const;
+    bool range_among(std::span<const DepthSample> known, int square, DepthRange& range) const;
 
     StereoRig rig_;
     DepthConfig config_;
@@ -60,7 +66,8 @@ private:
     int side_ = 0;
     int columns_ = 0;
     int rows_ = 0;
-    std::vector<Eigen::Vector2f> directions_;  ///< of the epipolar lines in the squares' middles
+    std::vector<Eigen::Vector2f> directions_;         ///< of the epipolar lines in the squares' middles
+    Eigen::Vector3d base_ = Eigen::Vector3d::Zero();  ///< of the other camera that is compared with
 };
 
 }  // namespace facet

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "mesh/volume/depth_samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "platform/base/assert.h"
+
+namespace facet {
+namespace {
+
+constexpr double kMinRho = 0.08;      // 1/m: what is farther is no depth
+constexpr double kMinRate = 20.0;     // px m: of motion, below which it tells nothing that stereo did not
+constexpr double kPosePx = 0.2;       // px: what the poses of two keyframes add
+constexpr double kMorePx = 2.0;       // px searched beyond the sample's own doubt
+constexpr int kNearSquares = 1;       // squares to either side whose samples say where to search:
+constexpr int kFewestNear = 2;        // if there are so many
+constexpr double kMostApartPx = 4.0;  // within so many px of disparity,
+constexpr double kMarginPx = 4.0;     // so many beyond them
+constexpr double kSameSigmas = 3.0;   // within which two depths agree
+
+}  // namespace
+
+DepthSampler::DepthSampler(const StereoRig& rig, int side_px) : rig_(rig), side_(side_px) {
+    config_.min_gradient = 2.0;
+    config_.min_depth_m = 0.4;
+    FACET_ASSERT(ok(stereo_.configure(config_, rig)));
+    FACET_ASSERT(ok(motion_.configure(config_, {rig.left, rig.left, Se3{}, Se3{}})));
+    columns_ = rig.left.intrinsics().width / side_;
+    rows_ = rig.left.intrinsics().height / side_;
+    for (int i = 0; i < columns_ * rows_; ++i) {
+        const Eigen::Vector2i square(i % columns_, i / columns_);
+        directions_.push_back(stereo_.epipolar_direction((square.cast<double>().array() + 0.5) * side_));
+    }
+}
+
+bool DepthSampler::find_pixel(const ImageView& image, int square, DepthSample& sample) const {
+    const int border = config_.reach_px + 2;
+    const int u0 = square % columns_ * side_;
+    const int v0 = square / columns_ * side_;
+    const Eigen::Vector2f& direction = directions_[static_cast<std::size_t>(square)];
+    auto best = static_cast<float>(config_.min_gradient);
+    bool is_found = false;
+    for (int v = std::max(v0, border); v < std::min(v0 + side_, image.height - border); ++v) {
+        for (int u = std::max(u0, border); u < std::min(u0 + side_, image.width - border); ++u) {
+            const Eigen::Vector2f gradient(0.5F * static_cast<float>(image.at(u + 1, v) - image.at(u - 1, v)),
+                                           0.5F * static_cast<float>(image.at(u, v + 1) - image.at(u, v - 1)));
+            const float along = std::abs(gradient.dot(direction));
+            if (along > best) {
+                best = along;
+                sample.uv = {static_cast<float>(u), static_cast<float>(v)};
+                sample.gradient = gradient;
+                is_found = true;
+            }
+        }
+    }
+    return is_found;
+}
+
+DepthRange DepthSampler::range_of(const Mesher* mesher, const Eigen::Vector2d& xy) const {
+    const double nearest = 1.0 / config_.min_depth_m;
+    DepthPrior prior;
+    if (mesher == nullptr || !mesher->depth_prior(xy, prior)) {
+        return {0.0, nearest};
+    }
+    const double margin = config_.search_px * stereo_.per_px();
+    return {std::clamp(prior.farthest - margin, 0.0, nearest - margin),
+            std::clamp(prior.nearest + margin, margin, nearest)};
+}
+
+void DepthSampler::correct(const CameraCorrections& cameras) { stereo_.correct(cameras); }
+
+/// Between the samples of the squares around, if there are some and a surface may run through all of them.
+bool DepthSampler::range_among(std::span<const DepthSample> known, int square, DepthRange& range) const {
+    if (known.empty()) {
+        return false;
+    }
+    const double per_px = stereo_.per_px();
+    const int column = square % columns_;
+    const int row = square / columns_;
+    double low = 1.0 / config_.min_depth_m;
+    double high = 0.0;
+    int count = 0;
+    for (int r = std::max(0, row - kNearSquares); r <= std::min(rows_ - 1, row + kNearSquares); ++r) {
+        for (int c = std::max(0, column - kNearSquares); c <= std::min(columns_ - 1, column + kNearSquares); ++c) {
+            const auto rho = static_cast<double>(known[static_cast<std::size_t>(r * columns_ + c)].inverse_depth);
+            if (rho > 0.0) {
+                low = std::min(low, rho);
+                high = std::max(high, rho);
+                ++count;
+            }
+        }
+    }
+    if (count < kFewestNear || high - low > kMostApartPx * per_px) {
+        return false;
+    }
+    range = {std::max(0.0, low - kMarginPx * per_px), high + kMarginPx * per_px};
+    return true;
+}
+
+DepthSample DepthSampler::measure(int square, const ImagePyramid& left, const ImagePyramid& right, const Mesher* mesher,
+                                  std::span<const DepthSample> known) {
+    DepthSample sample;
+    DepthMatcher::Ray ray;
+    Eigen::Vector2d xy;
+    if (!find_pixel(left.level(0), square, sample) || !ok(stereo_.ray_of(sample.uv.cast<double>(), ray, xy))) {
+        return sample;
+    }
+    sample.xy = xy.cast<float>();
+    DepthMatch match;
+    DepthRange range;
+    if (!range_among(known, square, range)) {
+        range = range_of(mesher, xy);
+    }
+    if (stereo_.match(left.pairs(0), right.pairs(0), ray, sample.gradient, range, match) == DepthVerdict::kMatched &&
+        match.inverse_depth > kMinRho) {
+        sample.inverse_depth = static_cast<float>(match.inverse_depth);
+        sample.sigma = static_cast<float>(match.sigma);
+    }
+    return sample;
+}
+
+void DepthSampler::face(const Se3& T_C_other, const CameraCorrections& cameras) {
+    motion_.set_rig({rig_.left, rig_.left, Se3{}, T_C_other});
+    CameraCorrections lenses;
+    lenses.lens = {cameras.lens[0], cameras.lens[0]};
+    motion_.correct(lenses);
+    base_ = T_C_other.p;
+}
+
+void DepthSampler::compare(const ImagePyramid& own, const ImagePyramid& other, DepthSample& sample) {
+    const auto rho = static_cast<double>(sample.inverse_depth);
+    const auto sigma = static_cast<double>(sample.sigma);
+    DepthMatcher::Ray ray;
+    Eigen::Vector2d xy;
+    const double rate = rig_.left.focal_px() * (base_.head<2>() - base_.z() * sample.xy.cast<double>()).norm();
+    if (!(rho > 0.0) || !(rate >= kMinRate) || !ok(motion_.ray_of(sample.uv.cast<double>(), ray, xy))) {
+        return;
+    }
+    const double reach = kSameSigmas * sigma + kMorePx / rate;
+    DepthMatch match;
+    if (motion_.match(own.pairs(0), other.pairs(0), ray, sample.gradient, {std::max(0.0, rho - reach), rho + reach},
+                      match) != DepthVerdict::kMatched) {
+        return;
+    }
+    const double variance = match.sigma * match.sigma + kPosePx * kPosePx / (rate * rate);
+    const double apart = match.inverse_depth - rho;
+    if (apart * apart > kSameSigmas * kSameSigmas * (variance + sigma * sigma)) {
+        ++sample.contradicted;
+        return;
+    }
+    ++sample.confirmed;
+    const double gain = sigma * sigma / (sigma * sigma + variance);
+    sample.inverse_depth = static_cast<float>(rho + gain * apart);
+    sample.sigma = static_cast<float>(sigma * std::sqrt(1.0 - gain));
+}
+
+}  // namespace facet
