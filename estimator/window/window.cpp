@@ -13,7 +13,7 @@
 namespace facet {
 namespace {
 
-// When the window is full, a keyframe that moved less than this from the one before is dropped first; 0: never (px).
+// When the window is full, a keyframe that moved less than this from the one before is dropped first (px).
 constexpr double kRedundant_px = 5.0;
 
 /// Standard deviations of a window that begins anew on its own oldest keyframe because its prior was lost, order of the
@@ -166,12 +166,15 @@ void Window::make_room() {
     const StageScope scope(observer_, Stage::kMarginalization);
     marginalization_failed_ = false;
     const int count = static_cast<int>(state_.keyframes.size());
+    if (count < config_.keyframes) {
+        return;
+    }
     const int candidate = count - 1 - kRecent;
     const double threshold = kRedundant_px / left_.focal_px();
     const auto note = [this](Status status) { marginalization_failed_ = marginalization_failed_ || !ok(status); };
     if (candidate >= 1 && redundancy_.is_redundant(state_, candidate, threshold)) {
         note(marginalizer_.drop_between(candidate, state_, cameras_, problem_, workspace_.systems[0]));
-    } else if (count >= config_.keyframes) {
+    } else {
         count_oldest_residuals(state_, cameras_, residuals_);
         note(marginalizer_.marginalize_oldest(state_, cameras_, problem_, workspace_.systems[0]));
     }

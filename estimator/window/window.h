@@ -79,9 +79,9 @@ public:
     /// The next start begins with the calibration as given.
     void forget_calibration();
 
-    /// Appends a keyframe predicted from the newest one by `preintegration`. Room is made first: a keyframe that is not
-    /// among the three newest any more and adds nothing to the one before it is dropped (RedundancyTest); otherwise the
-    /// oldest one is marginalized if the window is full.
+    /// Appends a keyframe predicted from the newest one by `preintegration`. If the window is full, room is made
+    /// first: the keyframe before the three newest is dropped if it adds nothing to the one before it (RedundancyTest);
+    /// otherwise the oldest one is marginalized.
     /// @return kDegenerate if the preintegration spans no time (window untouched).
     Status add_keyframe(const KeyframeInput& input, const Preintegration& preintegration);
 

@@ -95,7 +95,6 @@ TEST_CASE("a minute of standing: in place, with the first keyframe still in the 
     CHECK(error.segment<3>(kTheta).norm() < 0.0017);
     CHECK(error.segment<3>(kVel).norm() < 0.01);
     CHECK(s.window->state().keyframes.front().stamp == test::at(0.0));
-    CHECK(s.window->state().keyframes.size() <= 6);
 
     // Standing longer makes neither place nor yaw surer than what one look gives.
     CHECK(late.diagonal().segment<3>(kPos).norm() > 0.5 * early.diagonal().segment<3>(kPos).norm());
