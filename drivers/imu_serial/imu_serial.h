@@ -24,7 +24,7 @@ struct ImuSerialOptions {
     Duration latency;                                       ///< of the sensor's filter; subtracted from the stamps
     Duration max_force_gap = Duration::from_seconds(0.05);  ///< see ImuAssembler
     Duration retry_period = Duration::from_seconds(0.5);
-    Duration silence;  ///< without a sample for this long the line is opened anew; zero: never
+    Duration silence;  ///< without a sample for this long the line is opened again; zero: never
 };
 
 /// Bytes -> packets -> ImuAssembler -> samples in B, with the stamps of the sensor's own clock. Nothing is sent: which

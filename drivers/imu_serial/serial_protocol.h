@@ -47,7 +47,7 @@ public:
     virtual SerialFrame frame(std::span<const std::uint8_t> bytes) const = 0;
     /// @param packet  whole. @param reading  gains what the packet has
     virtual void read(std::span<const std::uint8_t> packet, SerialReading& reading) = 0;
-    /// The line was opened anew: counts and times begin again.
+    /// The line was opened again: counts and times restart.
     virtual void reset() = 0;
     /// Static words: which outputs of the sensor a sample is made of.
     virtual const char* outputs() const = 0;

@@ -16,8 +16,8 @@
 namespace facet {
 
 /// Collects what the cameras see at keyframes, and the inertial samples between them, and solves for the state without
-/// an initial guess. In the body frame at the oldest keyframe, with bearings d_ik of point i in either camera and camera
-/// centres
+/// an initial guess. In the body frame at the oldest keyframe, with bearings d_ik of point i in either camera and
+/// camera centres
 ///   c_k = v t_k + 1/2 g t_k^2 + dp_k(ba, bg) + R_k p_B_C,
 /// each sighting says that X_i - c_k is parallel to d_ik: (I - d d^T)(X_i - c_k) = 0, linear in the point, in velocity
 /// v, gravity g and accelerometer bias ba; points are eliminated one by one. Reweighted with the depths that come out,
@@ -44,7 +44,7 @@ public:
                       const ImuBias& bias);
 
     /// The state at the newest keyframe, at the position and yaw of `state`.
-    /// @param information  of `solved`, order [theta p v bg ba]: that of place and yaw is as at a start
+    /// @param information  of `solved`, order [theta p v bg ba]: that of position and yaw is as at a start
     /// @return kNotReady with too few keyframes or points, or, with one camera, too short a time; kDegenerate if the
     ///         motion does not tell velocity to 0.3 m/s and gravity to 0.1 rad, or the sightings do not fit (outputs
     ///         untouched).

@@ -8,8 +8,9 @@
 
 namespace facet {
 
-/// Updates which planes are held level or upright (WindowPlane::is_aligned): a plane of that kind with enough landmarks,
-/// once its angle is within the gate, and as long as it stays within one and a half times the gate. Reentrant. No heap.
+/// Updates which planes are held level or upright (WindowPlane::is_aligned): those of that kind with enough landmarks,
+/// once their angle is within the gate, and as long as it stays within one and a half times the gate. Reentrant. No
+/// heap.
 void align_planes(const RegularityConfig& config, WindowPlanes& planes);
 
 /// Adds the residuals of aligned planes to the system. @param first_row  of the first plane's variables

@@ -14,7 +14,7 @@ namespace facet {
 /// of even grey that run on without a step in it are taken for one region, since few edges in depth show none in grey.
 /// A plane is laid through the patches at the region's rim; others of them may lie before it (what stands before a
 /// wall), but hardly any behind. A square is filled if, seen from it across the region, rim patches on that plane lie
-/// to opposite sides. Filled patches are marked as inferred, and claim no more than how far the rim may lie off it.
+/// to opposite sides. Filled patches are marked as inferred, and report no more than how far the rim may lie off it.
 /// What is less certain than the mesh demands is not filled, since views that infer from one rim err alike.
 /// Heap in the constructor only. Thread-bound. Deterministic.
 class BareSurfaces {

@@ -32,7 +32,7 @@ struct MapCounters {
     std::uint64_t settled = 0;     ///< of those integrated: have left the window, or were in it at the last keyframe
     double moved_m = 0.0;          ///< sum over `settled`: how far the pose has moved since it was integrated,
     double moved_most_m = 0.0;     ///< and the farthest
-    std::uint64_t restarts = 0;    ///< the estimate began anew, and the map with it
+    std::uint64_t restarts = 0;    ///< the estimate restarted, and the map with it
 };
 
 /// Takes the surface of what has changed.
@@ -48,14 +48,14 @@ public:
 /// side in time that shows the same confirms, sharpens or refutes these depths (choose_partners); pieces of plane are
 /// laid through those that agree (fit_patch) and over what is bare between them (BareSurfaces); and these go into the
 /// volume with the pose that the window has for it then (TsdfVolume). Where voxels have changed, the surface is
-/// extracted anew (SurfaceNets) and given away. The same parts, with more views and smaller squares, make the fused
+/// extracted again (SurfaceNets) and given away. The same parts, with more views and smaller squares, make the fused
 /// mesh of a replay.
 ///
 /// Work is counted in steps (MapConfig::steps_per_frame): what a frame costs is bounded, and results depend on the
 /// order of calls alone. Only one bare region is looked at in one go. Keyframes wait in a ring; the more of them do,
 /// the more a new one must show that the last one did not, or it is skipped.
 ///
-/// After a restart of the estimate the map begins anew. When blocks are used up, the farthest leave. Heap in
+/// After a restart of the estimate the map restarts. When blocks are used up, the farthest leave. Heap in
 /// configure() only: max_blocks of 8 KB, and kViews stereo pairs (82 MB as given, with images of 752 x 480).
 /// Thread-bound. Deterministic.
 class SurfaceMap {
@@ -71,7 +71,7 @@ public:
     void give_to(SurfaceSink* sink) { sink_ = sink; }
 
     /// A keyframe. Images of other sizes than the rig's are left out.
-    /// @param resets  how often the estimator has begun anew
+    /// @param resets  how often the estimator has restarted
     void add(const KeyframeView& view, std::uint32_t resets, const ImageView& left, const ImageView& right);
 
     /// The next slice of work.

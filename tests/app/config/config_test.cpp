@@ -135,7 +135,7 @@ TEST_CASE("bad configuration is one line with file, line and key, and changes no
         Bad{"frontend:\n  max_features: [1, 2]\n", ":2: frontend.max_features: must be a number"},
         Bad{"frontend:\n  backend: opencl\n", ":2: frontend.backend: 'opencl' is unknown; one of: own, opencv"},
         Bad{"frontend:\n  max_features: 5\n", ":2: frontend.max_features: must be within [20, 512], is 5"},
-        Bad{"\n\nwindow:\n  outlier_threshold_px: .inf\n", ":4: window.outlier_threshold_px: must be finite"},
+        Bad{"\n\nwindow:\n  pixel_sigma_px: .inf\n", ":4: window.pixel_sigma_px: must be finite"},
         Bad{"frontend.seed: -1\n", ":1: frontend.seed: must be within [0, 4294967295], is -1"},
         Bad{"window:\n  keyframes: 5\n  keyframes: 6\n", ":3: keyframes: given twice"},
         Bad{"window:\n  keyframes: 5\nwindow.keyframes: 6\n", ":3: window.keyframes: given twice"},

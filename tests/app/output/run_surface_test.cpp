@@ -36,7 +36,7 @@ DepartedFace face_on(PlaneId plane, float z) {
     return face;
 }
 
-TEST_CASE("pieces that meet are joined, the newest of a block counts, and one without surface is none") {
+TEST_CASE("pieces that meet are joined, the newest of a block counts, and one without surface does not") {
     RunSurface surface;
     surface.take(*square_at(0), 0);
     surface.take(*square_at(1), 0);

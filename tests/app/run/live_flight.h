@@ -43,6 +43,7 @@ public:
         replay.dataset = folder();
         replay.out = replayed();
         replay.config = vehicle_.config;
+        replay.config.map.enabled = false;  // as in flight
         replay.calibration = vehicle_.calibration;
         replay.show_progress = false;
         run_ = run_replay(replay, false);

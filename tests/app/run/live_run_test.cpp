@@ -178,6 +178,7 @@ ReplayOptions replay_of(const std::string& folder, const std::string& out) {
 void check_replay(ReplayOptions replay, const std::string& root, const Vehicle& vehicle, const std::string& flown) {
     load_config(root + "/parameters.yaml", replay.config);
     replay.config.regularity.mode = vehicle.config.regularity.mode;
+    replay.config.map.enabled = false;  // as in flight
     replay.calibration = load_calibration(root, "", "");
     replay.config.imu_noise = replay.calibration.noise;
     const RunSummary replayed = run_replay(replay, false);

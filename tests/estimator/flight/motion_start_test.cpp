@@ -68,7 +68,7 @@ TEST_CASE("velocity, gravity and gyroscope bias follow from one camera in motion
     CHECK((f.solved.bias.gyro - Eigen::Vector3d(0.01, -0.02, 0.015)).norm() < 0.004);
 }
 
-TEST_CASE("two cameras tell velocity and gravity within a third of a second", "[motion_start]") {
+TEST_CASE("two cameras give velocity and gravity within a third of a second", "[motion_start]") {
     const auto seed = GENERATE(1U, 2U, 3U);
     Fixture f(Fixture::options(seed), 4, true, 0.1);
     NavState nothing;
@@ -79,7 +79,7 @@ TEST_CASE("two cameras tell velocity and gravity within a third of a second", "[
     CHECK(f.information.llt().info() == Eigen::Success);
 }
 
-TEST_CASE("two cameras tell the velocity of a glide", "[motion_start]") {
+TEST_CASE("two cameras give the velocity of a glide", "[motion_start]") {
     SyntheticFlight::Options glide = Fixture::options(1);
     glide.motion = {0.0, 0.0, 0.0, Eigen::Vector3d::Zero(), {0.5, 0.1, 0.0}};
     Fixture f(glide, 6, true);
@@ -94,7 +94,7 @@ TEST_CASE("a right state is confirmed", "[motion_start]") {
     CHECK(f.start->check(f.truth, f.solved, f.information) == Status::kNotFound);
 }
 
-TEST_CASE("a state with gravity or velocity far off is contradicted, place and yaw stay", "[motion_start]") {
+TEST_CASE("a state with gravity or velocity far off is contradicted, position and yaw stay", "[motion_start]") {
     const bool is_stereo = GENERATE(false, true);
     Fixture f(Fixture::options(1), 10, is_stereo);
     NavState wrong = f.truth;
@@ -110,7 +110,7 @@ TEST_CASE("a state with gravity or velocity far off is contradicted, place and y
     CHECK(f.information.llt().info() == Eigen::Success);
 }
 
-TEST_CASE("a motion that does not tell the scale gives no answer with one camera", "[motion_start]") {
+TEST_CASE("a motion that does not show the scale gives no answer with one camera", "[motion_start]") {
     SyntheticFlight::Options glide = Fixture::options(1);
     glide.motion = {0.0, 0.0, 0.0, Eigen::Vector3d::Zero(), {0.5, 0.1, 0.0}};
     Fixture f(glide, 10, false);

@@ -207,7 +207,7 @@ TEST_CASE("what cannot be used is left out") {
     CHECK(flight.map->volume().block_count() == 0);
 }
 
-TEST_CASE("landmarks that are no numbers, or lie elsewhere, do not matter") {
+TEST_CASE("landmarks that are NaN, or lie elsewhere, are ignored") {
     Flight flight;
     LandmarkSnapshot landmark;
     landmark.is_tracked = true;
@@ -226,7 +226,7 @@ TEST_CASE("landmarks that are no numbers, or lie elsewhere, do not matter") {
     CHECK(share_within(vertices, 0.03) > 0.9);
 }
 
-TEST_CASE("after a restart of the estimate the map begins anew") {
+TEST_CASE("after a restart of the estimate the map restarts") {
     Flight flight;
     flight.fly(7);
     REQUIRE(flight.map->volume().block_count() > 0);

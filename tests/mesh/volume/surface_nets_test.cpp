@@ -188,7 +188,7 @@ TEST_CASE("a view in parts is the view, and no heap") {
     }
 }
 
-TEST_CASE("poses and patches that are no numbers leave no trace") {
+TEST_CASE("poses and patches that are NaN leave no trace") {
     TsdfVolume volume({});
     look(volume, [](int) { return wall(2.0); });
     const auto before = test::whole_surface(volume);

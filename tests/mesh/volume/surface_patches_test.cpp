@@ -96,7 +96,7 @@ TEST_CASE("a gap is closed from all around, not from one side") {
     CHECK(!at(patches, 61, 20).exists());
 }
 
-TEST_CASE("what is no number makes no patch that is none") {
+TEST_CASE("NaN makes no patch that is NaN") {
     auto samples = samples_of([](int, int, const Eigen::Vector2d&) { return 0.5; });
     for (std::size_t i = 0; i < samples.size(); i += 7) {
         samples[i].inverse_depth = std::numeric_limits<float>::quiet_NaN();

@@ -213,7 +213,7 @@ TEST_CASE("what is missing in a list is left out and reported, and a log without
     };
     CHECK(says(complaint("1 2 3\n4 5 6\n"), "list.txt:2: has no column with names of image files"));
     CHECK(says(complaint("a.png b\nc.png d\n"), "has no column with stamps, and the names of the files are none"));
-    CHECK(says(complaint("1.0 a.png\n1.0001 b.png\n"), "stamps whose median step is 0.0001 are"));
+    CHECK(says(complaint("1.0 a.png\n1.0001 b.png\n"), "stamps whose median step is 0.0001 fit neither"));
     CHECK(says(complaint("1.0 a.png\n1.1\n"), "the row '1.1' lacks a stamp or a name"));
     CHECK(says(complaint(text, dir.write("late.csv", imu_rows([](std::int64_t ns) {
                                              return fmt::format("{},0,0,0,0,0,9.8", ns + 100'000'000'000);
