@@ -264,7 +264,7 @@ bool TsdfVolume::update(Voxel& voxel, const Eigen::Vector3f& p_C) const {
     const float share = weight / voxel.weight;
     voxel.distance += (distance - voxel.distance) * share;
     const auto grey = static_cast<float>(voxel.grey);
-    voxel.grey = static_cast<std::uint16_t>(grey + (256.0F * patch.grey - grey) * share + 0.5F);
+    voxel.grey = static_cast<std::uint16_t>(std::lround(grey + (256.0F * patch.grey - grey) * share));
     voxel.views = more(voxel.views);
     voxel.last = view_.number;
     return true;

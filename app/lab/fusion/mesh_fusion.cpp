@@ -141,6 +141,7 @@ void MeshFusion::leave(std::size_t index) {
         }
     }
     std::vector<SurfacePatch> patches;
+    patches.reserve(static_cast<std::size_t>(layout_.count()));
     for (int i = 0; i < layout_.count(); ++i) {
         patches.push_back(fit_patch(view.samples, layout_, i));
     }
