@@ -75,7 +75,7 @@ std::string fit_help(const std::string& text, std::size_t columns) {
 std::string HelpFormatter::make_option(const CLI::Option* option, bool is_positional) const {
     const bool has_value = option->get_type_size() != 0;
     std::string name = make_option_name(option, is_positional);
-    name = name.substr(0, name.find('{'));  // of a flag that sets false
+    name.resize(std::min(name.size(), name.find('{')));  // of a flag that sets false
     if (has_value && !is_positional) {
         const std::string type = option->get_type_name();
         name += " " + type.substr(0, type.find(':'));
