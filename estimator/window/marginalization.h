@@ -24,16 +24,14 @@ public:
     /// Removes the oldest keyframe. Landmarks it sees whose track has ended go into the prior with all their
     /// observations; of those still tracked at the newest keyframe only the oldest keyframe's observation is dropped,
     /// so that the track stays one landmark. Keyframes in the prior keep their linearization points from here on.
-    /// @return kDegenerate if the oldest keyframe is not determined, or the prior that it leaves would not be one: the
-    ///         keyframe is removed all the same, and the prior is empty (no keyframe, no globals): the caller must give
-    ///         the window another.
+    /// @return kDegenerate if the oldest keyframe is not determined: it is removed all the same, and the prior is empty
+    ///         (no keyframe, no globals): the caller must give the window another.
     Status marginalize_oldest(WindowState& state, const WindowCameras& cameras, WindowProblem& problem,
                               ReducedSystem& system);
 
     /// Removes a keyframe between others: its observations are dropped, its information from inertial data and the
     /// prior goes into the prior, and the next keyframe's inertial factor becomes part of the prior.
-    /// @return kDegenerate if the keyframe is not determined (window untouched), or, as in marginalize_oldest(), if the
-    ///         prior that it leaves would not be one (keyframe removed, prior empty).
+    /// @return kDegenerate if the keyframe is not determined (window untouched).
     Status drop_between(int keyframe, WindowState& state, const WindowCameras& cameras, WindowProblem& problem,
                         ReducedSystem& system);
 
