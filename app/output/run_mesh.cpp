@@ -101,9 +101,11 @@ void RunMesh::write(const Mesher& mesher, const std::string& folder, const Plane
         }
     }
     IndexedMesh(live, names).write(folder + "/mesh_live.ply");
-    for (const char* name : {"/mesh_horizon.ply", "/mesh.ply"}) {
-        IndexedMesh(faces_, names).write(folder + name);
-    }
+    write_all(folder + "/mesh_horizon.ply", names);
+}
+
+void RunMesh::write_all(const std::string& path, const PlaneNames& names) const {
+    IndexedMesh(faces_, names).write(path);
 }
 
 }  // namespace facet

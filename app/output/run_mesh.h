@@ -29,12 +29,14 @@ public:
     void collect(const Mesher& mesher) { collect(mesher.departed()); }
     void collect(std::span<const DepartedFace> departed);
 
-    /// Writes folder/mesh_live.ply (the horizon) and, twice, everything: folder/mesh_horizon.ply and folder/mesh.ply,
-    /// in whose place a map's surface may come. Throws InputError if it cannot.
+    /// Writes folder/mesh_live.ply (the horizon) and folder/mesh_horizon.ply (everything, the horizon's faces included).
+    /// Throws InputError if it cannot.
     /// @param names  the ids that planes have by now
     void write(const Mesher& mesher, const std::string& folder, const PlaneNames& names = {});
+    /// Writes everything that was collected or written before. Throws InputError if it cannot.
+    void write_all(const std::string& path, const PlaneNames& names = {}) const;
 
-    /// What mesh_horizon.ply has, as far as it was collected or written: each face as it stood last.
+    /// What write_all() writes: each face as it stood last.
     std::span<const DepartedFace> all() const { return faces_; }
     std::size_t faces() const { return faces_.size(); }
     std::size_t dropped() const { return dropped_; }

@@ -201,6 +201,8 @@ void FrameRecorder::finish(FramePipeline& pipeline) {
     if (surface_.triangles() > 0) {
         surface_.write(folder_ + "/mesh.ply", "facet: map, world frame of the estimate, metres",
                        SurfacePlanes(run_mesh_.all(), files_->planes.names()));
+    } else {
+        run_mesh_.write_all(folder_ + "/mesh.ply", files_->planes.names());
     }
     files_->planes.write_planes(folder_, run_mesh_.all());
     summary_.run_mesh_faces = run_mesh_.faces();

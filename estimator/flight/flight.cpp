@@ -80,7 +80,7 @@ void FlightEstimator::set_stage_observer(StageObserver* observer) {
 
 void FlightEstimator::request_reset() {
     if (has_window(s_.phase)) {
-        s_.restart.add(RestartReason::kUser);
+        s_.restart_requested = true;
     }
 }
 
@@ -99,7 +99,7 @@ Status FlightEstimator::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
         if (lost_s > 0.0) {  // the motion in it is unknown
             s_.gauge.widen(s_.now.state, s_.fault.rate_B(), lost_s);
             s_.clocks.lose(lost_s);
-            s_.restart.add(RestartReason::kLostTime);
+            s_.restart_requested = true;
         }
         carry_without_frames();
     }
@@ -110,7 +110,7 @@ Status FlightEstimator::add_frame(const StereoFrame& frame, Estimate& estimate) 
     if (!ImuBuffer::is_sane(frame.stamp)) {
         return Status::kInvalidArgument;
     }
-    if (!waits_at_newest_frame() || s_.restart.any() || monitor_.state() != TrackingState::kTracking) {
+    if (!waits_at_newest_frame() || s_.restart_requested || monitor_.state() != TrackingState::kTracking) {
         take_waiting();  // first of all: it may move the clocks' offset
     }
     correct_delay();
@@ -162,7 +162,7 @@ Status FlightEstimator::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     Preintegration preintegration = preintegration_from({});
     if (frontend_.ids_run_out()) {
         frontend_.restart_ids();
-        s_.restart.add(RestartReason::kLandmarkIds);
+        s_.restart_requested = true;
     }
     replace_readings(stamp);
     FACET_TRY(predict(stamp, preintegration));
@@ -198,7 +198,7 @@ PredictionEvidence FlightEstimator::prediction_evidence(const StereoFrame& frame
     e.phase = s_.phase;
     e.is_lost = monitor_.state() == TrackingState::kLost && config_.health.auto_reset;
     e.is_beyond_recovery = monitor_.needs_restart() && config_.health.auto_reset;
-    e.reset_wanted = s_.restart.any() || s_.start.claim() == RestClaim::kRefuted;
+    e.reset_wanted = s_.restart_requested || s_.start.claim() == RestClaim::kRefuted;
     e.inertial_data_poor = s_.span.has_gap || s_.span.clipped != 0;
     e.rests = s_.rest.rests();
     const bool begins_anew = s_.start.is_renewed() && window_.state().keyframes.size() < kKeyframesOfStart;

@@ -88,7 +88,7 @@ void FlightEstimator::take_keyframe(const Preintegration& preintegration, const 
 
 bool FlightEstimator::may_wait(Phase before) const {
     const bool is_calm = before == Phase::kFollowing && monitor_.state() == TrackingState::kTracking &&
-                         !s_.fault.is_active() && !s_.restart.any() && !s_.span.has_gap && s_.span.clipped == 0;
+                         !s_.fault.is_active() && !s_.restart_requested && !s_.span.has_gap && s_.span.clipped == 0;
     const bool is_under_way = window_.state().keyframes.size() >= kSettledKeyframes && s_.start.is_confirmed() &&
                               !s_.start.forces_keyframes() && s_.start.claim() == RestClaim::kNone && !tracks_.is_still;
     return config_.window.spread_keyframes && is_calm && is_under_way && tracks_.stereo >= HealthMonitor::kFewStereo;

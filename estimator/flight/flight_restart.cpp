@@ -69,7 +69,7 @@ void FlightEstimator::restart_in_motion() {
     }
     begin_window_at(initial.state, inverse(initial.information()));
     s_.rest.end();
-    s_.restart.clear();
+    s_.restart_requested = false;
     s_.start.drop_claim();
     s_.resets.jump();
     monitor_.restart(s_.now.stamp, false);
@@ -87,7 +87,7 @@ void FlightEstimator::restart_in_flight() {
     s_.now.covariance.diagonal().array() += 1e-10;
     fix_gauge();
     s_.rest.end();
-    s_.restart.clear();
+    s_.restart_requested = false;
     s_.start.renew();
     s_.resets.jump();
     // What has led the state astray may have led the calibration astray.
@@ -146,7 +146,7 @@ void FlightEstimator::begin_like_first(double lost_s) {
     s_.fault = {};
     s_.clocks.forget_refused();
     s_.frames.q_Bf_B.setIdentity();
-    s_.restart.clear();
+    s_.restart_requested = false;
     s_.carried.reset();
 }
 

@@ -10,8 +10,8 @@
 #include "estimator/flight/gauge_tracker.h"
 #include "estimator/flight/inertial_fault.h"
 #include "estimator/flight/phase.h"
+#include "estimator/flight/reset_counter.h"
 #include "estimator/flight/rest_detector.h"
-#include "estimator/flight/restart_requests.h"
 #include "estimator/flight/start_progress.h"
 #include "estimator/flight/stereo_evidence.h"
 #include "estimator/imu/imu_buffer.h"
@@ -49,13 +49,14 @@ struct FlightState {
     GaugeTracker gauge;
     ClockWatch clocks;
     FrameTimes frames;
-    RestartRequests restart;
     ResetCounter resets;
     MapFit fit;
     KeyframeOutcome keyframe;
     CameraCorrections corrections;  ///< that the front-end works with
     RigCalibration::Tangent calibration_sigma = RigCalibration::Tangent::Zero();
     std::optional<Estimate> carried;  ///< the newest one without a frame that nobody has asked for yet
+    bool restart_requested = false;   ///< of the window, at the next frame that allows it: by the user, for want of
+                                      ///< landmark ids, or after time that is on no clock
     bool is_late = false;             ///< a frame took too long: less work up to the next keyframe
 };
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "platform/base/assert.h"
+#include "platform/base/image_copy.h"
 
 namespace facet {
 namespace {
@@ -15,15 +16,10 @@ std::size_t size_of(const CameraModel& camera) {
 
 /// @return the copy; empty if the image is
 ImageView copy_into(std::vector<std::uint8_t>& pixels, const ImageView& image) {
-    if (image.empty()) {
-        return {};
-    }
-    const auto width = static_cast<std::size_t>(image.width);
-    FACET_ASSERT(width * static_cast<std::size_t>(image.height) <= pixels.size());  // the estimator has taken it
-    for (int v = 0; v < image.height; ++v) {
-        std::copy_n(image.row(v), width, pixels.data() + static_cast<std::size_t>(v) * width);
-    }
-    return {pixels.data(), image.width, image.height, image.width};
+    // The estimator has taken the image: it has the rig's size.
+    FACET_ASSERT(image.empty() ||
+                 static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) <= pixels.size());
+    return copy_pixels(image, pixels.data());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "platform/base/assert.h"
+#include "platform/base/image_copy.h"
 
 namespace facet {
 namespace {
@@ -22,13 +23,6 @@ int coprime_stride(int count) {
         ++stride;
     }
     return stride;
-}
-
-void copy(const ImageView& image, std::vector<std::uint8_t>& pixels) {
-    const auto width = static_cast<std::size_t>(image.width);
-    for (int v = 0; v < image.height; ++v) {
-        std::copy_n(image.row(v), width, pixels.data() + static_cast<std::size_t>(v) * width);
-    }
 }
 
 bool is_finite(const Se3& T) { return T.p.allFinite() && T.q.coeffs().allFinite(); }
@@ -173,8 +167,8 @@ void SurfaceMap::take(const KeyframeView& seen, const ImageView& left, const Ima
     taken.cameras = seen.cameras;
     taken.is_in_window = true;
     taken.fate = Fate::kWaits;
-    copy(left, taken.left);
-    copy(right, taken.right);
+    copy_pixels(left, taken.left.data());
+    copy_pixels(right, taken.right.data());
     taken.seeds.clear();
     add_seeds({seen.landmarks.data(), seen.landmarks.size()}, taken);
     add_seeds({seen.surface.data(), seen.surface.size()}, taken);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""Reads mesh.ply and mesh_live.ply with a public reader (assimp). Usage: read_mesh_test.py WRITE_MESH_PROGRAM
+"""Reads mesh_horizon.ply and mesh_live.ply with a public reader (assimp). Usage: read_mesh_test.py WRITE_MESH_PROGRAM
 
 Exit codes: 0 fine, 1 a difference, 77 assimp is not installed.
 """
@@ -38,8 +38,8 @@ def main():
         live_vertices, live_faces, run_faces = (int(word) for word in written)
         assert live_faces > 200 and run_faces > live_faces
         check(pathlib.Path(folder) / "mesh_live.ply", live_faces, live_vertices)
-        check(pathlib.Path(folder) / "mesh.ply", run_faces, None)
-    print(f"mesh_live.ply with {live_faces} faces and mesh.ply with {run_faces} are read as written")
+        check(pathlib.Path(folder) / "mesh_horizon.ply", run_faces, None)
+    print(f"mesh_live.ply with {live_faces} faces and mesh_horizon.ply with {run_faces} are read as written")
     return 0
 
 

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "estimator/flight/clock_watch.h"
-#include "estimator/flight/restart_requests.h"
+#include "estimator/flight/reset_counter.h"
 #include "estimator/flight/stereo_evidence.h"
 
 using namespace facet;
@@ -42,16 +42,6 @@ TEST_CASE("the reset counter rises once for somebody who has been given an estim
     resets.jump();
     CHECK(resets.value() == 1);
     CHECK_FALSE(resets.is_first_start());
-}
-
-TEST_CASE("each reason for a restart counts until the window restarts", "[restart_requests]") {
-    RestartRequests restart;
-    CHECK_FALSE(restart.any());
-    restart.add(RestartReason::kLostTime);
-    restart.add(RestartReason::kUser);
-    CHECK(restart.any());
-    restart.clear();
-    CHECK_FALSE(restart.any());
 }
 
 TEST_CASE("refused samples that go on as a clock does, with frames on it, are a new clock", "[clock_watch]") {

@@ -1,27 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Why the window shall restart at the next frame that allows it.
+// How often position and yaw have jumped since an estimate was given.
 #pragma once
 
 #include <cstdint>
 
 namespace facet {
-
-enum class RestartReason : std::uint8_t {
-    kUser = 1U << 0U,         ///< Estimator::request_reset()
-    kLandmarkIds = 1U << 1U,  ///< they have been used up
-    kLostTime = 1U << 2U,     ///< time has passed that is on no clock
-};
-
-/// Thread-bound. No heap.
-class RestartRequests {
-public:
-    void add(RestartReason reason) { reasons_ = static_cast<std::uint8_t>(reasons_ | static_cast<unsigned>(reason)); }
-    bool any() const { return reasons_ != 0; }
-    void clear() { reasons_ = 0; }
-
-private:
-    std::uint8_t reasons_ = 0;
-};
 
 /// Counts the jumps of position and yaw that somebody with an estimate must know of. Thread-bound. No heap.
 class ResetCounter {
