@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/flight/belief_changes.h"
+#include "estimator/frontend/image_check.h"
 #include "estimator/values/stage_scope.h"
 
 namespace facet {
@@ -129,7 +130,10 @@ Status FlightEstimator::add_frame(const StereoFrame& frame, Estimate& estimate) 
     }
     const StereoFrame seen = cameras_.step(frame);
     if (seen.left.empty() && !seen.right.empty()) {
-        return pass_over(frame, stamp, estimate);
+        return pass_over(frame, stamp, FrameUse::kMissing, estimate);
+    }
+    if (s_.emitter.step(relative_contrast(seen.left))) {
+        return pass_over(frame, stamp, FrameUse::kLeftOut, estimate);
     }
     return has_window(s_.phase) ? carry_on(seen, stamp, estimate) : start(seen, estimate);
 }
@@ -214,6 +218,7 @@ Status FlightEstimator::track(const StereoFrame& frame, Timestamp before, bool w
     FrameHints hints;
     hints.wants_keyframe = wants_keyframe;
     hints.effort = s_.is_late ? kLateFeatures : 1.0;
+    hints.is_starting = monitor_.state() == TrackingState::kInit;
     hints.is_uncertain = monitor_.state() != TrackingState::kTracking;
     hints.is_contradicted = monitor_.is_contradicted();
     hints.replaces_both = s_.fault.axes() == (kGyroAxes | kAccelAxes) && !s_.fault.has_hung();

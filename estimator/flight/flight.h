@@ -29,7 +29,7 @@ namespace facet {
 /// 33 MB, allocated once. Thread-bound. Heap in configure() only.
 ///
 /// Parts decide, each from what it is given: phase (what to do with a frame), StartProgress, RestDetector,
-/// InertialFault, StereoEvidence, GaugeTracker, ClockWatch, CameraRoles, DelayCorrection,
+/// InertialFault, StereoEvidence, GaugeTracker, ClockWatch, EmitterWatch, CameraRoles, DelayCorrection,
 /// HealthMonitor. This class asks them in order, and acts:
 ///   flight.cpp           samples and frames in, in order; prediction and tracking
 ///   flight_start.cpp     the first window, and what tests it
@@ -70,6 +70,7 @@ private:
     enum class FrameUse : std::uint8_t {
         kTracked,
         kRefused,  ///< the front-end could not work on it
+        kLeftOut,  ///< not looked at: it shows an emitter's dots
         kMissing,  ///< carried on between frames that do not come
     };
 
@@ -97,9 +98,9 @@ private:
     StillnessEvidence stillness() const;
     /// What image and samples say of rest, and of a start as at rest.
     void judge_rest();
-    /// A keyframe in INIT: tests the window against the closed-form solution, or a rest.
+    /// A keyframe in INIT: tests the window against the start in motion, or a rest.
     void continue_start(const KeyframeInput& input);
-    /// If the window contradicts the closed-form solution, it restarts from that.
+    /// If the window contradicts the start in motion, it restarts from that.
     void check_start();
     /// A keyframe while a start with one camera awaits its answer.
     void collect_alone();
@@ -201,13 +202,13 @@ private:
     // flight_blind.cpp
     void exchange_cameras();
     /// A frame without an image to track in.
-    Status pass_over(const StereoFrame& frame, Timestamp stamp, Estimate& estimate);
+    Status pass_over(const StereoFrame& frame, Timestamp stamp, FrameUse use, Estimate& estimate);
     /// Rotation since the last frame of the front-end, up to `now`; the front-end restarts where it is unknown.
     Eigen::Quaterniond turn_since_frame(Timestamp before);
     /// After each inertial sample: if no frame has come for a while, or the inertial history is about to lose what
     /// follows `now`, carries `now` on.
     void carry_without_frames();
-    Status carry_to(Timestamp stamp, Estimate& estimate);
+    Status carry_to(Timestamp stamp, FrameUse use, Estimate& estimate);
     void update_rest(bool images_rest);
 
     // flight_report.cpp

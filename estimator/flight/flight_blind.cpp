@@ -25,10 +25,10 @@ void FlightEstimator::exchange_cameras() {
     }
 }
 
-Status FlightEstimator::pass_over(const StereoFrame& frame, Timestamp stamp, Estimate& estimate) {
+Status FlightEstimator::pass_over(const StereoFrame& frame, Timestamp stamp, FrameUse use, Estimate& estimate) {
     s_.frames.last_image = frame.stamp;
-    if (!has_window(s_.phase) || !ok(carry_to(stamp, estimate))) {
-        report(frame, FrameUse::kMissing, estimate);
+    if (!has_window(s_.phase) || !ok(carry_to(stamp, use, estimate))) {
+        report(frame, use, estimate);
     }
     s_.carried.reset();
     return Status::kOk;
@@ -55,16 +55,16 @@ void FlightEstimator::carry_without_frames() {
     Estimate estimate;
     Status carried = Status::kNotReady;
     if (s_.frames.are_missing(newest) && (until - s_.now.stamp).seconds() >= FrameTimes::kCarry_s) {
-        carried = carry_to(until, estimate);
+        carried = carry_to(until, FrameUse::kMissing, estimate);
     } else if (is_running_out) {
-        carried = carry_to(imu_.sample(kMaxImuSamples / 2).stamp, estimate);
+        carried = carry_to(imu_.sample(kMaxImuSamples / 2).stamp, FrameUse::kMissing, estimate);
     }
     if (ok(carried)) {
         s_.carried = estimate;
     }
 }
 
-Status FlightEstimator::carry_to(Timestamp stamp, Estimate& estimate) {
+Status FlightEstimator::carry_to(Timestamp stamp, FrameUse use, Estimate& estimate) {
     take_waiting();
     const Belief before = s_.now;
     Preintegration preintegration = preintegration_from(before.state.bias);
@@ -78,7 +78,7 @@ Status FlightEstimator::carry_to(Timestamp stamp, Estimate& estimate) {
     if (s_.rest.rests()) {
         hold_blind(before, (s_.now.stamp - s_.frames.last_frame).seconds(), s_.now);
     }
-    report({}, FrameUse::kMissing, estimate);
+    report({}, use, estimate);
     return Status::kOk;
 }
 

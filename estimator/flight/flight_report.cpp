@@ -16,6 +16,8 @@ HealthEvidence FlightEstimator::evidence(const StereoFrame& frame, FrameUse use)
     e.is_unbroken = s_.phase == Phase::kFollowing || s_.phase == Phase::kHolding;
     e.has_frame = use != FrameUse::kMissing;
     e.frame_taken = use == FrameUse::kTracked;
+    e.is_left_out = use == FrameUse::kLeftOut;
+    e.leaves_out_frames = s_.emitter.is_alternating();
     e.has_right = !frame.right.empty();
     e.lacks_right = cameras_.rig().has_right && (cameras_.is_exchanged() ? frame.left : frame.right).empty();
     e.misses_camera = cameras_.misses_camera(s_.frames.last_image);
@@ -29,6 +31,9 @@ HealthEvidence FlightEstimator::evidence(const StereoFrame& frame, FrameUse use)
         e.tracked = std::max(tracks_.tracked, static_cast<int>(tracks_.observations.size()));
         e.stereo = tracks_.stereo;
         e.fixed_share = tracks_.fixed_share;
+    }
+    if (e.is_left_out) {
+        e.tracked = tracks_.tracked;  // as many as in the frame before it
     }
     e.is_optimized = e.is_optimized || s_.keyframe.is_new;
     e.newest_landmarks = window_.state().keyframes.size() > 1 ? summary.newest_landmarks : e.tracked;

@@ -7,6 +7,7 @@
 #include "estimator/api/belief.h"
 #include "estimator/api/estimate.h"
 #include "estimator/flight/clock_watch.h"
+#include "estimator/flight/emitter_watch.h"
 #include "estimator/flight/gauge_tracker.h"
 #include "estimator/flight/inertial_fault.h"
 #include "estimator/flight/phase.h"
@@ -48,6 +49,7 @@ struct FlightState {
     StereoEvidence stereo;
     GaugeTracker gauge;
     ClockWatch clocks;
+    EmitterWatch emitter;
     FrameTimes frames;
     ResetCounter resets;
     MapFit fit;

@@ -51,12 +51,12 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
     std::uint32_t bits = 0;
     const auto raise = [&bits](bool condition, HealthReason reason) { bits |= condition ? reason : 0U; };
     raise(!e.has_frame, kReasonNoImages);
-    if (e.has_frame) {
+    raise(e.fixed_share > 0.0 || e.leaves_out_frames, kReasonFixedPattern);
+    if (e.has_frame && !e.is_left_out) {
         raise(!e.frame_taken, kReasonImageRejected);
         raise(e.image == ImageState::kDark || e.image == ImageState::kFlat, kReasonImageDark);
         raise(e.image == ImageState::kOverexposed, kReasonImageOverexposed);
         raise(e.image == ImageState::kFrozen, kReasonImageFrozen);
-        raise(e.fixed_share > 0.0, kReasonFixedPattern);
         raise(e.tracked < config_.few_features || (e.is_optimized && e.newest_landmarks < kFewLandmarks),
               kReasonFewFeatures);
         raise(e.is_keyframe && e.has_right && e.stereo < kFewStereo, kReasonFewStereo);

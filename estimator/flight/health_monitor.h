@@ -24,12 +24,14 @@ struct HealthEvidence {
     bool is_confirmed = true;    ///< false: a start with one camera whose velocity no second opinion supports yet
     ImageState image = ImageState::kUsable;
     bool is_keyframe = false;
-    bool is_optimized = false;  ///< the window has been optimized since the frame before, or begun
-    int tracked = 0;            ///< features in this frame
-    int stereo = 0;             ///< of those, with a stereo match; at keyframes
-    double fixed_share = 0.0;   ///< of the image, left out because it moves with the vehicle
-    int newest_landmarks = 0;   ///< landmarks that constrain the keyframe after optimization
-    ImuSpan imu;                ///< samples between the newest keyframe and the frame
+    bool is_optimized = false;       ///< the window has been optimized since the frame before, or begun
+    int tracked = 0;                 ///< features in this frame
+    int stereo = 0;                  ///< of those, with a stereo match; at keyframes
+    bool is_left_out = false;        ///< the frame shows an emitter's dots, and has not been looked at
+    bool leaves_out_frames = false;  ///< every second frame is left out for that
+    double fixed_share = 0.0;        ///< of the image, left out because it moves with the vehicle
+    int newest_landmarks = 0;        ///< landmarks that constrain the keyframe after optimization
+    ImuSpan imu;                     ///< samples between the newest keyframe and the frame
     double speed_m_per_s = 0.0;
     double velocity_sigma_m_per_s = 0.0;  ///< largest of three axes, relative to the heading
     double tilt_sigma_rad = 0.0;          ///< larger of the two horizontal axes

@@ -68,6 +68,8 @@ void Frontend::Impl::leave_out_fixed(const FrameHints& hints, FrontendOutput& ou
         if (mask.is_drawn(track.pose.uv)) {
             remove(i);
             ++output.lost;
+        } else if (hints.is_starting) {
+            watch(track);
         } else if (track.unseen == 0) {
             judge_fixed(track);
             fixed += track.is_fixed ? 1 : 0;

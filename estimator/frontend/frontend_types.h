@@ -31,6 +31,7 @@ struct FrameHints {
     Eigen::Quaterniond q_Bp_B_as_read = Eigen::Quaterniond::Identity();
     LandmarkSource* landmarks = nullptr;  ///< asked only at keyframes and where tracks are lost; nullptr: none
     bool wants_keyframe = false;          ///< inertial data are poor: vision has to say where the vehicle is
+    bool is_starting = false;             ///< nobody knows the gyroscope's bias yet: its turns judge nothing
     bool is_uncertain = false;            ///< something was wrong before: every track counts
     bool is_contradicted = false;         ///< images and inertial readings disagree
     bool replaces_both = false;           ///< both the gyroscope and the accelerometer, neither of which hangs

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 
 namespace facet {
 namespace {
@@ -52,6 +53,24 @@ bool is_same_image(const ImageView& a, const ImageView& b) {
         }
     }
     return true;
+}
+
+double relative_contrast(const ImageView& image) {
+    constexpr int kRowStep = 8;
+    std::int64_t differences = 0;
+    std::int64_t sum = 0;
+    for (int y = 0; y < image.height; y += kRowStep) {
+        const std::uint8_t* row = image.row(y);
+        int row_differences = 0;
+        int row_sum = 0;
+        for (int x = 2; x < image.width; ++x) {
+            row_differences += std::abs(row[x] - row[x - 2]);
+            row_sum += row[x];
+        }
+        differences += row_differences;
+        sum += row_sum;
+    }
+    return sum > 0 ? static_cast<double>(differences) / static_cast<double>(sum) : 0.0;
 }
 
 }  // namespace facet

@@ -16,4 +16,8 @@ ImageState check_image(const ImageView& coarse);
 /// exposures differ by their noise.
 bool is_same_image(const ImageView& a, const ImageView& b);
 
+/// Mean absolute difference of pixels two columns apart in every eighth row, over the mean grey value: independent of
+/// gain and exposure as long as nothing saturates. @return 0 for an empty or black image
+double relative_contrast(const ImageView& image);
+
 }  // namespace facet

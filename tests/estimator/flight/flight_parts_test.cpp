@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // The small parts of a flight that judge one thing each.
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "estimator/flight/clock_watch.h"
+#include "estimator/flight/emitter_watch.h"
 #include "estimator/flight/reset_counter.h"
 #include "estimator/flight/stereo_evidence.h"
 
@@ -30,6 +32,37 @@ TEST_CASE("images of a pair contradict readings only if the map's keyframe match
     CHECK(stereo.has_supported());  // for as long as the suspicion lasts
     stereo.support(false, false);
     CHECK_FALSE(stereo.has_supported());
+}
+
+TEST_CASE("frames lit by an alternating emitter are left out, a lost frame included", "[emitter_watch]") {
+    EmitterWatch emitter;
+    int left_out = 0;
+    for (int k = 0; k < 60; ++k) {
+        const bool is_lit = k % 2 == 1;
+        if (k == 30 || k == 41) {  // one of either kind is lost on the way
+            continue;
+        }
+        const bool leaves_out = emitter.step((is_lit ? 0.12 : 0.08) * (1.0 + 0.01 * (k % 5)));
+        CHECK((!leaves_out || is_lit));
+        CHECK((leaves_out == is_lit || k < 10));
+        left_out += leaves_out ? 1 : 0;
+    }
+    CHECK(left_out > 20);
+    CHECK(emitter.is_alternating());
+    for (int k = 0; k < 20; ++k) {  // it is switched off
+        const bool leaves_out = emitter.step(0.08);
+        CHECK_FALSE((leaves_out && k > 0));
+    }
+    CHECK_FALSE(emitter.is_alternating());
+}
+
+TEST_CASE("motion, a passing bright object and dark images are no emitter", "[emitter_watch]") {
+    EmitterWatch emitter;
+    for (int k = 0; k < 200; ++k) {
+        const double motion = 0.08 * std::exp(0.05 * std::sin(2.1 * k) + (k > 80 && k < 120 ? 0.8 : 0.0));
+        CHECK_FALSE(emitter.step(k % 17 == 0 ? 0.0 : motion));
+    }
+    CHECK_FALSE(emitter.is_alternating());
 }
 
 TEST_CASE("the reset counter rises once for somebody who has been given an estimate", "[reset_counter]") {

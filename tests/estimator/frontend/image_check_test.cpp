@@ -37,3 +37,16 @@ TEST_CASE("the same image is one that is equal everywhere it is looked at", "[im
     b.pixels[16U * 188U + 100U] ^= 1U;
     CHECK_FALSE(is_same_image(a.view(), b.view()));
 }
+
+TEST_CASE("relative contrast is that of the scene, whatever gain and exposure", "[image_check]") {
+    const double usual = relative_contrast(with_texture(1.0, 0.0).view());
+    CHECK(relative_contrast(with_texture(0.5, 0.0).view()) == Approx(usual).epsilon(0.05));
+    CHECK(relative_contrast(with_texture(0.5, 60.0).view()) < 0.8 * usual);
+    CHECK(relative_contrast(Image(188, 120, 0).view()) == 0.0);
+    CHECK(relative_contrast({}) == 0.0);
+    Image dots = with_texture(1.0, 0.0);
+    for (std::size_t i = 0; i < dots.pixels.size(); i += 7) {
+        dots.pixels[i] = 255;
+    }
+    CHECK(relative_contrast(dots.view()) > 1.5 * usual);
+}
