@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The first window of a flight, and what tests it: a closed-form solution, or images that stand still.
+// The first window of a flight, and what tests it: a start in motion, or images that stand still.
 #include "estimator/flight/belief_changes.h"
 #include "estimator/flight/flight.h"
 #include "estimator/imu/static_init.h"
@@ -7,7 +7,7 @@
 namespace facet {
 namespace {
 
-// With one camera: if the closed form has not confirmed the velocity for this long, the window has gone astray.
+// With one camera: if no start in motion has confirmed the velocity for this long, the window has gone astray.
 constexpr double kFruitless_s = 2.0;
 
 }  // namespace

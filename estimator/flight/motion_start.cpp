@@ -11,24 +11,19 @@
 namespace facet {
 namespace {
 
-// With one camera; before that any motion looks like one at constant velocity.
-constexpr std::size_t kFewestAlone = 5;
-constexpr double kShortestAlone_s = 0.7;
-constexpr std::size_t kFewestStereo = 4;
+constexpr std::size_t kFewestKeyframes = 4;
 constexpr int kFewestPoints = 12;
 constexpr std::size_t kFewestSights = 3;  // of a point: fewer say nothing of the motion
-constexpr int kSteps = 5;
-constexpr double kLeastDepth_m = 0.1;
-constexpr int kVelocityAt = 0;
-constexpr int kGravityAt = 3;
-constexpr int kAccelBiasAt = 6;
-constexpr int kGyroBiasAt = 9;
-// Priors, wide: a drone's speed, gravity from a mean of forces, biases before a flight.
-constexpr double kVelocitySigma = 5.0;
-constexpr double kGravitySigma = 4.0;
-constexpr double kAccelBiasSigma = 0.1;
-constexpr double kGyroBiasSigma = 0.02;
-constexpr double kGravityNormSigma = 0.02;
+constexpr int kSteps = 12;
+// A step of less than so many standard deviations ends them.
+constexpr double kSmallStep = 0.1;
+constexpr double kLeastDamping = 1e-3;  // of a step that has failed, as a share of the diagonal
+constexpr double kMoreDamping = 10.0;
+constexpr double kLessDamping = 0.1;
+constexpr int kVelocityAt = MotionProblem::kVelocityAt;
+constexpr int kGravityAt = MotionProblem::kGravityAt;
+constexpr int kAccelBiasAt = MotionProblem::kAccelBiasAt;
+constexpr int kGyroBiasAt = MotionProblem::kGyroBiasAt;
 // What a solution must know, and by how much it must differ from the window to overrule it.
 constexpr double kMostVelocitySigma = 0.3;
 constexpr double kMostTiltSigma = 0.1;
@@ -47,7 +42,7 @@ void MotionStart::configure(const StereoRig& rig, const ImuNoise& noise, double 
     rig_ = rig;
     noise_ = noise;
     gravity_m_per_s2_ = gravity_m_per_s2;
-    bearing_sigma_ = bearing_sigma;
+    problem_.configure(gravity_m_per_s2, bearing_sigma);
     reset();
 }
 
@@ -82,7 +77,7 @@ MotionStart::Places MotionStart::chain(const ImuBias& bias) const {
     places.emplace_back();
     for (std::size_t k = 1; k < keyframes_.size(); ++k) {
         const Preintegration& link = keyframes_[k].link;
-        const Place& i = places.back();
+        const MotionPlace& i = places.back();
         Eigen::Quaterniond dq;
         Eigen::Vector3d dp;
         Eigen::Vector3d dv;
@@ -93,7 +88,7 @@ MotionStart::Places MotionStart::chain(const ImuBias& bias) const {
         // Turning the body frame at i by a bias error turns what follows.
         const Eigen::Matrix3d turned_p = -i.R * skew(dp) * i.d_theta_d_bg;
         const Eigen::Matrix3d turned_v = -i.R * skew(dv) * i.d_theta_d_bg;
-        Place j;
+        MotionPlace j;
         j.t_s = i.t_s + dt;
         j.R = i.R * turn;
         j.d_theta_d_bg = turn.transpose() * i.d_theta_d_bg + j_link.block<3, 3>(kTheta, 0);
@@ -108,177 +103,115 @@ MotionStart::Places MotionStart::chain(const ImuBias& bias) const {
     return places;
 }
 
-/// d_c_d_x; an error of the gyroscope bias turns the bearing, which counts as a move of the centre at this depth.
-MotionStart::Centre MotionStart::centre_of(const Sight& sight, double depth) {
-    const Place& k = *sight.place;
-    Centre m;
-    m.middleCols<3>(kVelocityAt) = k.t_s * Eigen::Matrix3d::Identity();
-    m.middleCols<3>(kGravityAt) = 0.5 * k.t_s * k.t_s * Eigen::Matrix3d::Identity();
-    m.middleCols<3>(kAccelBiasAt) = k.d_p_d_b.rightCols<3>();
-    const Eigen::Vector3d d_B = k.R.transpose() * sight.d;
-    m.middleCols<3>(kGyroBiasAt) = k.d_p_d_b.leftCols<3>() - k.R * skew(*sight.p_B_C + depth * d_B) * k.d_theta_d_bg;
-    return m;
-}
-
-/// Adds the normal equations of one point, itself eliminated.
-void MotionStart::add_point(const Sights& sights, int step, const Unknowns& last, Solution& sums,
-                            Unknowns& gradient) const {
-    boost::container::static_vector<double, 2 * kMostKeyframes> depths(sights.size(), 1.0);
-    boost::container::static_vector<double, 2 * kMostKeyframes> weights(sights.size(), 1.0);
-    const auto offset = [](const Sight& s) -> Eigen::Vector3d { return s.place->p + s.place->R * *s.p_B_C; };
-    for (int pass = step == 0 ? 1 : 0; pass < 2; ++pass) {
-        // Pass 0 finds the point at the last solution, for depths and weights; pass 1 adds the equations.
-        Eigen::Matrix3d a = 1e-9 * Eigen::Matrix3d::Identity();
-        Eigen::Matrix<double, 3, kUnknowns> am = Eigen::Matrix<double, 3, kUnknowns>::Zero();
-        Eigen::Vector3d ab = Eigen::Vector3d::Zero();
-        Normal mm = Normal::Zero();
-        Unknowns mb = Unknowns::Zero();
-        for (std::size_t k = 0; k < sights.size(); ++k) {
-            const Sight& s = sights[k];
-            const Eigen::Matrix3d p = weights[k] * (Eigen::Matrix3d::Identity() - s.d * s.d.transpose());
-            const Centre m = centre_of(s, pass == 0 || step == 0 ? 0.0 : depths[k]);
-            const Eigen::Vector3d b = offset(s);
-            a += p;
-            am.noalias() += p * m;
-            ab += p * b;
-            if (pass == 1) {
-                mm.noalias() += m.transpose() * (p * m);
-                mb.noalias() += m.transpose() * (p * b);
-            }
-        }
-        const Eigen::Matrix3d a_inverse = a.inverse();
-        if (pass == 1) {
-            sums.information += mm - am.transpose() * a_inverse * am;
-            gradient += mb - am.transpose() * (a_inverse * ab);
-            ++sums.points;
-            continue;
-        }
-        Unknowns without_turn = last;
-        without_turn.segment<3>(kGyroBiasAt).setZero();
-        const Eigen::Vector3d point = a_inverse * (am * without_turn + ab);
-        bool behind = false;
-        for (std::size_t k = 0; k < sights.size(); ++k) {
-            const Sight& s = sights[k];
-            const Eigen::Vector3d ray = point - centre_of(s, 0.0) * without_turn - offset(s);
-            const double depth = s.d.dot(ray);
-            behind = behind || depth < kLeastDepth_m;
-            depths[k] = std::max(depth, kLeastDepth_m);
-            const double scale = depths[k] * bearing_sigma_;
-            const double error = (ray - depth * s.d).norm() / scale;
-            ++sums.sightings;
-            sums.misfits += error > 3.0 ? 1 : 0;
-            weights[k] = 1.0 / (scale * scale * (1.0 + 0.25 * error * error));
-        }
-        sums.behind += behind ? 1 : 0;
-    }
-}
-
-MotionStart::Sights MotionStart::sights_of(LandmarkId landmark, const Places& places) const {
-    Sights sights;
-    for (std::size_t k = 0; k < keyframes_.size(); ++k) {
-        const auto& bearings = keyframes_[k].bearings;
-        const auto at = std::lower_bound(bearings.begin(), bearings.end(), landmark,
-                                         [](const Bearing& b, LandmarkId id) { return b.landmark < id; });
-        if (at == bearings.end() || at->landmark != landmark) {
-            continue;
-        }
-        sights.push_back({places[k].R * at->left_B, &places[k], &rig_.T_B_C0.p});
-        if (at->has_right()) {
-            sights.push_back({places[k].R * at->right_B, &places[k], &rig_.T_B_C1.p});
-        }
-    }
-    return sights;
-}
-
 bool MotionStart::has_stereo() const {
     const auto& bearings = keyframes_[keyframes_.size() / 2].bearings;
     return 2 * std::count_if(bearings.begin(), bearings.end(), [](const Bearing& b) { return b.has_right(); }) >
            static_cast<std::ptrdiff_t>(bearings.size());
 }
 
-Status MotionStart::iterate(const Places& places, int step, Solution& solution) const {
-    Solution sums;
-    Unknowns gradient = Unknowns::Zero();
+void MotionStart::collect_points() {
+    problem_.clear();
     // Points are taken from the keyframe in the middle: most are seen on both sides of it.
     for (const Bearing& bearing : keyframes_[keyframes_.size() / 2].bearings) {
-        if (sums.points >= static_cast<int>(kMostPoints)) {
+        boost::container::static_vector<MotionSight, MotionProblem::kMostSights> sights;
+        for (std::size_t k = 0; k < keyframes_.size(); ++k) {
+            const auto& bearings = keyframes_[k].bearings;
+            const auto at = std::lower_bound(bearings.begin(), bearings.end(), bearing.landmark,
+                                             [](const Bearing& b, LandmarkId id) { return b.landmark < id; });
+            if (at == bearings.end() || at->landmark != bearing.landmark) {
+                continue;
+            }
+            sights.push_back({&at->left_B, &rig_.T_B_C0.p, k});
+            if (at->has_right()) {
+                sights.push_back({&at->right_B, &rig_.T_B_C1.p, k});
+            }
+        }
+        if (sights.size() >= kFewestSights && !problem_.add_point({sights.data(), sights.size()})) {
             break;
         }
-        const Sights sights = sights_of(bearing.landmark, places);
-        if (sights.size() >= kFewestSights) {
-            add_point(sights, step, solution.x, sums, gradient);
-        }
     }
-    if (sums.points < kFewestPoints) {
-        return Status::kNotReady;
-    }
-    if (step == 0) {  // depths are unknown yet: as if all were at 2 m
-        const double scale = 2.0 * bearing_sigma_;
-        sums.information /= scale * scale;
-        gradient /= scale * scale;
-    }
-    Unknowns prior;
-    prior.segment<3>(kVelocityAt).setConstant(kVelocitySigma);
-    prior.segment<3>(kGravityAt).setConstant(kGravitySigma);
-    prior.segment<3>(kAccelBiasAt).setConstant(kAccelBiasSigma);
-    prior.segment<3>(kGyroBiasAt).setConstant(step == 0 ? 1e-6 : kGyroBiasSigma);
-    sums.information.diagonal() += prior.cwiseAbs2().cwiseInverse();
-    // Gravity's prior is the negative mean force, at which the vehicle neither falls nor climbs for long.
-    const Place& newest = places.back();
-    gradient.segment<3>(kGravityAt) += newest.v / newest.t_s / (kGravitySigma * kGravitySigma);
-    if (step > 0) {
-        const Eigen::Vector3d along = solution.x.segment<3>(kGravityAt).normalized();
-        const double weight = 1.0 / (kGravityNormSigma * kGravityNormSigma);
-        sums.information.block<3, 3>(kGravityAt, kGravityAt) += weight * along * along.transpose();
-        gradient.segment<3>(kGravityAt) -= weight * gravity_m_per_s2_ * along;
-    }
-    const Eigen::LLT<Normal> llt(sums.information);
-    if (llt.info() != Eigen::Success) {
-        return Status::kDegenerate;
-    }
-    sums.x = -llt.solve(gradient);
-    solution = sums;
-    return sums.x.allFinite() ? Status::kOk : Status::kDegenerate;
 }
 
-bool MotionStart::is_known(const Solution& solution, const Place& newest) const {
-    const Normal covariance = kCaution * solution.information.inverse();
-    Centre d_v = Centre::Zero();
+Status MotionStart::solve(Solution& solution) {
+    collect_points();
+    if (problem_.points() < kFewestPoints) {
+        return Status::kNotReady;
+    }
+    const ImuBias bias{keyframes_.front().link.bias().gyro, Eigen::Vector3d::Zero()};
+    solution.places = chain(bias);
+    FACET_TRY(problem_.begin(solution.places, has_stereo(), solution.x));
+    const Status status = minimize(bias, solution);
+    if (has_stereo()) {
+        return status;
+    }
+    Solution at_rest;
+    at_rest.places = chain(bias);
+    problem_.begin_at_rest(at_rest.places, at_rest.x);
+    if (ok(minimize(bias, at_rest)) && (!ok(status) || at_rest.sums.cost < solution.sums.cost)) {
+        solution = at_rest;
+        return Status::kOk;
+    }
+    return status;
+}
+
+Status MotionStart::minimize(const ImuBias& bias, Solution& solution) {
+    solution.sums = problem_.linearize(solution.places, solution.x);
+    double damping = 0.0;
+    for (int step = 0; step < kSteps; ++step) {
+        Normal damped = solution.sums.information;
+        damped.diagonal() *= 1.0 + damping;
+        const Unknowns dx = -damped.llt().solve(solution.sums.gradient);
+        if (!dx.allFinite()) {
+            return Status::kDegenerate;
+        }
+        if (dx.dot(solution.sums.information * dx) < kSmallStep * kSmallStep) {
+            break;
+        }
+        const Unknowns x = solution.x + dx;
+        const Places places = chain({bias.gyro + x.segment<3>(kGyroBiasAt), bias.accel});
+        const MotionProblem::Sums sums = problem_.linearize(places, x);
+        if (sums.cost < solution.sums.cost) {
+            solution = {x, places, sums};
+            damping *= kLessDamping;
+        } else {
+            damping = std::max(kLeastDamping, kMoreDamping * damping);
+        }
+    }
+    return Status::kOk;
+}
+
+MotionStart::Sigma MotionStart::sigma(const Solution& solution) const {
+    const MotionPlace& newest = solution.places.back();
+    const Normal covariance = kCaution * solution.sums.information.inverse();
+    Eigen::Matrix<double, 3, MotionProblem::kUnknowns> d_v = decltype(d_v)::Zero();
     d_v.middleCols<3>(kVelocityAt).setIdentity();
     d_v.middleCols<3>(kGravityAt) = newest.t_s * Eigen::Matrix3d::Identity();
     d_v.middleCols<3>(kAccelBiasAt) = newest.d_v_d_b.rightCols<3>();
-    const Eigen::Matrix3d velocity = d_v * covariance * d_v.transpose();
-    const Eigen::Matrix3d gravity = covariance.block<3, 3>(kGravityAt, kGravityAt);
-    return std::sqrt(velocity.diagonal().maxCoeff()) < kMostVelocitySigma &&
-           std::sqrt(gravity.diagonal().maxCoeff()) / gravity_m_per_s2_ < kMostTiltSigma;
+    Eigen::Matrix3d velocity = d_v * covariance * d_v.transpose();
+    for (const View& view : keyframes_) {  // the samples' own noise, which the problem leaves out
+        velocity += view.link.covariance().block<3, 3>(kVel, kVel);
+    }
+    const auto largest = [](const Eigen::Matrix3d& c) { return std::sqrt(c.diagonal().maxCoeff()); };
+    return {largest(velocity), largest(covariance.block<3, 3>(kGravityAt, kGravityAt)) / gravity_m_per_s2_,
+            largest(covariance.block<3, 3>(kGyroBiasAt, kGyroBiasAt))};
 }
 
 bool MotionStart::fits(const Solution& solution) {
-    const Unknowns& x = solution.x;
-    return 5 * solution.behind < solution.points && 4 * solution.misfits < solution.sightings &&
-           x.segment<3>(kVelocityAt).norm() < kMostSpeed && x.segment<3>(kAccelBiasAt).norm() < kMostAccelBias;
+    const MotionProblem::Sums& sums = solution.sums;
+    return 5 * sums.behind < sums.points && 4 * sums.misfits < sums.sightings &&
+           solution.x.segment<3>(kVelocityAt).norm() < kMostSpeed &&
+           solution.x.segment<3>(kAccelBiasAt).norm() < kMostAccelBias;
 }
 
-Status MotionStart::solve(const NavState& state, NavState& solved, Information& information) const {
-    if (keyframes_.size() < kFewestStereo) {
+Status MotionStart::solve(const NavState& state, NavState& solved, Information& information) {
+    if (keyframes_.size() < kFewestKeyframes) {
         return Status::kNotReady;
     }
-    const double duration_s = (keyframes_.back().stamp - keyframes_.front().stamp).seconds();
-    if (!has_stereo() && (keyframes_.size() < kFewestAlone || duration_s < kShortestAlone_s)) {
-        return Status::kNotReady;
-    }
-    ImuBias bias{keyframes_.front().link.bias().gyro, Eigen::Vector3d::Zero()};
-    Places places = chain(bias);
     Solution solution;
-    for (int step = 0; step < kSteps; ++step) {
-        FACET_TRY(iterate(places, step, solution));
-        if (step + 1 < kSteps) {
-            bias.gyro += solution.x.segment<3>(kGyroBiasAt);
-            places = chain(bias);
-        }
-    }
-    const Place& newest = places.back();
-    if (!is_known(solution, newest) || !fits(solution)) {
+    FACET_TRY(solve(solution));
+    const MotionPlace& newest = solution.places.back();
+    const Sigma known = sigma(solution);
+    if (known.velocity > kMostVelocitySigma || known.tilt > kMostTiltSigma || !fits(solution)) {
         return Status::kDegenerate;
     }
     const Eigen::Vector3d g_B0 = solution.x.segment<3>(kGravityAt);
@@ -293,24 +226,23 @@ Status MotionStart::solve(const NavState& state, NavState& solved, Information& 
     out.q_W_B = (turn * state.q_W_B).normalized();
     out.p_W_B = state.p_W_B;
     out.v_W_B = out.q_W_B * (q_B0_B.conjugate() * v_B0);
-    out.bias = {bias.gyro + solution.x.segment<3>(kGyroBiasAt), accel};
+    out.bias = {keyframes_.front().link.bias().gyro + solution.x.segment<3>(kGyroBiasAt), accel};
 
-    const Normal covariance = kCaution * solution.information.inverse();
-    const double tilt =
-        std::sqrt(covariance.block<3, 3>(kGravityAt, kGravityAt).diagonal().maxCoeff()) / gravity_m_per_s2_;
     information.setZero();
-    const Eigen::Vector3d inverse_W(1.0 / tilt, 1.0 / tilt, 1.0 / kGaugeSigma);
+    const Eigen::Vector3d inverse_W(1.0 / known.tilt, 1.0 / known.tilt, 1.0 / kGaugeSigma);
     const Eigen::Matrix3d theta = inverse_W.asDiagonal() * out.q_W_B.toRotationMatrix();
     information.block<3, 3>(kTheta, kTheta) = theta.transpose() * theta;
     information.diagonal().segment<3>(kPos).setConstant(1.0 / (kGaugeSigma * kGaugeSigma));
-    information.diagonal().segment<3>(kVel).setConstant(1.0 / (kMostVelocitySigma * kMostVelocitySigma));
-    information.diagonal().segment<3>(kBiasGyro).setConstant(1.0 / (kGyroBiasSigma * kGyroBiasSigma));
-    information.diagonal().segment<3>(kBiasAccel).setConstant(1.0 / (kAccelBiasSigma * kAccelBiasSigma));
+    information.diagonal().segment<3>(kVel).setConstant(1.0 / (known.velocity * known.velocity));
+    information.diagonal().segment<3>(kBiasGyro).setConstant(1.0 / (known.gyro_bias * known.gyro_bias));
+    information.diagonal()
+        .segment<3>(kBiasAccel)
+        .setConstant(1.0 / (MotionProblem::kAccelBiasSigma * MotionProblem::kAccelBiasSigma));
     solved = out;
     return Status::kOk;
 }
 
-Status MotionStart::check(const NavState& state, NavState& better, Information& information) const {
+Status MotionStart::check(const NavState& state, NavState& better, Information& information) {
     NavState other;
     Information other_information;
     FACET_TRY(solve(state, other, other_information));

@@ -50,7 +50,7 @@ public:
         is_renewed_ = true;
     }
 
-    /// Velocity is known from before the window began, or by a closed-form solution that agrees with the window.
+    /// Velocity is known from before the window began, or by a start in motion that agrees with the window.
     bool is_confirmed() const { return is_confirmed_; }
     void confirm() { is_confirmed_ = true; }
     /// A start with one camera whose velocity nothing tells yet: keyframes are collected, the window is not optimized.
