@@ -29,8 +29,8 @@ public:
     void collect(const Mesher& mesher) { collect(mesher.departed()); }
     void collect(std::span<const DepartedFace> departed);
 
-    /// Writes folder/mesh_live.ply (the horizon) and folder/mesh_horizon.ply (everything, the horizon's faces included).
-    /// Throws InputError if it cannot.
+    /// Writes folder/mesh_live.ply (the horizon) and folder/mesh_horizon.ply (everything, the horizon included). Throws
+    /// InputError if it cannot.
     /// @param names  the ids that planes have by now
     void write(const Mesher& mesher, const std::string& folder, const PlaneNames& names = {});
     /// Writes everything that was collected or written before. Throws InputError if it cannot.

@@ -17,7 +17,7 @@
 namespace facet {
 
 /// Collects what the cameras see at keyframes, and the inertial samples between them, and solves for the state without
-/// an initial guess (MotionProblem). The scale follows from stereo matches, or, with one camera, from the accelerometer.
+/// an initial guess (MotionProblem). Scale follows from stereo matches, or, with one camera, from the accelerometer.
 ///
 /// A window that begins in motion with stereo matches starts with the mean force as gravity and refines that itself;
 /// check() shows whether its optimization has ended in another minimum. With one camera it begins from solve().
