@@ -8,8 +8,9 @@
 namespace facet {
 
 /// Depth cameras can switch their emitter from frame to frame (RealSense: alternating emitter): every second image then
-/// has dots that are fixed to the vehicle, and thousands of corners that the next image lacks. They are recognised
-/// by their contrast (relative_contrast()), which alternates far more than motion, noise or a lamp's flicker makes it. A gain or an exposure that alternates leaves it alone. Thread-bound. No heap.
+/// has dots that are fixed to the vehicle, and thousands of corners that the next image lacks. They are recognised by
+/// their contrast (relative_contrast()), which alternates far more than motion, noise or a lamp's flicker makes it. A
+/// gain or an exposure that alternates leaves it alone. Thread-bound. No heap.
 class EmitterWatch {
 public:
     /// At each frame of the camera that is tracked in.

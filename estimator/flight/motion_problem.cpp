@@ -213,6 +213,19 @@ MotionProblem::Centre MotionProblem::d_centre_d_x(const MotionSight& sight, cons
     return m;
 }
 
+MotionProblem::Unknowns MotionProblem::d_scale_d_x(const Places& places, const Unknowns& x) {
+    const Eigen::Vector3d p_B_B = Eigen::Vector3d::Zero();
+    Unknowns moment = Unknowns::Zero();
+    double squares = 1e-12;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        const MotionSight body{nullptr, &p_B_B, k};
+        const Eigen::Vector3d way = centres_of({&body, 1}, places, x).front();
+        moment += d_centre_d_x(body, places[k]).transpose() * way;
+        squares += way.squaredNorm();
+    }
+    return moment / squares;
+}
+
 MotionProblem::PointSums MotionProblem::sum(const Point& point, const Places& places, const Centres& centres,
                                             bool with_x) const {
     const Sights sights = sights_of(point);

@@ -89,6 +89,9 @@ public:
     /// Normal equations at x, where points are; H dx = -gradient is a Gauss-Newton step. After begin().
     /// @param places  with the gyroscope bias of x, the accelerometer's as it was
     Sums linearize(const Places& places, const Unknowns& x);
+    /// Of the factor on the path that a change of x stands for, by least squares over the keyframes. Very large
+    /// without a path.
+    static Unknowns d_scale_d_x(const Places& places, const Unknowns& x);
 
 private:
     static constexpr int kShape = 7;  // v g s

@@ -27,6 +27,7 @@ constexpr int kGyroBiasAt = MotionProblem::kGyroBiasAt;
 // What a solution must know, and by how much it must differ from the window to overrule it.
 constexpr double kMostVelocitySigma = 0.3;
 constexpr double kMostTiltSigma = 0.1;
+constexpr double kMostScaleSigma = 0.05;
 constexpr double kMostSpeed = 20.0;
 constexpr double kMostAccelBias = 0.5;
 constexpr double kOtherVelocity = 0.3;
@@ -192,8 +193,9 @@ MotionStart::Sigma MotionStart::sigma(const Solution& solution) const {
         velocity += view.link.covariance().block<3, 3>(kVel, kVel);
     }
     const auto largest = [](const Eigen::Matrix3d& c) { return std::sqrt(c.diagonal().maxCoeff()); };
+    const Unknowns d_scale = MotionProblem::d_scale_d_x(solution.places, solution.x);
     return {largest(velocity), largest(covariance.block<3, 3>(kGravityAt, kGravityAt)) / gravity_m_per_s2_,
-            largest(covariance.block<3, 3>(kGyroBiasAt, kGyroBiasAt))};
+            largest(covariance.block<3, 3>(kGyroBiasAt, kGyroBiasAt)), std::sqrt(d_scale.dot(covariance * d_scale))};
 }
 
 bool MotionStart::fits(const Solution& solution) {
@@ -211,7 +213,8 @@ Status MotionStart::solve(const NavState& state, NavState& solved, Information& 
     FACET_TRY(solve(solution));
     const MotionPlace& newest = solution.places.back();
     const Sigma known = sigma(solution);
-    if (known.velocity > kMostVelocitySigma || known.tilt > kMostTiltSigma || !fits(solution)) {
+    const bool has_scale = has_stereo() || known.scale < kMostScaleSigma;
+    if (known.velocity > kMostVelocitySigma || known.tilt > kMostTiltSigma || !has_scale || !fits(solution)) {
         return Status::kDegenerate;
     }
     const Eigen::Vector3d g_B0 = solution.x.segment<3>(kGravityAt);

@@ -84,6 +84,7 @@ private:
         double velocity = 0.0;  ///< at the newest keyframe
         double tilt = 0.0;      ///< of gravity's direction
         double gyro_bias = 0.0;
+        double scale = 0.0;  ///< of the path, relative
     };
     Sigma sigma(const Solution& solution) const;
 

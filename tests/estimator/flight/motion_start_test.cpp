@@ -59,7 +59,9 @@ struct Fixture {
 
 TEST_CASE("velocity, gravity and gyroscope bias follow from one camera in motion", "[motion_start]") {
     const auto seed = GENERATE(1U, 2U, 3U);
-    Fixture f(Fixture::options(seed), 10, false);
+    SyntheticFlight::Options lively = Fixture::options(seed);
+    lively.motion.place_m *= 1.5;
+    Fixture f(lively, 12, false);
     NavState nothing;  // the window knows nothing at all
     REQUIRE(ok(f.start->solve(nothing, f.solved, f.information)));
     CAPTURE(seed, f.velocity_error(), f.tilt_error());
@@ -117,29 +119,26 @@ TEST_CASE("a motion that does not show the scale gives no answer with one camera
     CHECK(f.start->solve({}, f.solved, f.information) == Status::kDegenerate);
 }
 
-TEST_CASE("one camera finds velocity within a second although the gyroscope's bias is unknown", "[motion_start]") {
+TEST_CASE("one camera finds velocity although the gyroscope's bias is unknown", "[motion_start]") {
     const auto seed = GENERATE(1U, 2U, 3U);
     SyntheticFlight::Options biased = Fixture::options(seed);
     biased.bias.gyro = {-0.003, 0.02, 0.08};  // as in EuRoC
-    Fixture f(biased, 5, false, 0.2);
+    biased.motion.place_m *= 1.5;
+    Fixture f(biased, 12, false);
     REQUIRE(ok(f.start->solve({}, f.solved, f.information)));
     CAPTURE(seed, f.velocity_error(), f.tilt_error());
-    CHECK(f.velocity_error() < 0.3);
+    CHECK(f.velocity_error() < 0.15);
     CHECK(f.velocity_error() < 4.0 / std::sqrt(f.information.diagonal().segment<3>(kVel).minCoeff()));
-    CHECK(f.tilt_error() < 0.05);
-    CHECK((f.solved.bias.gyro - biased.bias.gyro).norm() < 0.01);
+    CHECK(f.tilt_error() < 0.02);
+    CHECK((f.solved.bias.gyro - biased.bias.gyro).norm() < 0.004);
 }
 
-TEST_CASE("one camera that stands knows that, and says how well", "[motion_start]") {
+TEST_CASE("one camera gives no answer before the scale of its path is known", "[motion_start]") {
+    const int keyframes = GENERATE(4, 6, 12);
     SyntheticFlight::Options standing = Fixture::options(1);
     standing.motion = {0.0, 0.0, 0.0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-    Fixture f(standing, 10, false);
-    const Status status = f.start->solve({}, f.solved, f.information);
-    if (ok(status)) {
-        CHECK(f.velocity_error() < 4.0 / std::sqrt(f.information.diagonal().segment<3>(kVel).minCoeff()));
-    } else {
-        CHECK(status == Status::kDegenerate);
-    }
+    Fixture f(standing, keyframes, false);
+    CHECK(f.start->solve({}, f.solved, f.information) == Status::kDegenerate);
 }
 
 TEST_CASE("too few keyframes give no answer", "[motion_start]") {
