@@ -209,14 +209,6 @@ bool AslDataset::open_table(const std::string& path, CsvFile& csv) const {
     return options_.files != nullptr ? csv.open(path, options_.files->open(path)) : csv.open(path);
 }
 
-Status AslDataset::decode(const std::string& path, const ImageSize& size, GreyImage& image) {
-    if (options_.files == nullptr) {
-        return decoder_.decode(path, size.width, size.height, image);
-    }
-    unread_ = options_.files->read(path, ImageDecoder::kMostBytes, file_);
-    return unread_.empty() ? decoder_.decode(file_, size.width, size.height, image) : Status::kNotFound;
-}
-
 std::string AslDataset::nearest_text(Timestamp stamp, const std::vector<ImageRow>& rows, std::size_t after) const {
     std::optional<Duration> off;
     if (after < rows.size()) {
@@ -281,49 +273,8 @@ void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<Imag
     }
 }
 
-bool AslDataset::load_image(const std::optional<ImageRow>& row, int camera, GreyImage& image) {
-    if (!row.has_value()) {
-        return false;
-    }
-    const std::string& csv = camera_csv_[static_cast<std::size_t>(camera)];
-    image_path_.assign(csv, 0, csv.rfind('/') + 1);  // the storage is reused
-    image_path_.append("data/").append(row->file);
-    const std::string& path = image_path_;
-    ImageSize& size = camera == 0 ? options_.left_size : options_.right_size;
-    const char* consequence = camera == 0 ? "; frame has a right view at most" : "; frame has a left view at most";
-    switch (decode(path, size, image)) {
-        case Status::kOk: size = {image.width, image.height}; return true;
-        case Status::kNotFound:
-            warn(AslWarningKind::kMissingFile, csv, row->line,
-                 path + ": " + (options_.files == nullptr ? decoder_.error() : unread_) + consequence);
-            return false;
-        case Status::kInvalidArgument:
-            warn(AslWarningKind::kWrongSize, csv, row->line, path + ": " + decoder_.error() + consequence);
-            return false;
-        default:
-            warn(AslWarningKind::kCorruptImage, csv, row->line, path + ": " + decoder_.error() + consequence);
-            return false;
-    }
-}
-
 Timestamp AslDataset::pair_stamp(std::size_t number) const {
     return pair(number).stamp + Duration{static_cast<std::int64_t>(number / pairs_.size()) * period_.ns};
-}
-
-bool AslDataset::load_frame(std::size_t number, StereoFrame& frame) {
-    const Pair& chosen = pair(number);
-    frame = {pair_stamp(number), {}, {}};
-    if (!options_.decode_images) {
-        return true;
-    }
-    const bool has_left = load_image(chosen.left, 0, images_[0]);
-    const bool has_right = load_image(chosen.right, 1, images_[1]);
-    if (!has_left && !has_right) {
-        return false;
-    }
-    frame.left = has_left ? images_[0].view() : ImageView{};
-    frame.right = has_right ? images_[1].view() : ImageView{};
-    return true;
 }
 
 bool AslDataset::give_frame(Duration delay, StereoFrame& frame) {

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "drivers/replay_asl/csv_file.h"
+#include "drivers/replay_asl/decode_ahead.h"
 #include "drivers/replay_asl/image_decoder.h"
 #include "drivers/replay_asl/increasing_rows.h"
 #include "drivers/replay_asl/log_files.h"
@@ -43,6 +45,8 @@ struct AslOptions {
     LogFiles* files = nullptr;  ///< where the files are, if not on the disk; borrowed
     bool left_only = false;     ///< the log has one camera, whatever it has
     bool decode_images = true;  ///< else frames come with empty views, and no image file is opened
+    /// Images on the disk are decoded on a second thread, ahead of time: same samples, same warnings between them.
+    bool decode_ahead = false;
 };
 
 /// A log folder with cam0, cam1 and imu0, each with data.csv (stamps in integer ns); cam1 may be missing. Usage:
@@ -110,7 +114,12 @@ private:
     bool has_folder(const std::string& path) const;
     bool open_table(const std::string& path, CsvFile& csv) const;
     Status decode(const std::string& path, const ImageSize& size, GreyImage& image);
+    std::string image_path(const std::optional<ImageRow>& row, int camera) const;
     bool load_image(const std::optional<ImageRow>& row, int camera, GreyImage& image);
+    /// Complains unless the image is good. @return whether it is
+    bool judge_image(Status status, const std::string& error, const ImageRow& row, int camera) const;
+    bool load_frame_ahead(std::size_t number, StereoFrame& frame);
+    void ask_ahead();
     bool give_frame(Duration delay, StereoFrame& frame);
     bool give_imu(ImuSample& sample);
 
@@ -134,11 +143,12 @@ private:
     std::optional<Timestamp> imu_before_;  // stamp of the last row read, to find gaps
     std::optional<Timestamp> imu_given_;   // stamp of the last sample delivered
 
-    std::string image_path_;
     ImageDecoder decoder_;
     std::vector<std::uint8_t> file_;  ///< of an image that is not on the disk
     std::string unread_;              ///< why such an image could not be read
     std::array<GreyImage, 2> images_;
+    std::unique_ptr<DecodeAhead> ahead_;  ///< from the first frame given on
+    std::size_t next_asked_ = 0;          ///< pair that it is to be asked for
 };
 
 }  // namespace facet

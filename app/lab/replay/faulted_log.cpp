@@ -25,6 +25,7 @@ std::vector<Fault> faults_of_samples(const std::vector<Fault>& faults) {
 void FaultedLog::open() {
     AslOptions log_options = log_options_of(options_.calibration);
     log_options.files = options_.files;
+    log_options.decode_ahead = true;
     log_options.loops = options_.loops;
     log_options.imu_tail = kRetry;
     log_options.start = Duration::from_seconds(options_.start_s);

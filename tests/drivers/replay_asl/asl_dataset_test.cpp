@@ -246,7 +246,9 @@ TEST_CASE("bad input: a warning with file and line, the frame or row is skipped,
     const test::TempDir dir;
     test::write_asl_folder(dir, kFrames);
     bad.spoil(dir);
-    const Reading reading = read(dir.path());
+    AslOptions options;
+    options.decode_ahead = GENERATE(false, true);
+    const Reading reading = read(dir.path(), options);
     REQUIRE(reading.error == "");
     CHECK(reading.frames.size() == bad.frames);
     CHECK(reading.left_only.size() == bad.left_only);
