@@ -17,10 +17,16 @@ public:
         search_.reset();
         is_settled_ = false;
         found_s_ = 0.0;
+        proposed_s_.reset();
     }
 
-    /// Of image stamps, found by the search (s).
+    /// Of image stamps, found by the search or by a start in motion (s).
     double found_s() const { return found_s_; }
+    /// A start in motion has found another one (s).
+    void propose(double found_s) { proposed_s_ = found_s; }
+    /// Accepts what has been proposed; the search goes on from there. @param delay_s  believed now
+    /// @return as step()
+    std::optional<double> accept(double delay_s);
 
     /// The delay is in question: it has been corrected far, or nothing is sure yet.
     /// @param offset_s, sigma_s  the window's on top of found_s(), and the prior's standard deviation
@@ -40,6 +46,7 @@ private:
     DelaySearch search_;
     bool is_settled_ = false;
     double found_s_ = 0.0;
+    std::optional<double> proposed_s_;
 };
 
 }  // namespace facet

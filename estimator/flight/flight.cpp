@@ -311,13 +311,13 @@ bool FlightEstimator::seeks_delay() const {
 }
 
 void FlightEstimator::correct_delay() {
-    if (!delay_.is_ready() || !tracks_.is_keyframe || !has_window(s_.phase)) {
-        return;
+    std::optional<double> off_s = delay_.accept(image_delay_s());
+    if (!off_s && delay_.is_ready() && tracks_.is_keyframe && has_window(s_.phase)) {
+        const double claimed_s = monitor_.is_usable() ? s_.calibration_sigma(kTimeOffset) : 0.0;
+        imu_.exchange_as_read();  // of the suspected readings as well
+        off_s = delay_.step(imu_, image_delay_s(), claimed_s);
+        imu_.exchange_as_read();
     }
-    const double claimed_s = monitor_.is_usable() ? s_.calibration_sigma(kTimeOffset) : 0.0;
-    imu_.exchange_as_read();  // of the suspected readings as well
-    const std::optional<double> off_s = delay_.step(imu_, image_delay_s(), claimed_s);
-    imu_.exchange_as_read();
     if (off_s) {
         window_.forget_calibration();
         forget_corrections();

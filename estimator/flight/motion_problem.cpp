@@ -209,7 +209,9 @@ MotionProblem::Centre MotionProblem::d_centre_d_x(const MotionSight& sight, cons
     Centre m;
     m.leftCols<6>() = shape_centre(place, *sight.p_B_C).leftCols<6>();
     m.middleCols<3>(kAccelBiasAt) = place.d_p_d_b.rightCols<3>();
-    m.middleCols<3>(kGyroBiasAt) = place.d_p_d_b.leftCols<3>() - place.R * skew(*sight.p_B_C) * place.d_theta_d_bg;
+    const Eigen::Matrix3d lever = place.R * skew(*sight.p_B_C);
+    m.middleCols<3>(kGyroBiasAt) = place.d_p_d_b.leftCols<3>() - lever * place.d_theta_d_bg;
+    m.col(kDelayAt) = -lever * place.d_theta_d_delay;
     return m;
 }
 
@@ -261,7 +263,9 @@ MotionProblem::PointSums MotionProblem::sum(const Point& point, const Places& pl
         out.p.noalias() += weight * d_point.transpose() * e;
         if (with_x) {
             Centre d_ray = rho * (first_centre - d_centre_d_x(sights[k], place));
-            d_ray.middleCols<3>(kGyroBiasAt) += place.R * skew(place.R.transpose() * ray) * place.d_theta_d_bg;
+            const Eigen::Matrix3d turned = place.R * skew(place.R.transpose() * ray);
+            d_ray.middleCols<3>(kGyroBiasAt) += turned * place.d_theta_d_bg;
+            d_ray.col(kDelayAt) += turned * place.d_theta_d_delay;
             const Centre d_x = d_e * d_ray;
             out.px.noalias() += weight * d_point.transpose() * d_x;
             out.xx.noalias() += weight * d_x.transpose() * d_x;
@@ -295,6 +299,7 @@ void MotionProblem::add_priors(const Places& places, const Unknowns& x, Sums& su
     sigma.segment<3>(kGravityAt).setConstant(kGravitySigma);
     sigma.segment<3>(kAccelBiasAt).setConstant(kAccelBiasSigma);
     sigma.segment<3>(kGyroBiasAt).setConstant(kGyroBiasSigma);
+    sigma(kDelayAt) = delay_sigma_s_;
     const Unknowns weight = sigma.cwiseAbs2().cwiseInverse();
     Unknowns off = x;
     off.segment<3>(kGravityAt) += places.back().v / places.back().t_s;  // on the mean a vehicle does not accelerate

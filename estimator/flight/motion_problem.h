@@ -16,6 +16,7 @@ struct MotionPlace {
     double t_s = 0.0;  ///< since the oldest keyframe
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
     Eigen::Matrix3d d_theta_d_bg = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d d_theta_d_delay = Eigen::Vector3d::Zero();  ///< rad/s: the rate, less that of the oldest one
     Eigen::Vector3d p = Eigen::Vector3d::Zero();
     Eigen::Vector3d v = Eigen::Vector3d::Zero();
     Eigen::Matrix<double, 3, 6> d_p_d_b = Eigen::Matrix<double, 3, 6>::Zero();  ///< [bg ba]
@@ -29,8 +30,9 @@ struct MotionSight {
     std::size_t place = 0;                   ///< of its keyframe
 };
 
-/// A small bundle adjustment whose poses have 12 unknowns together: x = [v g ba bg], velocity and gravity in B0. The
-/// camera centre of a sighting at keyframe k is
+/// A small bundle adjustment whose poses have 13 unknowns together: x = [v g ba bg td], velocity and gravity in B0, td
+/// the delay of images behind their stamps, to first order and by rotation alone. The camera centre of a sighting at
+/// keyframe k is
 ///   c_k(x) = v t_k + 1/2 g t_k^2 + p_k(ba, bg) + R_k(bg) p_B_C,
 /// a point is a direction w and an inverse depth rho at its first sighting, so that the ray of sighting k is
 /// r_k = w + rho (c_0 - c_k) and its residual r_k / (d_k.r_k) - d_k, d_k = R_k d_B: the tangent of the angle between
@@ -51,11 +53,12 @@ public:
     static constexpr std::size_t kMostKeyframes = 12;
     static constexpr std::size_t kMostPoints = 128;
     static constexpr std::size_t kMostSights = 2 * kMostKeyframes;  // of a point
-    static constexpr int kUnknowns = 12;
+    static constexpr int kUnknowns = 13;
     static constexpr int kVelocityAt = 0;
     static constexpr int kGravityAt = 3;
     static constexpr int kAccelBiasAt = 6;
     static constexpr int kGyroBiasAt = 9;
+    static constexpr int kDelayAt = 12;
     /// Of biases before a flight (m/s^2, rad/s).
     static constexpr double kAccelBiasSigma = 0.1;
     static constexpr double kGyroBiasSigma = 0.02;
@@ -77,6 +80,8 @@ public:
     /// @param bearing_sigma  of a sighting, rad
     void configure(double gravity_m_per_s2, double bearing_sigma);
     void clear();
+    /// Of the delay, around zero (s).
+    void set_delay_sigma(double sigma_s) { delay_sigma_s_ = sigma_s; }
     /// @return false when full
     bool add_point(std::span<const MotionSight> sights);
     std::size_t points() const { return points_.size(); }
@@ -87,7 +92,7 @@ public:
     /// The same for a vehicle that has stood at the oldest keyframe: where the shape of most of the path is noise.
     void begin_at_rest(const Places& places, Unknowns& x);
     /// Normal equations at x, where points are; H dx = -gradient is a Gauss-Newton step. After begin().
-    /// @param places  with the gyroscope bias of x, the accelerometer's as it was
+    /// @param places  with the gyroscope bias and the delay of x, the accelerometer bias as it was
     Sums linearize(const Places& places, const Unknowns& x);
     /// Of the factor on the path that a change of x stands for, by least squares over the keyframes. Very large
     /// without a path.
@@ -140,6 +145,7 @@ private:
 
     double gravity_m_per_s2_ = 0.0;
     double bearing_sigma_ = 2e-3;
+    double delay_sigma_s_ = 1e-6;
     boost::container::static_vector<Point, kMostPoints> points_;
     boost::container::static_vector<MotionSight, kMostPoints * kMostSights> sights_;
 };

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <boost/container/static_vector.hpp>
+#include <optional>
 #include <span>
 
 #include "estimator/flight/motion_problem.h"
@@ -38,14 +39,18 @@ public:
 
     /// The state at the newest keyframe, at the position and yaw of `state`.
     /// @param information  of `solved`, order [theta p v bg ba]: that of position and yaw is as at a start
-    /// @return kNotReady with too few keyframes or points, or, with one camera, too short a time; kDegenerate if the
-    ///         motion does not tell velocity to 0.3 m/s and gravity to 0.1 rad, or the sightings do not fit (outputs
-    ///         untouched).
+    /// @return kNotReady with too few keyframes or points; kDegenerate if the motion does not determine velocity to
+    ///         0.3 m/s, gravity to 0.1 rad and, with one camera, the path's scale to 5 %, or the sightings do not fit
+    ///         (outputs untouched).
     Status solve(const NavState& state, NavState& solved, Information& information);
 
     /// Solves, and compares with the window's state at the newest keyframe. @return as solve(); kNotFound if both agree
     /// within what either may err.
     Status check(const NavState& state, NavState& better, Information& information);
+
+    /// What must be added to the images' stamps for the sightings to fit, where they do not without (s): of the last
+    /// solve() or check() with one camera.
+    std::optional<double> delay_s() const { return delay_s_; }
 
 private:
     static constexpr std::size_t kMostKeyframes = MotionProblem::kMostKeyframes;
@@ -61,16 +66,17 @@ private:
     };
     struct View {
         Timestamp stamp;
-        Preintegration link;                                              ///< from the keyframe before
+        Preintegration link;                    ///< from the keyframe before
+        std::optional<Eigen::Vector3d> rate_B;  ///< rad/s; none where the samples do not reach back
         boost::container::static_vector<Bearing, kMaxFeatures> bearings;  ///< by increasing landmark
     };
     struct Solution {
         Unknowns x = Unknowns::Zero();
-        Places places;  ///< with the gyroscope bias of x
+        Places places;  ///< with the gyroscope bias and the delay of x
         MotionProblem::Sums sums;
     };
 
-    Places chain(const ImuBias& bias) const;
+    Places chain(const ImuBias& bias, double delay_s) const;
     /// Most points of the keyframe in the middle have a match.
     bool has_stereo() const;
     void collect_points();
@@ -79,6 +85,8 @@ private:
     /// Levenberg's method from solution.x. @return kDegenerate without a finite step
     Status minimize(const ImuBias& bias, Solution& solution);
     static bool fits(const Solution& solution);
+    /// Tries whether the sightings fit with images that are late. @param without  the solution for images that are not
+    void find_delay(const Solution& without);
     /// 1 sigma, of the largest axis.
     struct Sigma {
         double velocity = 0.0;  ///< at the newest keyframe
@@ -92,6 +100,7 @@ private:
     ImuNoise noise_;
     double gravity_m_per_s2_ = 0.0;
     MotionProblem problem_;
+    std::optional<double> delay_s_;
     boost::container::static_vector<View, kMostKeyframes> keyframes_;
 };
 

@@ -31,20 +31,21 @@ struct Fixture {
         o.seed = seed;
         return o;
     }
-    Fixture(const SyntheticFlight::Options& options, int keyframes, bool is_stereo, double step_s = 0.2)
+    Fixture(const SyntheticFlight::Options& options, int keyframes, bool is_stereo, double step_s = 0.2,
+            double begin_s = 0.0)
         : flight(options) {
-        for (int k = 0; k <= std::lround(step_s * keyframes / 0.005); ++k) {
+        for (int k = 0; k <= std::lround((begin_s + step_s * keyframes) / 0.005); ++k) {
             REQUIRE(ok(imu.push(flight.imu(0.005 * k))));
         }
         start->configure(flight.rig(), ImuNoise{}, 9.81, 2.0 * 0.3 / flight.rig().left.focal_px());
         for (int k = 0; k < keyframes; ++k) {
-            auto seen = flight.observe(step_s * k);
+            auto seen = flight.observe(begin_s + step_s * k);
             for (FeatureObservation& o : seen) {
                 o.has_right = o.has_right && is_stereo;
             }
-            start->add_keyframe(test::at(step_s * k), {seen.data(), seen.size()}, imu, {});
+            start->add_keyframe(test::at(begin_s + step_s * k), {seen.data(), seen.size()}, imu, {});
         }
-        truth = flight.state(step_s * (keyframes - 1));
+        truth = flight.state(begin_s + step_s * (keyframes - 1));
     }
     double velocity_error() const {
         return (solved.q_W_B.conjugate() * solved.v_W_B - truth.q_W_B.conjugate() * truth.v_W_B).norm();
@@ -139,6 +140,23 @@ TEST_CASE("one camera gives no answer before the scale of its path is known", "[
     standing.motion = {0.0, 0.0, 0.0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     Fixture f(standing, keyframes, false);
     CHECK(f.start->solve({}, f.solved, f.information) == Status::kDegenerate);
+}
+
+TEST_CASE("one camera finds by how much its images are early, and gives no answer then", "[motion_start]") {
+    const auto seed = GENERATE(1U, 2U, 3U);
+    const bool is_early = GENERATE(false, true);
+    SyntheticFlight::Options lively = Fixture::options(seed);
+    lively.motion.place_m *= 1.5;
+    lively.motion.yaw_rad = 1.2;
+    lively.motion.pitch_rad = lively.motion.roll_rad = 0.5;
+    lively.time_offset_s = is_early ? -0.055 : 0.0;
+    Fixture f(lively, 12, false, 0.2, 0.1);  // samples reach back from the oldest keyframe
+    const Status status = f.start->solve({}, f.solved, f.information);
+    CAPTURE(seed, is_early);
+    CHECK_FALSE((is_early && ok(status)));
+    REQUIRE(f.start->delay_s().has_value() == is_early);
+    // To first order, and by a prior: what is left is found by the start after it.
+    CHECK(f.start->delay_s().value_or(0.0) == Approx(lively.time_offset_s).margin(0.02));
 }
 
 TEST_CASE("too few keyframes give no answer", "[motion_start]") {
