@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "tests/support/allocation_guard.h"
 #include "tests/support/synthetic_flight.h"
 
 using namespace facet;
@@ -151,8 +152,11 @@ TEST_CASE("one camera finds by how much its images are early, and gives no answe
     lively.motion.pitch_rad = lively.motion.roll_rad = 0.5;
     lively.time_offset_s = is_early ? -0.055 : 0.0;
     Fixture f(lively, 12, false, 0.2, 0.1);  // samples reach back from the oldest keyframe
+    const test::AllocationGuard guard;
     const Status status = f.start->solve({}, f.solved, f.information);
+    const std::uint64_t allocations = guard.allocations();
     CAPTURE(seed, is_early);
+    CHECK(allocations == 0);
     CHECK_FALSE((is_early && ok(status)));
     REQUIRE(f.start->delay_s().has_value() == is_early);
     // To first order, and by a prior: what is left is found by the start after it.
