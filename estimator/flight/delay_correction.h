@@ -22,8 +22,9 @@ public:
 
     /// Of image stamps, found by the search or by a start in motion (s).
     double found_s() const { return found_s_; }
-    /// A start in motion has found another one (s).
-    void propose(double found_s) { proposed_s_ = found_s; }
+    /// A start in motion has found that the delay is wrong. @param off  by how much @param delay_s  believed now
+    /// @return whether it is wrong by enough, and for certain: accept() then gives it
+    bool propose(const ImageDelay& off, double delay_s);
     /// Accepts what has been proposed; the search goes on from there. @param delay_s  believed now
     /// @return as step()
     std::optional<double> accept(double delay_s);

@@ -104,8 +104,9 @@ void FlightEstimator::collect_alone() {
     const Belief before = s_.now;
     if (ok(motion_start_.solve(s_.now.state, solved, information))) {
         begin_window_at(solved, information.inverse());
-    } else if (motion_start_.delay_s() && config_.calibration.estimate_time_offset) {
-        delay_.propose(image_delay_s() + *motion_start_.delay_s());
+    } else if (motion_start_.delay() && config_.calibration.estimate_time_offset &&
+               delay_.propose(*motion_start_.delay(), image_delay_s())) {
+        // The next frame restarts with it.
     } else if (ok(fall_back_to_gravity())) {
         begin_window_in_place_of(before);
         s_.start.await_answer();

@@ -25,11 +25,9 @@ constexpr int kGravityAt = MotionProblem::kGravityAt;
 constexpr int kAccelBiasAt = MotionProblem::kAccelBiasAt;
 constexpr int kGyroBiasAt = MotionProblem::kGyroBiasAt;
 constexpr int kDelayAt = MotionProblem::kDelayAt;
-// A delay of images is sought only where sightings do not fit without one; to be found, it must be that certain.
+// Of a delay of images, which is sought only where sightings do not fit without one.
 constexpr double kNoDelay_s = 1e-6;
 constexpr double kDelaySigma_s = 0.03;
-constexpr double kLeastDelay_s = 8e-3;
-constexpr double kCertainDelay = 5.0;
 constexpr Duration kRateSpan = Duration::from_seconds(0.02);
 // What a solution must know, and by how much it must differ from the window to overrule it.
 constexpr double kMostVelocitySigma = 0.3;
@@ -160,50 +158,39 @@ Status MotionStart::solve(Solution& solution) {
     if (problem_.points() < kFewestPoints) {
         return Status::kNotReady;
     }
+    const Status status = minimize_from_all(kNoDelay_s, solution);
+    if (ok(status) && !has_stereo() && !fits(solution)) {
+        find_delay(solution);
+    }
+    return status;
+}
+
+Status MotionStart::minimize_from_all(double delay_sigma_s, Solution& best) {
     const ImuBias bias{keyframes_.front().link.bias().gyro, Eigen::Vector3d::Zero()};
-    solution.places = chain(bias, 0.0);
-    problem_.set_delay_sigma(kNoDelay_s);
-    FACET_TRY(problem_.begin(solution.places, has_stereo(), solution.x));
-    Status status = minimize(bias, solution);
+    problem_.set_delay_sigma(delay_sigma_s);
+    best.places = chain(bias, 0.0);
+    FACET_TRY(problem_.begin(best.places, has_stereo(), best.x));
+    const Status status = minimize(bias, best);
     if (has_stereo()) {
         return status;
     }
     Solution at_rest;
     at_rest.places = chain(bias, 0.0);
     problem_.begin_at_rest(at_rest.places, at_rest.x);
-    if (ok(minimize(bias, at_rest)) && (!ok(status) || at_rest.sums.cost < solution.sums.cost)) {
-        solution = at_rest;
-        status = Status::kOk;
-    }
-    if (ok(status) && !fits(solution)) {
-        find_delay(solution);
+    if (ok(minimize(bias, at_rest)) && (!ok(status) || at_rest.sums.cost < best.sums.cost)) {
+        best = at_rest;
+        return Status::kOk;
     }
     return status;
 }
 
 void MotionStart::find_delay(const Solution& without) {
-    if (!std::all_of(keyframes_.begin(), keyframes_.end(), [](const View& v) { return v.rate_B.has_value(); })) {
-        return;
-    }
-    const ImuBias bias{keyframes_.front().link.bias().gyro, Eigen::Vector3d::Zero()};
+    const bool has_rates =
+        std::all_of(keyframes_.begin(), keyframes_.end(), [](const View& v) { return v.rate_B.has_value(); });
     Solution late;
-    problem_.set_delay_sigma(kDelaySigma_s);
-    for (const bool is_at_rest : {false, true}) {
-        late.places = chain(bias, 0.0);
-        if (is_at_rest) {
-            problem_.begin_at_rest(late.places, late.x);
-        } else if (!ok(problem_.begin(late.places, false, late.x))) {
-            continue;
-        }
-        if (!ok(minimize(bias, late)) || !fits(late) || late.sums.cost > without.sums.cost) {
-            continue;
-        }
-        const double sigma = std::sqrt(kCaution * late.sums.information.inverse()(kDelayAt, kDelayAt));
-        const double found = late.x(kDelayAt);
-        if (std::abs(found) > std::max(kLeastDelay_s, kCertainDelay * sigma)) {
-            delay_s_ = found;
-            return;
-        }
+    if (has_rates && ok(minimize_from_all(kDelaySigma_s, late)) && fits(late) && late.sums.cost < without.sums.cost) {
+        const double variance = kCaution * late.sums.information.inverse()(kDelayAt, kDelayAt);
+        delay_ = ImageDelay{late.x(kDelayAt), std::sqrt(variance)};
     }
 }
 
@@ -258,7 +245,7 @@ bool MotionStart::fits(const Solution& solution) {
 }
 
 Status MotionStart::solve(const NavState& state, NavState& solved, Information& information) {
-    delay_s_.reset();
+    delay_.reset();
     if (keyframes_.size() < kFewestKeyframes) {
         return Status::kNotReady;
     }

@@ -9,6 +9,7 @@
 
 #include "estimator/flight/motion_problem.h"
 #include "estimator/geometry/stereo_rig.h"
+#include "estimator/imu/delay_search.h"
 #include "estimator/imu/imu_buffer.h"
 #include "estimator/values/capacity.h"
 #include "estimator/values/imu_noise.h"
@@ -48,9 +49,9 @@ public:
     /// within what either may err.
     Status check(const NavState& state, NavState& better, Information& information);
 
-    /// What must be added to the images' stamps for the sightings to fit, where they do not without (s): of the last
-    /// solve() or check() with one camera.
-    std::optional<double> delay_s() const { return delay_s_; }
+    /// What must be added to the images' stamps for the sightings to fit, where they do not without. With one camera
+    /// only, of the last solve() or check().
+    const std::optional<ImageDelay>& delay() const { return delay_; }
 
 private:
     static constexpr std::size_t kMostKeyframes = MotionProblem::kMostKeyframes;
@@ -82,6 +83,8 @@ private:
     void collect_points();
     /// @return kNotReady with too few points, kDegenerate if there is no solution
     Status solve(Solution& solution);
+    /// From all first guesses there are. @param best  that of the least cost @return as minimize()
+    Status minimize_from_all(double delay_sigma_s, Solution& best);
     /// Levenberg's method from solution.x. @return kDegenerate without a finite step
     Status minimize(const ImuBias& bias, Solution& solution);
     static bool fits(const Solution& solution);
@@ -100,7 +103,7 @@ private:
     ImuNoise noise_;
     double gravity_m_per_s2_ = 0.0;
     MotionProblem problem_;
-    std::optional<double> delay_s_;
+    std::optional<ImageDelay> delay_;
     boost::container::static_vector<View, kMostKeyframes> keyframes_;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/flight/clock_watch.h"
+#include "estimator/flight/delay_correction.h"
 #include "estimator/flight/emitter_watch.h"
 #include "estimator/flight/reset_counter.h"
 #include "estimator/flight/stereo_evidence.h"
@@ -63,6 +64,19 @@ TEST_CASE("motion, a passing bright object and dark images are no emitter", "[em
         CHECK_FALSE(emitter.step(k % 17 == 0 ? 0.0 : motion));
     }
     CHECK_FALSE(emitter.is_alternating());
+}
+
+TEST_CASE("a delay is accepted once, if it is large and certain", "[delay_correction]") {
+    DelayCorrection delay;
+    CHECK_FALSE(delay.accept(0.0));
+    CHECK_FALSE(delay.propose({0.007, 1e-4}, 0.0));
+    CHECK_FALSE(delay.propose({0.02, 0.005}, 0.0));
+    CHECK_FALSE(delay.accept(0.0));
+    CHECK(delay.propose({-0.04, 0.002}, 0.01));
+    CHECK(delay.found_s() == 0.0);  // until it is accepted
+    CHECK(delay.accept(0.01).value_or(0.0) == Approx(-0.04));
+    CHECK(delay.found_s() == Approx(-0.03));
+    CHECK_FALSE(delay.accept(-0.03));
 }
 
 TEST_CASE("the reset counter rises once for somebody who has been given an estimate", "[reset_counter]") {
