@@ -47,7 +47,7 @@ enum HealthReason : std::uint32_t {
     kReasonTriggerSilent = 1U << 19,      ///< no trigger edges: frames are stamped by the cameras' own clocks
     kReasonStalled = 1U << 20,            ///< live: the estimator does not answer; poses are carried on without it
     kReasonImuContradicted = 1U << 21,    ///< images contradict inertial readings, and are believed
-    kReasonFixedPattern = 1U << 22,       ///< a part of the image moves with the vehicle, and is left out
+    kReasonFixedPattern = 1U << 22,       ///< what moves with the vehicle is left out: a part, or every second image
 };
 
 /// One row of health.csv.
