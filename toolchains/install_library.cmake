@@ -7,7 +7,7 @@ include(CMakePackageConfigHelpers)
 # All that facet::mapping and facet::world_reader consist of, of which other programs may use each by itself; CMake
 # refuses a list that lacks one of them.
 foreach(_part flags flags_pure platform_base geometry values imu frontend factors solver window estimator_api estimator
-    mesh depth planes volume mapping world_reader)
+    mesh depth places planes volume mapping world_reader)
   set_target_properties(facet_${_part} PROPERTIES EXPORT_NAME ${_part})
   install(TARGETS facet_${_part} EXPORT facet_library ARCHIVE DESTINATION lib COMPONENT development)
 endforeach()

@@ -18,6 +18,7 @@ enum class Stage : std::uint8_t {
     kMesh,             ///< mesher, outside the estimator, at keyframes
     kPlanes,           ///< plane finder, likewise
     kDepth,            ///< semi-dense depth and its rays in the grid, likewise, at the frames after a keyframe
+    kPlaces,           ///< memory of places, likewise
     kCount
 };
 
@@ -34,6 +35,7 @@ constexpr const char* to_string(Stage s) {
         case Stage::kMesh: return "mesh";
         case Stage::kPlanes: return "planes";
         case Stage::kDepth: return "depth";
+        case Stage::kPlaces: return "places";
         case Stage::kCount: break;
     }
     return "?";

@@ -36,6 +36,7 @@ Status Mapping::configure(const MappingConfig& config, const StereoRig& rig) {
         FACET_ASSERT(ok(depth_->configure(config.depth, rig)));  // validated above
     }
     map_.reset();
+    places_.reset();
     map_config_ = config.map;
     rig_ = rig;
     lost_after_s_ = config.health.lost_after_s;
@@ -99,6 +100,7 @@ bool Mapping::finish_frame(const StereoFrame& frame, const Estimate& estimate) {
     s_.mesh_is_new = s_.status != Status::kNotReady && map_keyframe(frame, estimate);
     update_depth();
     update_map();
+    update_places();
     return s_.mesh_is_new;
 }
 
@@ -208,6 +210,32 @@ void Mapping::update_map() {
     } else {
         map_->advance();
     }
+}
+
+Status Mapping::remember_places(std::span<const MappedPlace> known) {
+    auto memory = std::make_unique<PlaceMemory>();
+    memory->configure(rig_);
+    FACET_TRY(memory->load(known));
+    places_ = std::move(memory);
+    return Status::kOk;
+}
+
+void Mapping::finish_places() {
+    if (places_) {
+        places_->finish();
+    }
+}
+
+/// A keyframe with a mesh is taken; it and each frame after it do a part of the work.
+void Mapping::update_places() {
+    if (!places_) {
+        return;
+    }
+    const StageScope scope(observer_, Stage::kPlaces);
+    if (s_.mesh_is_new) {
+        places_->add(estimator_.keyframe_view(), mapped_.reset_counter, mapped_.frame.left);
+    }
+    places_->advance();
 }
 
 /// Planes are found in every mode; whether the estimator uses them is its mode's business.

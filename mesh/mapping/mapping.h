@@ -13,6 +13,7 @@
 #include "mesh/mapping/mapping_config.h"
 #include "mesh/mesher.h"
 #include "mesh/occupancy_grid.h"
+#include "mesh/places/place_memory.h"
 #include "mesh/planes/plane_finder.h"
 #include "mesh/volume/surface_map.h"
 
@@ -58,6 +59,14 @@ public:
     /// All that the map has left to do, at once: at the end of a run.
     void finish_map();
 
+    /// Remembers places from the next keyframe on, to know them again; before, it costs nothing. To be called after
+    /// configure(). Its work is timed as Stage::kPlaces.
+    /// @param known  a map of an earlier flight, in whose frame this one is then located; or empty
+    /// @return kFull if these are more than kMaxPlaces
+    Status remember_places(std::span<const MappedPlace> known);
+    /// All that the memory has left to do, at once: at the end of a run.
+    void finish_places();
+
     /// See Estimator::add_imu.
     Status add_imu(const ImuSample& sample, ImuAxisMask clipped) { return estimator_.add_imu(sample, clipped); }
     Status add_imu(const ImuSample& sample) { return estimator_.add_imu(sample); }
@@ -95,6 +104,9 @@ public:
     /// The map of surfaces; null before keep_map().
     const SurfaceMap* map() const { return map_.get(); }
 
+    /// The memory of places; null before remember_places().
+    const PlaceMemory* places() const { return places_.get(); }
+
     /// The cameras as given.
     const StereoRig& rig() const { return rig_; }
     const Estimator& estimator() const { return estimator_; }
@@ -122,6 +134,7 @@ private:
     void end_depth();
     void update_depth();
     void update_map();
+    void update_places();
     void update_planes(const KeyframeView& view, std::uint32_t reset_counter);
     void update_grid(const KeyframeView& view, std::uint32_t reset_counter);
 
@@ -133,7 +146,8 @@ private:
     std::unique_ptr<OccupancyGrid> grid_;    ///< none unless enabled
     std::unique_ptr<SemiDenseDepth> depth_;  ///< none unless enabled, and a grid
     MapConfig map_config_;
-    std::unique_ptr<SurfaceMap> map_;  ///< none before it is asked for
+    std::unique_ptr<SurfaceMap> map_;      ///< none before it is asked for
+    std::unique_ptr<PlaceMemory> places_;  ///< likewise
     PlaneSource plane_source_;
     StageObserver* observer_ = nullptr;
     bool has_grid_reader_ = false;

@@ -42,6 +42,7 @@ ALLOWED = {
     "mesh": VALUES,
     "mesh/depth": VALUES + ("mesh/", "estimator/frontend/"),
     "mesh/planes": VALUES + ("mesh/",),
+    "mesh/places": VALUES + ("estimator/frontend/",),
     "mesh/volume": VALUES + ("mesh/", "estimator/frontend/"),
     "mesh/mapping": VALUES + ("mesh/", "estimator/api/"),
     # The flight program: nothing of it sees app/lab.
