@@ -14,6 +14,7 @@
 #include "app/commands/eval_command.h"
 #include "app/commands/help_formatter.h"
 #include "app/commands/info_command.h"
+#include "app/commands/map_command.h"
 #include "app/commands/record_command.h"
 #include "app/commands/replay_command.h"
 #include "app/commands/report_command.h"
@@ -50,6 +51,7 @@ int run_program(int argc, char** argv) {
     facet::add_check_config_command(app, exit_code);
     facet::add_calibrate_command(app, exit_code);
     facet::add_convert_command(app, exit_code);
+    facet::add_map_command(app, exit_code);
     facet::add_sim_command(app, exit_code);
     facet::add_info_command(app, exit_code);
     if (argc > 1 && argv[1][0] != '-' && !is_command(app, argv[1])) {

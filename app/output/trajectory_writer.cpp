@@ -14,6 +14,16 @@ constexpr std::uint64_t kNsPerS = 1'000'000'000;
 
 }  // namespace
 
+std::string tum_line(Timestamp stamp, const Se3& pose) {
+    const Eigen::Vector3d& p = pose.p;
+    const Eigen::Quaterniond& q = pose.q;
+    const bool is_negative = stamp.ns < 0;
+    const auto stamp_ns = static_cast<std::uint64_t>(stamp.ns);
+    const std::uint64_t ns = is_negative ? 0 - stamp_ns : stamp_ns;
+    return fmt::format("{}{}.{:09} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", is_negative ? "-" : "",
+                       ns / kNsPerS, ns % kNsPerS, p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+}
+
 TrajectoryWriter::TrajectoryWriter(const std::string& folder)
     : tum_(folder + "/trajectory.tum"), csv_(folder + "/trajectory.csv"), covariance_(folder + "/covariance.csv") {
     csv_.write(kEurocHeader);
@@ -33,11 +43,7 @@ void TrajectoryWriter::write(const Estimate& estimate) {
     const Eigen::Vector3d& v = s.v_W_B;
     const Eigen::Vector3d& bg = s.bias.gyro;
     const Eigen::Vector3d& ba = s.bias.accel;
-    const bool is_negative = estimate.stamp.ns < 0;
-    const auto stamp_ns = static_cast<std::uint64_t>(estimate.stamp.ns);
-    const std::uint64_t ns = is_negative ? 0 - stamp_ns : stamp_ns;
-    tum_.print("{}{}.{:09} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", is_negative ? "-" : "", ns / kNsPerS,
-               ns % kNsPerS, p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+    tum_.write(tum_line(estimate.stamp, {q, p}));
     csv_.print("{},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", estimate.stamp.ns, p.x(), p.y(), p.z(), q.w(),
                q.x(), q.y(), q.z());
     csv_.print(",{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}\n", v.x(), v.y(), v.z(), bg.x(), bg.y(),

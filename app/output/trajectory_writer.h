@@ -9,6 +9,9 @@
 
 namespace facet {
 
+/// A line of a file in the TUM form, "seconds x y z qx qy qz qw", with its end. Reentrant. Heap.
+std::string tum_line(Timestamp stamp, const Se3& pose);
+
 /// Poses are those of B in W. Throws InputError if a file cannot be written.
 ///   trajectory.tum   "seconds x y z qx qy qz qw", stamps exact to the nanosecond
 ///   trajectory.csv   EuRoC's 17 columns: t[ns], p, q wxyz, v, gyro bias, accelerometer bias

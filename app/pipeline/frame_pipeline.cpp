@@ -40,6 +40,12 @@ void FramePipeline::configure(const ProgramConfig& config, const Calibration& ca
     imu_limits_ = config.imu_limits;
 }
 
+void FramePipeline::remember_places(std::span<const MappedPlace> known) {
+    if (!ok(mapping_.remember_places(known))) {
+        throw InputError(fmt::format("the map has {} places; at most {} can be used", known.size(), kMaxPlaces));
+    }
+}
+
 void FramePipeline::add_imu(const ImuSample& sample) {
     const StageTimer::Instant begin = StageTimer::now();
     const Status status = mapping_.add_imu(imu_model_.corrected(sample), imu_limits_.clipped_axes(sample));

@@ -78,6 +78,10 @@ public:
         }
     }
 
+    /// See Mapping. Throws InputError if the map has too many places.
+    void remember_places(std::span<const MappedPlace> known);
+    void finish_places() { mapping_.finish_places(); }
+
     /// Every frame from now on, to this viewer as well. Borrowed; nullptr: to nobody more. Heap.
     void show_to(FlightViewer* viewer) {
         if (viewer != nullptr) {
@@ -120,6 +124,7 @@ public:
     const OccupancyGrid* grid() const { return mapping_.grid(); }
     const SemiDenseDepth* depth() const { return mapping_.depth(); }
     const SurfaceMap* map() const { return mapping_.map(); }
+    const PlaceMemory* places() const { return mapping_.places(); }
     const StereoRig& rig() const { return mapping_.rig(); }
     CalibrationEstimate calibration() const { return mapping_.estimator().calibration(); }
     const VisionResiduals& residuals() const { return mapping_.estimator().residuals(); }

@@ -2,10 +2,12 @@
 #include "app/lab/replay/extra_files.h"
 
 #include "app/lab/replay/grid_picture.h"
+#include "app/output/map_file.h"
 
 namespace facet {
 
-ExtraFiles::ExtraFiles(const ReplayOptions& options, const StereoRig& given) : out_(options.out) {
+ExtraFiles::ExtraFiles(const ReplayOptions& options, const StereoRig& given)
+    : out_(options.out), map_(options.save_map) {
     if (options.write_rays) {
         rays_.emplace(out_);
         sweeps_.emplace(out_);
@@ -15,6 +17,9 @@ ExtraFiles::ExtraFiles(const ReplayOptions& options, const StereoRig& given) : o
     }
     if (options.write_calibration) {
         corrections_.emplace(out_);
+    }
+    if (options.keep_places) {
+        places_.emplace(out_);
     }
 }
 
@@ -28,6 +33,9 @@ void ExtraFiles::write(const FrameResult& result, const FramePipeline& pipeline,
     }
     if (corrections_) {
         corrections_->write(result, pipeline);
+    }
+    if (places_) {
+        places_->write(result.estimate, result.is_usable, *pipeline.places());
     }
 }
 
@@ -57,6 +65,12 @@ void ExtraFiles::finish(const FrameResult& last, const FramePipeline& pipeline) 
     }
     if (corrections_) {
         corrections_->close();
+    }
+    if (places_) {
+        places_->close();
+    }
+    if (!map_.empty()) {
+        write_map(map_, *pipeline.places());
     }
 }
 

@@ -10,11 +10,13 @@
 #include "app/lab/replay/ray_log.h"
 #include "app/lab/replay/replay.h"
 #include "app/lab/replay/sweep_log.h"
+#include "app/output/place_log.h"
 #include "app/pipeline/frame_pipeline.h"
 
 namespace facet {
 
-/// rays.csv, sweeps.csv and grid.png; mesh_fused.ply; calibration.csv. Thread-bound. Heap. Throws InputError if a file
+/// rays.csv, sweeps.csv and grid.png; mesh_fused.ply; calibration.csv; places.csv and trajectory_map.tum, and the map.
+/// Thread-bound. Heap. Throws InputError if a file
 /// cannot be written.
 class ExtraFiles {
 public:
@@ -34,6 +36,8 @@ private:
     std::optional<SweepLog> sweeps_;  ///< as rays_
     std::optional<MeshFusion> fusion_;
     std::optional<CalibrationLog> corrections_;
+    std::optional<PlaceLog> places_;
+    std::string map_;  ///< file of the places; empty: none
 };
 
 }  // namespace facet

@@ -15,6 +15,7 @@
 #include "app/lab/replay/replay_output.h"
 #include "app/lab/replay/turned_truth.h"
 #include "app/lab/replay/waiting_frames.h"
+#include "app/output/map_file.h"
 #include "app/pipeline/carried_estimate.h"
 #include "app/pipeline/frame_pipeline.h"
 #include "app/pipeline/frame_recorder.h"
@@ -192,6 +193,10 @@ void Replay::prepare() {
     if (options_.write_rays) {
         pipeline_.keep_grid();
     }
+    if (options_.keep_places) {
+        const auto known = options_.load_map.empty() ? std::vector<MappedPlace>() : read_map(options_.load_map);
+        pipeline_.remember_places(known);
+    }
     if (options_.at_imu_rate) {
         carried_ = std::make_unique<CarriedEstimate>(options_.config);
         recorder_.write_trajectory_at_samples();
@@ -250,6 +255,7 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     recorder_.warnings()->set_progress(nullptr);
     summary_.greatest_lag_s = output_.greatest_lag().seconds();
     summary_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    pipeline_.finish_places();
     recorder_.finish(pipeline_);
     extra_files_->finish(result_, pipeline_);
     return summary_;

@@ -43,6 +43,9 @@ struct ReplayOptions {
     TruthSelection truth;              ///< what is replaced by the dataset's ground truth
     bool write_rays = false;           ///< also rays.csv, sweeps.csv and grid.png (RayLog, SweepLog, GridPicture)
     bool write_fused = false;          ///< also mesh_fused.ply (MeshFusion)
+    bool keep_places = false;          ///< also places.csv and trajectory_map.tum (PlaceLog)
+    std::string load_map;              ///< file of an earlier flight's places to be located in; empty: none
+    std::string save_map;              ///< file for the places at the end; empty: none
     bool write_calibration = false;    ///< also calibration.csv (CalibrationLog)
     bool show_progress = true;
     OdometrySink* sink = nullptr;        ///< is given every line of the trajectory, and is serviced; or nobody is

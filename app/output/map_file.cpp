@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: BSD-2-Clause
+#include "app/output/map_file.h"
+
+#include <fmt/core.h>
+
+#include <bit>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include "app/support/input_error.h"
+#include "app/support/text_file.h"
+
+namespace facet {
+namespace {
+
+constexpr std::string_view kMagic = "facetmap";
+constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kPointBytes = 4 * 4 + 1 + 2 * 32 + sizeof(UprightPatch);
+constexpr std::size_t kPlaceBytes = 8 + 4 * 8 + 4 * 4 + 4 + 2 + kMaxPlacePoints * kPointBytes;
+constexpr std::size_t kMaxBytes = 64 + kMaxPlaces * kPlaceBytes;
+/// Positions beyond this are of no vehicle that sees its surroundings.
+constexpr double kFar_m = 1e6;
+
+static_assert(std::endian::native == std::endian::little);
+
+std::uint64_t checksum(std::string_view bytes) {
+    std::uint64_t hash = 0xcbf29ce484222325ULL;
+    for (const char c : bytes) {
+        hash = (hash ^ static_cast<std::uint8_t>(c)) * 0x100000001b3ULL;
+    }
+    return hash;
+}
+
+template <class T>
+void put(std::string& bytes, const T& value) {
+    char raw[sizeof(T)];
+    std::memcpy(raw, &value, sizeof(T));
+    bytes.append(raw, sizeof(T));
+}
+
+void put(std::string& bytes, const MappedPlace& place) {
+    const PlaceView& view = place.view;
+    put(bytes, view.stamp.ns);
+    put(bytes, place.T_M_K.yaw);
+    for (const double x : place.T_M_K.p) {
+        put(bytes, x);
+    }
+    for (const float x : view.q_G_C.coeffs()) {
+        put(bytes, x);
+    }
+    put(bytes, view.depth_m);
+    put(bytes, static_cast<std::uint16_t>(view.points.size()));
+    for (const PlacePoint& point : view.points) {
+        for (const float x : point.p_G) {
+            put(bytes, x);
+        }
+        put(bytes, point.depth_sigma);
+        put(bytes, point.code.octave);
+        put(bytes, point.code.fine);
+        put(bytes, point.code.coarse);
+        put(bytes, point.patch);
+    }
+}
+
+/// Takes values from bytes; what is wrong with them ends the reading.
+class MapReader {
+public:
+    MapReader(const std::string& path, std::string_view bytes) : path_(path), bytes_(bytes) {}
+
+    [[noreturn]] void fail(const char* what) const { throw InputError(fmt::format("{}: {}", path_, what)); }
+
+    template <class T>
+    T take() {
+        if (bytes_.size() < sizeof(T)) {
+            fail("ends too early");
+        }
+        T value;
+        std::memcpy(&value, bytes_.data(), sizeof(T));
+        bytes_.remove_prefix(sizeof(T));
+        return value;
+    }
+    template <class T>
+    T number(double least, double most) {
+        const T value = take<T>();
+        if (!(value >= least && value <= most)) {  // not a number neither
+            fail("has a value that no map can have");
+        }
+        return value;
+    }
+    bool is_at_end() const { return bytes_.empty(); }
+
+private:
+    const std::string& path_;
+    std::string_view bytes_;
+};
+
+void take_point(MapReader& reader, PlacePoint& point) {
+    for (float& x : point.p_G) {
+        x = reader.number<float>(-kFar_m, kFar_m);
+    }
+    point.depth_sigma = reader.number<float>(0.0, 1e3);
+    point.code.octave = reader.number<std::int8_t>(PointCode::kMinOctave, PointCode::kMaxOctave);
+    point.code.fine = reader.take<BinaryCode>();
+    point.code.coarse = reader.take<BinaryCode>();
+    point.patch = reader.take<UprightPatch>();
+}
+
+void take_place(MapReader& reader, MappedPlace& place) {
+    constexpr double kTurn = 3.2;
+    PlaceView& view = place.view;
+    view.stamp.ns = reader.take<std::int64_t>();
+    place.T_M_K.yaw = reader.number<double>(-kTurn, kTurn);
+    for (double& x : place.T_M_K.p) {
+        x = reader.number<double>(-kFar_m, kFar_m);
+    }
+    for (float& x : view.q_G_C.coeffs()) {
+        x = reader.number<float>(-1.001, 1.001);
+    }
+    const float norm = view.q_G_C.norm();
+    if (!(norm > 0.99F && norm < 1.01F)) {
+        reader.fail("has an attitude of the wrong norm");
+    }
+    view.q_G_C.normalize();
+    view.depth_m = reader.number<float>(0.0, kFar_m);
+    view.points.resize(reader.number<std::uint16_t>(0, kMaxPlacePoints));
+    for (PlacePoint& point : view.points) {
+        take_point(reader, point);
+    }
+}
+
+std::string bytes_of(const std::string& path) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(path, error);
+    if (error) {
+        throw InputError(fmt::format("{}: cannot be read: {}", path, error.message()));
+    }
+    if (size > kMaxBytes) {
+        throw InputError(fmt::format("{}: no map: {} bytes are more than {} places need", path, size, kMaxPlaces));
+    }
+    std::string bytes(size, '\0');
+    std::ifstream file(path, std::ios::binary);
+    if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) {
+        throw InputError(fmt::format("{}: cannot be read", path));
+    }
+    return bytes;
+}
+
+}  // namespace
+
+void write_map(const std::string& path, const PlaceMemory& places) {
+    std::string bytes(kMagic);
+    put(bytes, kVersion);
+    const std::size_t count_at = bytes.size();
+    std::uint32_t count = 0;
+    put(bytes, count);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (places.is_located(i)) {
+            put(bytes, places.place(i));
+            ++count;
+        }
+    }
+    std::memcpy(bytes.data() + count_at, &count, sizeof(count));
+    put(bytes, checksum(bytes));
+    TextFile file(path);
+    file.write(bytes);
+    file.close();
+}
+
+std::vector<MappedPlace> read_map(const std::string& path) {
+    const std::string bytes = bytes_of(path);
+    if (!bytes.starts_with(kMagic)) {
+        throw InputError(fmt::format("{}: no map of facet: it does not begin with '{}'", path, kMagic));
+    }
+    constexpr std::size_t kSum = sizeof(std::uint64_t);
+    if (bytes.size() < kMagic.size() + kSum) {
+        throw InputError(fmt::format("{}: ends too early", path));
+    }
+    const std::string_view content(bytes.data(), bytes.size() - kSum);
+    MapReader reader(path, content.substr(kMagic.size()));
+    if (const auto version = reader.take<std::uint32_t>(); version != kVersion) {
+        throw InputError(fmt::format("{}: a map of version {}; this program reads {}", path, version, kVersion));
+    }
+    std::uint64_t sum = 0;
+    std::memcpy(&sum, bytes.data() + content.size(), kSum);
+    if (sum != checksum(content)) {
+        reader.fail("is damaged: its checksum does not fit");
+    }
+    std::vector<MappedPlace> places(reader.number<std::uint32_t>(0, kMaxPlaces));
+    for (MappedPlace& place : places) {
+        take_place(reader, place);
+    }
+    if (!reader.is_at_end()) {
+        reader.fail("goes on behind its last place");
+    }
+    return places;
+}
+
+}  // namespace facet
