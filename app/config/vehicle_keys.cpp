@@ -219,6 +219,7 @@ constexpr std::array kKeys{
     VehicleKey{"sinks.ros2.odom_frame", "", "Name of the world's frame."},
     VehicleKey{"sinks.ros2.base_frame", "", "Name of the body's frame."},
     VehicleKey{"sinks.ros2.tf", "", "Whether the transform between them is published, too."},
+    VehicleKey{"sinks.ros2.grid", "", "Whether free and occupied space is kept, and published as an OccupancyGrid."},
     VehicleKey{"sinks.log", "", "Files of the flights."},
     VehicleKey{"sinks.log.folder", "", "Each flight gets a folder in there."},
     VehicleKey{"sinks.log.keep_mb", "MB", "Disk space for all flights; the oldest are removed beyond it. 0: no limit."},

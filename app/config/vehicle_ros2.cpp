@@ -106,6 +106,7 @@ Ros2OutputNames read_ros2_out(const YamlNode& node) {
     section.read("odom_frame", names.odom_frame);
     section.read("base_frame", names.base_frame);
     section.read("tf", names.has_transform);
+    section.read("grid", names.has_grid);
     section.finish();
     if (names.odom_frame.empty() || names.base_frame.empty() || names.odom_frame == names.base_frame) {
         node.fail("odom_frame and base_frame must be two names");

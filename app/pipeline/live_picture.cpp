@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "app/pipeline/grid_slice.h"
 #include "app/pipeline/scene_description.h"
 
 namespace facet {
@@ -77,6 +78,9 @@ void show_frame(const FrameResult& result, const StereoFrame& frame, const Keyfr
                 points.push_back(landmark.p_W.cast<float>());
             }
         };
+    }
+    if (result.has_mesh && pipeline.grid() != nullptr) {
+        fillers.grid = [&](ViewGrid& slice) { slice_at(estimate.state.p_W_B, *pipeline.grid(), slice); };
     }
     const StereoFrame& shown = result.has_mesh ? pipeline.mapped().frame : frame;  // its points are known
     const bool takes_right = shown.left.empty() || (result.has_mesh && seen.is_exchanged);

@@ -28,6 +28,9 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
     if (vehicle.obstacles) {
         pipeline_.measure_ranges(*vehicle.obstacles, vehicle.odometry.T_body_imu);
     }
+    if (vehicle.ros2_out && vehicle.ros2_out->has_grid) {
+        pipeline_.keep_grid();
+    }
     RunSummary& summary = recorder_.summary();
     summary.dataset = "live: " + vehicle.source;
     summary.mode = to_string(vehicle.config.regularity.mode);

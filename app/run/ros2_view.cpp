@@ -40,6 +40,7 @@ Ros2View::Ros2View() {
     for (Box* box : {&inbox_, &taken_}) {
         reserve_most(box->mesh);
         box->landmarks.reserve(kMaxLandmarks);
+        box->grid.cells.reserve(kMaxCells);
         box->keyframes.reserve(kMaxKeyframes);
     }
 }
@@ -64,6 +65,12 @@ void Ros2View::offer(const ViewState& state, const Fillers& fillers) {
         inbox_.has_landmarks = true;
         inbox_.stamp = state.stamp;
     }
+    if (fillers.grid && wants_grid_) {
+        inbox_.grid.cells.clear();
+        fillers.grid(inbox_.grid);
+        inbox_.has_grid = true;
+        inbox_.stamp = state.stamp;
+    }
 }
 
 void Ros2View::add_path(const Ros2Wishes& wishes, Ros2Scene& scene) {
@@ -85,11 +92,12 @@ void Ros2View::add_path(const Ros2Wishes& wishes, Ros2Scene& scene) {
 bool Ros2View::take(const Ros2Wishes& wishes, Ros2Scene& scene) {
     wants_mesh_ = wishes.mesh;
     wants_landmarks_ = wishes.landmarks;
-    taken_.has_mesh = taken_.has_landmarks = false;
+    wants_grid_ = wishes.grid;
+    taken_.has_mesh = taken_.has_landmarks = taken_.has_grid = false;
     taken_.keyframes.clear();
     {
         const std::lock_guard lock(mutex_);
-        if (inbox_.keyframes.empty() && !inbox_.has_mesh && !inbox_.has_landmarks) {
+        if (inbox_.keyframes.empty() && !inbox_.has_mesh && !inbox_.has_landmarks && !inbox_.has_grid) {
             return false;
         }
         std::swap(inbox_, taken_);
@@ -107,6 +115,15 @@ bool Ros2View::take(const Ros2Wishes& wishes, Ros2Scene& scene) {
     }
     scene.has_landmarks = taken_.has_landmarks;
     scene.landmarks.assign(taken_.landmarks.begin(), taken_.landmarks.end());
+    scene.has_grid = taken_.has_grid;
+    if (taken_.has_grid) {
+        const ViewGrid& grid = taken_.grid;
+        scene.grid.cell_m = grid.cell_m;
+        scene.grid.width = static_cast<std::uint32_t>(grid.width);
+        scene.grid.height = static_cast<std::uint32_t>(grid.height);
+        scene.grid.corner = grid.corner_W;
+        scene.grid.cells.assign(grid.cells.begin(), grid.cells.end());
+    }
     return true;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Mesh, planes, landmarks and path of a flight, for the topics of ROS 2.
+// Mesh, planes, landmarks, path and grid of a flight, for the topics of ROS 2.
 #pragma once
 
 #include <atomic>
@@ -33,6 +33,8 @@ private:
         ViewMesh mesh;
         bool has_landmarks = false;
         std::vector<Eigen::Vector3f> landmarks;
+        bool has_grid = false;
+        ViewGrid grid;
         std::vector<ViewState> keyframes;
     };
     static constexpr std::size_t kMaxKeyframes = 32;  ///< that wait for the thread; more are left out of the path
@@ -41,6 +43,7 @@ private:
 
     std::atomic<bool> wants_mesh_{false};
     std::atomic<bool> wants_landmarks_{false};
+    std::atomic<bool> wants_grid_{false};
     std::mutex mutex_;
     Box inbox_;
     Box taken_;        ///< of the output's thread

@@ -15,6 +15,7 @@ public:
     static constexpr std::size_t kMaxFaces = 8192;   ///< of a mesh; more are not shown
     static constexpr std::size_t kMaxPlanes = 64;    ///< likewise
     static constexpr std::size_t kMaxPoints = 1024;  ///< of a picture; more are not shown
+    static constexpr std::size_t kMaxCells = 16384;  ///< of a grid
     static constexpr int kMaxPictureSide = 480;      ///< (px)
 
     virtual ~FlightViewer() = default;
@@ -32,6 +33,7 @@ public:
         std::function<void(ViewPicture&)> picture{};
         std::function<void(CalibrationEstimate&)> calibration{};
         std::function<void(std::vector<Eigen::Vector3f>&)> landmarks{};  ///< in W (m); up to kMaxLandmarks
+        std::function<void(ViewGrid&)> grid{};                           ///< if one is kept
     };
     virtual void offer(const ViewState& state, const Fillers& fillers) = 0;
 };

@@ -32,6 +32,15 @@ struct ViewMesh {
     std::vector<ViewPlane> planes;
 };
 
+/// The space at the vehicle's height, for planners in the plane: cells row by row from a corner on, x first.
+struct ViewGrid {
+    float cell_m = 0.0F;
+    int width = 0;
+    int height = 0;
+    Eigen::Vector3d corner_W = Eigen::Vector3d::Zero();  ///< of the first cell, at that height (m)
+    std::vector<std::int8_t> cells;                      ///< 0 free, 100 occupied, -1 unknown
+};
+
 /// A landmark where the picture shows it.
 struct ViewPoint {
     Eigen::Vector2f px;       ///< of the picture as it is sent

@@ -31,6 +31,7 @@ const std::array<TopicType, kTopics>& topic_types() {
         {"/planes", &visualization_msgs_msg_dds__Marker__desc, 1, true},
         {"/landmarks", &sensor_msgs_msg_dds__PointCloud2__desc, 1, true},
         {"/path", &nav_msgs_msg_dds__Path__desc, 1, true},
+        {"/grid", &nav_msgs_msg_dds__OccupancyGrid__desc, 1, true},
     }};
     return kTypes;
 }
@@ -78,8 +79,13 @@ public:
     Status publish(Ros2Topic topic, Timestamp stamp, std::span<const Ros2Triangle> triangles) override;
     Status publish(Timestamp stamp, std::span<const Eigen::Vector3f> landmarks) override;
     Status publish(Timestamp stamp, std::span<const Ros2Pose> path) override;
+    Status publish(Timestamp stamp, const Ros2Grid& grid) override;
 
 private:
+    bool is_wanted(Ros2Topic topic) const {
+        return (topic != Ros2Topic::kTransform || names_.has_transform) &&
+               (topic != Ros2Topic::kGrid || names_.has_grid);
+    }
     Status write(Ros2Topic topic, const void* message) {
         const dds_return_t written = dds_write(writers_[static_cast<std::size_t>(topic)].get(), message);
         return written == DDS_RETCODE_OK ? Status::kOk : written == DDS_RETCODE_TIMEOUT ? Status::kFull : Status::kIo;
@@ -99,7 +105,7 @@ Status CyclonePublisher::open(std::string& problem) {
     FACET_TRY(node_.open(problem));
     for (std::size_t i = 0; i < kTopics; ++i) {
         const TopicType& type = topic_types()[i];
-        if (static_cast<Ros2Topic>(i) == Ros2Topic::kTransform && !names_.has_transform) {
+        if (!is_wanted(static_cast<Ros2Topic>(i))) {
             continue;
         }
         const std::string name = (type.has_prefix ? names_.prefix : "") + type.name;
@@ -215,6 +221,20 @@ Status CyclonePublisher::publish(Timestamp stamp, std::span<const Ros2Pose> path
     message.header_ = header;
     borrow(message.poses_, poses_);
     return write(Ros2Topic::kPath, &message);
+}
+
+Status CyclonePublisher::publish(Timestamp stamp, const Ros2Grid& grid) {
+    nav_msgs_msg_dds__OccupancyGrid_ message{};
+    message.header_ = header_of(stamp, names_.odom_frame.c_str());
+    message.info_.map_load_time_ = message.header_.stamp_;
+    message.info_.resolution_ = grid.cell_m;
+    message.info_.width_ = grid.width;
+    message.info_.height_ = grid.height;
+    message.info_.origin_ = pose_of(grid.corner, Eigen::Quaterniond::Identity());
+    const auto cells = static_cast<std::uint32_t>(grid.cells.size());
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(const_cast<std::int8_t*>(grid.cells.data()));
+    message.data_ = {cells, cells, bytes, false};
+    return write(Ros2Topic::kGrid, &message);
 }
 
 }  // namespace

@@ -71,6 +71,15 @@ struct Ros2Triangle {
     Ros2Colour colour{};
 };
 
+/// nav_msgs/OccupancyGrid: cells row by row from a corner on, x first.
+struct Ros2Grid {
+    float cell_m = 0.0F;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    Eigen::Vector3d corner = Eigen::Vector3d::Zero();  ///< of the first cell (m)
+    std::vector<std::int8_t> cells;                    ///< 0 free, 100 occupied, -1 unknown
+};
+
 /// What is shown beside the pose, in the odometry's frame; with each part whether it is new.
 struct Ros2Scene {
     Timestamp stamp;  ///< of the keyframe, on the pipeline's clock
@@ -81,6 +90,8 @@ struct Ros2Scene {
     std::vector<Eigen::Vector3f> landmarks;
     bool has_path = false;
     std::vector<Ros2Pose> path;
+    bool has_grid = false;
+    Ros2Grid grid;
 };
 
 /// One status of diagnostic_msgs/DiagnosticArray.

@@ -37,13 +37,24 @@ public:
     virtual std::uint64_t lost() const = 0;
 };
 
-enum class Ros2Topic : std::uint8_t { kOdometry, kTransform, kDiagnostics, kMesh, kPlanes, kLandmarks, kPath, kCount };
+enum class Ros2Topic : std::uint8_t {
+    kOdometry,
+    kTransform,
+    kDiagnostics,
+    kMesh,
+    kPlanes,
+    kLandmarks,
+    kPath,
+    kGrid,
+    kCount
+};
 
 struct Ros2OutputNames {
     std::string prefix = "/facet";  ///< of all topics but /tf and /diagnostics
     std::string odom_frame = "odom";
     std::string base_frame = "base_link";
     bool has_transform = true;  ///< publishes /tf
+    bool has_grid = false;      ///< publishes the grid, which takes time to keep
 };
 
 /// Topics that are written. Thread-bound, except for has_listeners(). All stamps are of CLOCK_REALTIME. Each function
@@ -62,6 +73,7 @@ public:
     virtual Status publish(Ros2Topic topic, Timestamp stamp, std::span<const Ros2Triangle> triangles) = 0;
     virtual Status publish(Timestamp stamp, std::span<const Eigen::Vector3f> landmarks) = 0;
     virtual Status publish(Timestamp stamp, std::span<const Ros2Pose> path) = 0;
+    virtual Status publish(Timestamp stamp, const Ros2Grid& grid) = 0;
 };
 
 /// Must outlive its readers and publishers. Thread-safe. Constructing it touches no network.

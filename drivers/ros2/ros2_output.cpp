@@ -127,7 +127,8 @@ void Ros2Output::publish_scene() {
     wishes.mesh = publisher_->has_listeners(Ros2Topic::kMesh) || publisher_->has_listeners(Ros2Topic::kPlanes);
     wishes.landmarks = publisher_->has_listeners(Ros2Topic::kLandmarks);
     wishes.path = publisher_->has_listeners(Ros2Topic::kPath);
-    scene_.has_mesh = scene_.has_landmarks = scene_.has_path = false;
+    wishes.grid = publisher_->has_listeners(Ros2Topic::kGrid);
+    scene_.has_mesh = scene_.has_landmarks = scene_.has_path = scene_.has_grid = false;
     scene_.mesh.clear();
     scene_.planes.clear();
     scene_.landmarks.clear();
@@ -148,6 +149,9 @@ void Ros2Output::publish_scene() {
     }
     if (scene_.has_path) {
         count(publisher_->publish(stamp, std::span<const Ros2Pose>(scene_.path)));
+    }
+    if (scene_.has_grid) {
+        count(publisher_->publish(stamp, scene_.grid));
     }
 }
 

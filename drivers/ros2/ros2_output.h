@@ -21,9 +21,10 @@ struct Ros2Wishes {
     bool mesh = false;  ///< or planes
     bool landmarks = false;
     bool path = false;
+    bool grid = false;
 };
 
-/// Where mesh, planes, landmarks and path come from.
+/// Where mesh, planes, landmarks, path and grid come from.
 class Ros2SceneSource {
 public:
     virtual ~Ros2SceneSource() = default;
@@ -38,7 +39,7 @@ struct Ros2OutputCounters {
     std::atomic<std::uint64_t> poses{0};    ///< published
     std::atomic<std::uint64_t> dropped{0};  ///< estimates lost because the thread or the middleware was behind
     std::atomic<std::uint64_t> lost{0};     ///< estimates held back because the estimator was lost
-    std::atomic<std::uint64_t> scenes{0};   ///< meshes and clouds of landmarks published
+    std::atomic<std::uint64_t> scenes{0};   ///< meshes, clouds of landmarks, paths and grids published
 };
 
 /// send() and report() only put a value into a queue; the thread publishes. Poses of an estimator that is lost are not

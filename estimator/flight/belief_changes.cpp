@@ -83,6 +83,13 @@ void fuse_biases(const Belief& earlier, Belief& now) {
     now.covariance = (0.5 * (now.covariance + now.covariance.transpose())).eval();
 }
 
+void keep_biases(const Belief& before, Belief& now) {
+    now.state.bias = before.state.bias;
+    now.covariance.rightCols<6>().setZero();
+    now.covariance.bottomRows<6>().setZero();
+    now.covariance.bottomRightCorner<6, 6>() = before.covariance.bottomRightCorner<6, 6>();
+}
+
 void keep_place(const Belief* before, Belief& now) {
     const auto yaw_variance = [](const Belief& b) {
         const Eigen::Matrix3d R = b.state.q_W_B.toRotationMatrix();

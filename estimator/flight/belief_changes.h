@@ -40,6 +40,9 @@ void fix_place(Belief& now);
 /// was, give or take what the vehicle may have flown since; the yaw is the gyroscope's, which is rarely at fault.
 Belief salvage(const Belief& trusted, const Belief& now);
 
+/// Biases as they were, independent of everything else.
+void keep_biases(const Belief& before, Belief& now);
+
 /// Replaces a worthless belief: levelled by the measured specific force, with yaw and position roughly kept, velocity
 /// and biases forgotten. @param levelled  a state whose attitude is level @param kept  gives yaw and place
 /// @param gyro_rad_per_s, accel_m_per_s2  standard deviations of the biases

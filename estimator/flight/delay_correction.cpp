@@ -15,8 +15,8 @@ constexpr double kSettledSigma_s = 1e-3;  // and then the search ends
 
 }  // namespace
 
-bool DelayCorrection::is_open(double offset_s, double sigma_s, bool is_tracking) const {
-    return !is_settled_ && (!is_tracking || std::abs(offset_s) > kFar * sigma_s);
+bool DelayCorrection::is_open(double offset_s, double sigma_s, bool is_tracking, bool has_depths) const {
+    return !is_settled_ && has_depths && (!is_tracking || std::abs(offset_s) > kFar * sigma_s);
 }
 
 bool DelayCorrection::propose(const ImageDelay& off, double delay_s) {

@@ -29,9 +29,11 @@ public:
     /// @return as step()
     std::optional<double> accept(double delay_s);
 
-    /// The delay is in question: it has been corrected far, or nothing is sure yet.
+    /// The delay is in question, it has been corrected far or nothing is sure yet, and turns between images can answer.
     /// @param offset_s, sigma_s  the window's on top of found_s(), and the prior's standard deviation
-    bool is_open(double offset_s, double sigma_s, bool is_tracking) const;
+    /// @param has_depths  from stereo matches. Flow of unknown depth is taken for turns, and a turn seen too large that
+    ///                    dies away looks like an early one. With one camera the start in motion finds the delay.
+    bool is_open(double offset_s, double sigma_s, bool is_tracking, bool has_depths) const;
     /// As DelaySearch::add().
     void add(Timestamp begin, Timestamp end, const Eigen::Vector3d& turn_B) { search_.add(begin, end, turn_B); }
     /// There may be turns enough for step().

@@ -307,7 +307,7 @@ Preintegration FlightEstimator::preintegration_from(const ImuBias& bias) const {
 bool FlightEstimator::seeks_delay() const {
     return config_.calibration.estimate_time_offset &&
            delay_.is_open(window_.calibration().time_offset_s, config_.calibration.time_offset_sigma_s,
-                          monitor_.state() == TrackingState::kTracking);
+                          monitor_.state() == TrackingState::kTracking, !s_.stereo.is_unmatched());
 }
 
 void FlightEstimator::correct_delay() {

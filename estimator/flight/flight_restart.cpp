@@ -38,7 +38,7 @@ void FlightEstimator::begin_window(const StateCovariance& information, Calibrati
     s_.start.begin_window(s_.now.stamp, has_velocity, has_answer);
     if (!has_answer) {  // else the window begins from its answer, which later keyframes test
         motion_start_.reset();
-        motion_start_.add_keyframe(s_.now.stamp, input.observations, imu_, s_.now.state.bias);
+        motion_start_.add_keyframe(s_.now.stamp, input.observations, imu_, s_.now);
     }
 }
 

@@ -67,7 +67,7 @@ void FlightEstimator::judge_rest() {
 }
 
 void FlightEstimator::continue_start(const KeyframeInput& input) {
-    motion_start_.add_keyframe(s_.now.stamp, input.observations, imu_, s_.now.state.bias);
+    motion_start_.add_keyframe(s_.now.stamp, input.observations, imu_, s_.now);
     if (s_.start.may_stand()) {
         begin_shaken_rest();
     } else {
@@ -98,7 +98,7 @@ void FlightEstimator::collect_alone() {
         begin_window(inverse(s_.now.covariance), calibration_start());
         return;
     }
-    motion_start_.add_keyframe(s_.now.stamp, keyframe_input().observations, imu_, s_.now.state.bias);
+    motion_start_.add_keyframe(s_.now.stamp, keyframe_input().observations, imu_, s_.now);
     NavState solved;
     StateCovariance information;
     const Belief before = s_.now;
@@ -108,6 +108,7 @@ void FlightEstimator::collect_alone() {
                delay_.propose(*motion_start_.delay(), image_delay_s())) {
         // The next frame restarts with it.
     } else if (ok(fall_back_to_gravity())) {
+        keep_biases(before, s_.now);  // images have said nothing of them yet
         begin_window_in_place_of(before);
         s_.start.await_answer();
     }

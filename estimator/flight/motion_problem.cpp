@@ -297,11 +297,11 @@ void MotionProblem::add_priors(const Places& places, const Unknowns& x, Sums& su
     Unknowns sigma;
     sigma.segment<3>(kVelocityAt).setConstant(kVelocitySigma);
     sigma.segment<3>(kGravityAt).setConstant(kGravitySigma);
-    sigma.segment<3>(kAccelBiasAt).setConstant(kAccelBiasSigma);
-    sigma.segment<3>(kGyroBiasAt).setConstant(kGyroBiasSigma);
+    sigma.segment<6>(kAccelBiasAt) = bias_prior_.sigma;
     sigma(kDelayAt) = delay_sigma_s_;
     const Unknowns weight = sigma.cwiseAbs2().cwiseInverse();
     Unknowns off = x;
+    off.segment<6>(kAccelBiasAt) -= bias_prior_.mean;
     off.segment<3>(kGravityAt) += places.back().v / places.back().t_s;  // on the mean a vehicle does not accelerate
     sums.information.diagonal() += weight;
     sums.gradient += weight.cwiseProduct(off);

@@ -59,12 +59,15 @@ public:
     static constexpr int kAccelBiasAt = 6;
     static constexpr int kGyroBiasAt = 9;
     static constexpr int kDelayAt = 12;
-    /// Of biases before a flight (m/s^2, rad/s).
-    static constexpr double kAccelBiasSigma = 0.1;
-    static constexpr double kGyroBiasSigma = 0.02;
     using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
     using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
     using Places = boost::container::static_vector<MotionPlace, kMostKeyframes>;
+
+    /// What is known of the biases without images, order [ba bg] (m/s^2, rad/s).
+    struct BiasPrior {
+        Eigen::Matrix<double, 6, 1> mean = Eigen::Matrix<double, 6, 1>::Zero();
+        Eigen::Matrix<double, 6, 1> sigma = Eigen::Matrix<double, 6, 1>::Ones();
+    };
 
     /// At one x.
     struct Sums {
@@ -80,6 +83,7 @@ public:
     /// @param bearing_sigma  of a sighting, rad
     void configure(double gravity_m_per_s2, double bearing_sigma);
     void clear();
+    void set_bias_prior(const BiasPrior& prior) { bias_prior_ = prior; }
     /// Of the delay, around zero (s).
     void set_delay_sigma(double sigma_s) { delay_sigma_s_ = sigma_s; }
     /// @return false when full
@@ -146,6 +150,7 @@ private:
     double gravity_m_per_s2_ = 0.0;
     double bearing_sigma_ = 2e-3;
     double delay_sigma_s_ = 1e-6;
+    BiasPrior bias_prior_;
     boost::container::static_vector<Point, kMostPoints> points_;
     boost::container::static_vector<MotionSight, kMostPoints * kMostSights> sights_;
 };

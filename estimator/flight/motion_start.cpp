@@ -43,6 +43,18 @@ constexpr double kOtherTilt = 0.1;
 // The sightings' errors are not independent from keyframe to keyframe: the covariance is raised by this.
 constexpr double kCaution = 4.0;
 constexpr double kGaugeSigma = 1e-4;
+// Of biases before a flight (m/s^2, rad/s).
+constexpr double kUnknownAccelBias = 0.1;
+constexpr double kUnknownGyroBias = 0.02;
+
+MotionProblem::BiasPrior bias_prior_of(const Belief& belief) {
+    MotionProblem::BiasPrior prior;
+    const auto sigma = belief.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+    prior.mean << belief.state.bias.accel, belief.state.bias.gyro;
+    prior.sigma << sigma.segment<3>(kBiasAccel).cwiseMin(kUnknownAccelBias),
+        sigma.segment<3>(kBiasGyro).cwiseMin(kUnknownGyroBias);
+    return prior;
+}
 
 }  // namespace
 
@@ -56,10 +68,14 @@ void MotionStart::configure(const StereoRig& rig, const ImuNoise& noise, double 
 }
 
 void MotionStart::add_keyframe(Timestamp stamp, std::span<const FeatureObservation> observations, const ImuBuffer& imu,
-                               const ImuBias& bias) {
+                               const Belief& belief) {
+    const ImuBias& bias = belief.state.bias;
     Preintegration link(bias, gravity_m_per_s2_);
     if (!keyframes_.empty() && !ok(imu.integrate_between(keyframes_.back().stamp, stamp, noise_, link))) {
         keyframes_.clear();
+    }
+    if (keyframes_.empty()) {
+        bias_prior_ = bias_prior_of(belief);
     }
     if (keyframes_.size() == keyframes_.capacity()) {
         keyframes_.erase(keyframes_.begin());
@@ -168,6 +184,9 @@ Status MotionStart::solve(Solution& solution) {
 Status MotionStart::minimize_from_all(double delay_sigma_s, Solution& best) {
     const ImuBias bias{keyframes_.front().link.bias().gyro, Eigen::Vector3d::Zero()};
     problem_.set_delay_sigma(delay_sigma_s);
+    MotionProblem::BiasPrior prior = bias_prior_;
+    prior.mean.tail<3>() -= bias.gyro;  // its unknown counts from there
+    problem_.set_bias_prior(prior);
     best.places = chain(bias, 0.0);
     FACET_TRY(problem_.begin(best.places, has_stereo(), best.x));
     const Status status = minimize(bias, best);
@@ -278,9 +297,7 @@ Status MotionStart::solve(const NavState& state, NavState& solved, Information& 
     information.diagonal().segment<3>(kPos).setConstant(1.0 / (kGaugeSigma * kGaugeSigma));
     information.diagonal().segment<3>(kVel).setConstant(1.0 / (known.velocity * known.velocity));
     information.diagonal().segment<3>(kBiasGyro).setConstant(1.0 / (known.gyro_bias * known.gyro_bias));
-    information.diagonal()
-        .segment<3>(kBiasAccel)
-        .setConstant(1.0 / (MotionProblem::kAccelBiasSigma * MotionProblem::kAccelBiasSigma));
+    information.diagonal().segment<3>(kBiasAccel) = bias_prior_.sigma.head<3>().cwiseAbs2().cwiseInverse();
     solved = out;
     return Status::kOk;
 }

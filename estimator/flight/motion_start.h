@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "estimator/api/belief.h"
 #include "estimator/flight/motion_problem.h"
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/imu/delay_search.h"
@@ -35,8 +36,10 @@ public:
     bool ends_at(Timestamp stamp) const { return !keyframes_.empty() && keyframes_.back().stamp == stamp; }
 
     /// Takes a keyframe; when full, the oldest is forgotten.
+    /// @param belief  at the stamp, of whose biases the first keyframe's are the prior: what came later may be of the
+    ///                same images
     void add_keyframe(Timestamp stamp, std::span<const FeatureObservation> observations, const ImuBuffer& imu,
-                      const ImuBias& bias);
+                      const Belief& belief);
 
     /// The state at the newest keyframe, at the position and yaw of `state`.
     /// @param information  of `solved`, order [theta p v bg ba]: that of position and yaw is as at a start
@@ -104,6 +107,7 @@ private:
     double gravity_m_per_s2_ = 0.0;
     MotionProblem problem_;
     std::optional<ImageDelay> delay_;
+    MotionProblem::BiasPrior bias_prior_;  ///< at the first keyframe
     boost::container::static_vector<View, kMostKeyframes> keyframes_;
 };
 

@@ -107,7 +107,7 @@ RESTARTS = (
     Restart("stopped", "the program hangs; the watchdog restarts it, the trigger is gone", "edges_lost", "DEGRADED"),
     # One camera tells its scale, and with it velocity, by motion only.
     Restart("stopped", "the program hangs; the watchdog restarts it, the left camera is gone", "unplugged", "DEGRADED",
-            max_recovery_s=2.0),
+            max_recovery_s=2.5),
     Restart("sinks_hang", "the thread of the sinks hangs; the program names it and ends, and is started again",
             watchdog_s=UNIT_WATCHDOG_S),
 )

@@ -75,6 +75,8 @@ TEST_CASE("what is wrong with the keys of ROS 2 is said") {
     fails("cameras: {ros2: {left: /a, right: /a}}\n" + kImu, "is the topic of the left camera");
     fails("cameras: {format: GREY, ros2: {left: /a, right: /b}}\n" + kImu, "'format' is of cameras on nodes");
     fails("cameras: {left: {}, ros2: {left: /a, right: /b}}\n" + kImu, "'left' is of cameras on nodes");
+    CHECK_FALSE(load(topics + kImu + "sinks: {ros2: {}}\n").ros2_out->has_grid);
+    CHECK(load(topics + kImu + "sinks: {ros2: {grid: true}}\n").ros2_out->has_grid);
     fails(topics + kImu + "ros2: {domain: 233}\n", "domain");
     fails(topics + kImu + "ros2: {interfaces: []}\n", "must name one");
     fails(topics + kImu + "ros2: {interfaces: lo}\n", "must be a list");

@@ -9,7 +9,7 @@
 namespace facet {
 namespace {
 
-constexpr Ros2Wishes kEverything{true, true, true};
+constexpr Ros2Wishes kEverything{true, true, true, true};
 
 ViewState keyframe_at(double seconds) {
     ViewState state;
@@ -32,6 +32,14 @@ FlightViewer::Fillers some_fillers() {
         mesh.planes.push_back({.id = 2, .along_W = Eigen::Vector3f(2, 0, 0), .across_W = Eigen::Vector3f(0, 1, 0)});
     };
     fillers.landmarks = [](std::vector<Eigen::Vector3f>& points) { points.emplace_back(1.0F, 2.0F, 3.0F); };
+    fillers.grid = [](ViewGrid& grid) {
+        grid.cell_m = 0.1F;
+        grid.width = 2;
+        grid.height = 1;
+        grid.corner_W = {-1.0, -2.0, 3.0};
+        grid.cells.push_back(0);
+        grid.cells.push_back(100);
+    };
     return fillers;
 }
 
@@ -58,6 +66,10 @@ TEST_CASE("what is listened to becomes a scene, in the colours of its planes") {
     CHECK(scene.planes[0].colour[0] == scene.mesh[1].colour[0]);
     REQUIRE(scene.landmarks.size() == 1);
     CHECK(scene.landmarks[0].z() == 3.0F);
+    REQUIRE(scene.has_grid);
+    CHECK(scene.grid.width == 2);
+    CHECK(scene.grid.corner == Eigen::Vector3d(-1.0, -2.0, 3.0));
+    CHECK(scene.grid.cells == std::vector<std::int8_t>{0, 100});
     REQUIRE(scene.path.size() == 1);
     CHECK(scene.path[0].p.x() == 3.0);
     Ros2Scene none;
@@ -71,11 +83,13 @@ TEST_CASE("what nobody listens to is not copied") {
     FlightViewer::Fillers fillers;
     fillers.mesh = [](ViewMesh&) { FAIL("is not wanted"); };
     fillers.landmarks = [](std::vector<Eigen::Vector3f>&) { FAIL("is not wanted"); };
+    fillers.grid = [](ViewGrid&) { FAIL("is not wanted"); };
     view.offer(keyframe_at(3.0), fillers);
     REQUIRE(view.take({}, scene));  // the path goes on
     CHECK_FALSE(scene.has_mesh);
     CHECK_FALSE(scene.has_landmarks);
     CHECK_FALSE(scene.has_path);
+    CHECK_FALSE(scene.has_grid);
 }
 
 TEST_CASE("the path holds all keyframes, is given once a second, and restarts with the estimator") {

@@ -105,6 +105,9 @@ public:
     Status publish(Timestamp /*stamp*/, std::span<const Ros2Pose> path) override {
         return keep([&] { graph_.scenes.emplace_back(Ros2Topic::kPath, path.size()); });
     }
+    Status publish(Timestamp /*stamp*/, const Ros2Grid& grid) override {
+        return keep([&] { graph_.scenes.emplace_back(Ros2Topic::kGrid, grid.cells.size()); });
+    }
 
 private:
     template <class Keep>

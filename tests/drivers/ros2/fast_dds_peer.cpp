@@ -7,6 +7,7 @@
 //                                as JSON what else came
 #include <fastdds/dds/core/status/PublicationMatchedStatus.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -119,6 +120,7 @@ public:
                [this](Cdr& cdr) { hear_marker(cdr, "planes"); });
         listen(node, "/facet/landmarks", "sensor_msgs::msg::dds_::PointCloud2_", [this](Cdr& cdr) { hear_cloud(cdr); });
         listen(node, "/facet/path", "nav_msgs::msg::dds_::Path_", [this](Cdr& cdr) { hear_path(cdr); });
+        listen(node, "/facet/grid", "nav_msgs::msg::dds_::OccupancyGrid_", [this](Cdr& cdr) { hear_grid(cdr); });
     }
 
     /// @param shift_ns  from this computer's time to the log's
@@ -268,6 +270,24 @@ private:
             (void)read_doubles(cdr, 7);
         }
         counts_["path_poses"] = poses;
+    }
+    void hear_grid(Cdr& cdr) {
+        const std::int64_t stamp_ns = hear_header(cdr);
+        std::int32_t sec = 0;
+        std::uint32_t nanosec = 0, width = 0, height = 0;
+        float cell_m = 0.0F;
+        std::vector<std::int8_t> cells;
+        cdr >> sec >> nanosec >> cell_m >> width >> height;
+        const std::vector<double> origin = read_doubles(cdr, 7);
+        cdr >> cells;
+        const auto count = [&](std::int8_t value) { return std::count(cells.begin(), cells.end(), value); };
+        const auto all = static_cast<std::int64_t>(cells.size());
+        require(sec * kSecond_ns + nanosec == stamp_ns && cell_m > 0.0F && all == std::int64_t{width} * height);
+        require(origin[3] == 0.0 && origin[6] == 1.0 && count(0) + count(100) + count(-1) == all);
+        // It rolls with the vehicle, which began at the origin.
+        require(std::abs(origin[0] + 0.5 * width * cell_m) < 5.0 && std::abs(origin[1] + 0.5 * height * cell_m) < 5.0);
+        counts_["grid_free"] = count(0);
+        counts_["grid_occupied"] = count(100);
     }
 
     std::mutex mutex_;

@@ -29,7 +29,7 @@ calibration: {{euroc: log/mav0}}
 cameras: {{rate_hz: 20, ros2: {{left: /left/image_raw, right: /right/image_raw}}}}
 imu: {{ros2: {{topic: /imu/data}}}}
 ros2: {{domain: {domain}}}
-sinks: {{rate_hz: 0, ros2: {{}}}}
+sinks: {{rate_hz: 0, ros2: {{grid: true}}}}
 """
 
 
@@ -163,6 +163,7 @@ def main():
         assert counts["/tf"] == counts["/facet/odometry"] == len(heard) > (1 - MOST_LATE) * len(expected) - 3
         assert counts["tracking"] >= 1 and counts["mesh_triangles"] > 50 and counts["landmarks"] > 50
         assert counts["path_poses"] > 5 and counts["planes_triangles"] % 2 == 0
+        assert counts["grid_free"] > 20 and counts["grid_occupied"] > 20
 
         # The recorded log is in the monotonic clock's time, the peer's shift begins at the wall clock's.
         written = read_csv((flown / "trajectory.csv").read_text(encoding="utf-8"))

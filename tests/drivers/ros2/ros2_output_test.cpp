@@ -149,6 +149,8 @@ public:
         scene.landmarks.resize(5);
         scene.has_path = wishes.path;
         scene.path.resize(4);
+        scene.has_grid = wishes.grid;
+        scene.grid.cells.resize(6);
         return true;
     }
     bool is_taken() const { return is_taken_; }
@@ -157,7 +159,7 @@ private:
     std::atomic<bool> is_taken_{false};
 };
 
-TEST_CASE("mesh, planes, landmarks and path are published to who listens") {
+TEST_CASE("mesh, planes, landmarks, path and grid are published to who listens") {
     OneScene scene;
     Scene s(&scene);
     while (!scene.is_taken()) {
@@ -165,10 +167,12 @@ TEST_CASE("mesh, planes, landmarks and path are published to who listens") {
     }
     s.output.close();
     using Kept = std::pair<Ros2Topic, std::size_t>;
-    CHECK(s.node.graph.scenes ==
-          std::vector<Kept>{
-              {Ros2Topic::kMesh, 3}, {Ros2Topic::kPlanes, 2}, {Ros2Topic::kLandmarks, 5}, {Ros2Topic::kPath, 4}});
-    CHECK(s.output.counters().scenes == 4);
+    CHECK(s.node.graph.scenes == std::vector<Kept>{{Ros2Topic::kMesh, 3},
+                                                   {Ros2Topic::kPlanes, 2},
+                                                   {Ros2Topic::kLandmarks, 5},
+                                                   {Ros2Topic::kPath, 4},
+                                                   {Ros2Topic::kGrid, 6}});
+    CHECK(s.output.counters().scenes == 5);
 }
 
 }  // namespace

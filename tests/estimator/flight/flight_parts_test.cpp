@@ -79,6 +79,16 @@ TEST_CASE("a delay is accepted once, if it is large and certain", "[delay_correc
     CHECK_FALSE(delay.accept(-0.03));
 }
 
+TEST_CASE("turns between images are asked for the delay where depths are known, and it is in question",
+          "[delay_correction]") {
+    DelayCorrection delay;
+    CHECK(delay.is_open(0.0, 0.005, false, true));
+    CHECK(delay.is_open(0.02, 0.005, true, true));
+    CHECK_FALSE(delay.is_open(0.0, 0.005, true, true));
+    CHECK_FALSE(delay.is_open(0.0, 0.005, false, false));  // one camera, which is never TRACKING
+    CHECK_FALSE(delay.is_open(0.02, 0.005, false, false));
+}
+
 TEST_CASE("the reset counter rises once for somebody who has been given an estimate", "[reset_counter]") {
     ResetCounter resets;
     resets.jump();

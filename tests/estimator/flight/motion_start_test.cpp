@@ -32,8 +32,14 @@ struct Fixture {
         o.seed = seed;
         return o;
     }
+    /// Biases as before a flight.
+    static Belief unknown() {
+        Belief belief;
+        belief.covariance.setIdentity();
+        return belief;
+    }
     Fixture(const SyntheticFlight::Options& options, int keyframes, bool is_stereo, double step_s = 0.2,
-            double begin_s = 0.0)
+            double begin_s = 0.0, const Belief& belief = unknown())
         : flight(options) {
         for (int k = 0; k <= std::lround((begin_s + step_s * keyframes) / 0.005); ++k) {
             REQUIRE(ok(imu.push(flight.imu(0.005 * k))));
@@ -44,7 +50,7 @@ struct Fixture {
             for (FeatureObservation& o : seen) {
                 o.has_right = o.has_right && is_stereo;
             }
-            start->add_keyframe(test::at(begin_s + step_s * k), {seen.data(), seen.size()}, imu, {});
+            start->add_keyframe(test::at(begin_s + step_s * k), {seen.data(), seen.size()}, imu, belief);
         }
         truth = flight.state(begin_s + step_s * (keyframes - 1));
     }
@@ -133,6 +139,29 @@ TEST_CASE("one camera finds velocity although the gyroscope's bias is unknown", 
     CHECK(f.velocity_error() < 4.0 / std::sqrt(f.information.diagonal().segment<3>(kVel).minCoeff()));
     CHECK(f.tilt_error() < 0.02);
     CHECK((f.solved.bias.gyro - biased.bias.gyro).norm() < 0.004);
+}
+
+TEST_CASE("one camera needs fewer keyframes where biases are known", "[motion_start]") {
+    const auto seed = GENERATE(1U, 2U, 3U);
+    const SyntheticFlight::Options options = Fixture::options(seed);
+    Belief kept;  // as an earlier program has left it, with errors of one sigma
+    kept.state.bias.gyro = options.bias.gyro + Eigen::Vector3d(1e-3, -1e-3, 1e-3);
+    kept.state.bias.accel = options.bias.accel + Eigen::Vector3d(-0.01, 0.01, 0.01);
+    kept.covariance.diagonal().segment<3>(kBiasGyro).setConstant(1e-6);
+    kept.covariance.diagonal().segment<3>(kBiasAccel).setConstant(1e-4);
+    const auto fewest_keyframes = [&](const Belief& belief) {
+        for (int keyframes = 6; keyframes <= 12; ++keyframes) {
+            Fixture f(options, keyframes, false, 0.2, 0.0, belief);
+            if (ok(f.start->solve({}, f.solved, f.information))) {
+                CAPTURE(keyframes, f.velocity_error());
+                CHECK(f.velocity_error() < 3.0 / std::sqrt(f.information.diagonal().segment<3>(kVel).minCoeff()));
+                return keyframes;
+            }
+        }
+        return 13;
+    };
+    CAPTURE(seed);
+    CHECK(fewest_keyframes(kept) < fewest_keyframes(Fixture::unknown()));
 }
 
 TEST_CASE("one camera gives no answer before the scale of its path is known", "[motion_start]") {
