@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "app/commands/mavlink_argument.h"
+#include "app/commands/place_argument.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/stop_signal.h"
 #include "app/commands/stream_argument.h"
@@ -51,9 +52,7 @@ struct ReplayArguments {
     bool write_rays = false;
     bool write_fused = false;
     bool write_calibration = false;
-    bool keep_places = false;
-    std::string load_map;
-    std::string save_map;
+    PlaceArguments places;
     ViewArguments view;
     std::string stream;
     std::string mcap;
@@ -189,9 +188,9 @@ ReplayOptions read_options(const ReplayArguments& args, const OpenedLog& log, bo
     options.write_rays = args.write_rays;
     options.write_fused = args.write_fused;
     options.write_calibration = args.write_calibration;
-    options.keep_places = args.keep_places || !args.load_map.empty() || !args.save_map.empty();
-    options.load_map = args.load_map;
-    options.save_map = args.save_map;
+    options.keep_places = args.places.any();
+    options.load_map = args.places.load;
+    options.save_map = args.places.save;
     options.show_progress = !args.quiet;
     options.in_real_time = args.in_real_time;
     return options;
@@ -338,15 +337,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
                       "and with its final pose; takes about ten times the CPU time of the estimator");
     command->add_flag("--log-calibration", args->write_calibration,
                       "Also write calibration.csv: corrections of the calibration with sigmas at each keyframe");
-    command->add_flag("--places", args->keep_places,
+    add_place_options(*command,
                       "Remember places and recognise them again: also write places.csv, and trajectory_map.tum, the "
-                      "flight in the map of these places, free of the drift of trajectory.tum");
-    command
-        ->add_option("--map", args->load_map,
-                     "Places of an earlier flight (--save-map), in whose frame this one is located; implies --places")
-        ->type_name("FILE");
-    command->add_option("--save-map", args->save_map, "Write the places at the end into this file; implies --places")
-        ->type_name("FILE");
+                      "flight in the map of these places, free of the drift of trajectory.tum",
+                      args->places);
     add_view_options(*command, args->view);
     command
         ->add_option("--mcap", args->mcap,

@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "app/commands/live_command.h"
+#include "app/commands/place_argument.h"
 #include "app/commands/run_guarded.h"
 #include "app/commands/run_sinks.h"
 #include "app/commands/stop_signal.h"
@@ -47,6 +48,7 @@ struct RunArguments {
     bool dry_run = false;
     bool record = false;
     std::string form = "folder";
+    PlaceArguments places;
     bool quiet = false;
 };
 
@@ -227,6 +229,9 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     if (is_terminal) {
         run.set_quiet();
     }
+    if (args.places.any()) {
+        run.remember_places(args.places.known());
+    }
     resume(run, keeper, clock);
     run.start();
     PulseStarter pulses(hardware, vehicle, clock);
@@ -259,6 +264,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     end_pulses(hardware);
     const RunSummary summary = run.stop();
     keeper.forget();
+    save_places(args.places, run.places());
     print_sinks(hardware);
     if (view) {
         print_view(view->account());
@@ -308,6 +314,10 @@ void add_run_command(CLI::App& app, int& exit_code) {
         ->type_name("DIR");
     command->add_option("--stream", args->stream, kStreamHelp)->type_name("PATH");
     add_view_options(*command, args->view);
+    add_place_options(*command,
+                      "Remember places and recognise them again: sinks.ros2 then publishes the transform from odom to "
+                      "map (REP-105); poses themselves never jump",
+                      args->places);
     command->add_option("--duration", args->duration_s, "Stop after this long (s); until SIGTERM or Ctrl-C by default")
         ->type_name("SECONDS");
     command->add_flag("--dry-run", args->dry_run, "Only try the hardware: prints one line per device");

@@ -219,6 +219,7 @@ RunSummary LiveRun::stop() {
     if (log_) {
         log_->finish();
     }
+    pipeline_.finish_places();
     try {
         if (failure_.empty()) {
             recorder_.finish(pipeline_);

@@ -76,6 +76,11 @@ public:
     /// Only a new program helps: see OutputThreads.
     const char* hanging_thread() const { return output_->hanging_thread(); }
 
+    /// To be called before start(): see FramePipeline.
+    void remember_places(std::span<const MappedPlace> known) { pipeline_.remember_places(known); }
+    /// After stop(): null without remember_places().
+    const PlaceMemory* places() const { return pipeline_.places(); }
+
     /// To be called before start(): mesh, planes and grid go there. Borrowed.
     void stream_to(WorldServer* world) { pipeline_.stream_to(world); }
     /// To be called before start(): every usable frame goes there. Borrowed.

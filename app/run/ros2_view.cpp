@@ -54,6 +54,10 @@ void Ros2View::offer(const ViewState& state, const Fillers& fillers) {
         inbox_.keyframes.push_back(state);
         inbox_.stamp = state.stamp;
     }
+    if (state.T_M_W) {
+        inbox_.T_M_W = state.T_M_W;
+        inbox_.stamp = state.stamp;
+    }
     if (fillers.mesh && wants_mesh_) {
         refill(fillers.mesh, inbox_.mesh);
         inbox_.has_mesh = true;
@@ -94,15 +98,21 @@ bool Ros2View::take(const Ros2Wishes& wishes, Ros2Scene& scene) {
     wants_landmarks_ = wishes.landmarks;
     wants_grid_ = wishes.grid;
     taken_.has_mesh = taken_.has_landmarks = taken_.has_grid = false;
+    taken_.T_M_W.reset();
     taken_.keyframes.clear();
     {
         const std::lock_guard lock(mutex_);
-        if (inbox_.keyframes.empty() && !inbox_.has_mesh && !inbox_.has_landmarks && !inbox_.has_grid) {
+        if (inbox_.keyframes.empty() && !inbox_.has_mesh && !inbox_.has_landmarks && !inbox_.has_grid &&
+            !inbox_.T_M_W) {
             return false;
         }
         std::swap(inbox_, taken_);
     }
     scene.stamp = taken_.stamp;
+    scene.has_map = taken_.T_M_W.has_value();
+    if (taken_.T_M_W) {
+        scene.map = {taken_.T_M_W->p, taken_.T_M_W->q};
+    }
     add_path(wishes, scene);
     scene.has_mesh = taken_.has_mesh;
     if (taken_.has_mesh) {

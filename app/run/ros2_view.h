@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "app/view/flight_path.h"
@@ -28,13 +29,14 @@ public:
 
 private:
     struct Box {
-        Timestamp stamp;  ///< of the newest keyframe or mesh
+        Timestamp stamp;  ///< of the newest frame of which there is anything
         bool has_mesh = false;
         ViewMesh mesh;
         bool has_landmarks = false;
         std::vector<Eigen::Vector3f> landmarks;
         bool has_grid = false;
         ViewGrid grid;
+        std::optional<Se3> T_M_W;
         std::vector<ViewState> keyframes;
     };
     static constexpr std::size_t kMaxKeyframes = 32;  ///< that wait for the thread; more are left out of the path

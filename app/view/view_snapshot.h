@@ -20,7 +20,8 @@ struct ViewState {
     Timestamp stamp;
     bool has_pose = true;  ///< the estimate is to be used
     Se3 T_W_B;
-    Se3 T_B_C;  ///< of the camera that the picture is of
+    std::optional<Se3> T_M_W;  ///< the map of places from W, while the pose in it is known
+    Se3 T_B_C;                 ///< of the camera that the picture is of
     Health health;
     bool is_keyframe = false;
     MessageTimes times{};

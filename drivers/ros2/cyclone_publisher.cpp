@@ -80,12 +80,14 @@ public:
     Status publish(Timestamp stamp, std::span<const Eigen::Vector3f> landmarks) override;
     Status publish(Timestamp stamp, std::span<const Ros2Pose> path) override;
     Status publish(Timestamp stamp, const Ros2Grid& grid) override;
+    Status publish_map(Timestamp stamp, const Ros2Pose& odom_in_map) override;
 
 private:
     bool is_wanted(Ros2Topic topic) const {
         return (topic != Ros2Topic::kTransform || names_.has_transform) &&
                (topic != Ros2Topic::kGrid || names_.has_grid);
     }
+    Status transform(const std_msgs_msg_dds__Header_& header, char* child, const Ros2Pose& pose);
     Status write(Ros2Topic topic, const void* message) {
         const dds_return_t written = dds_write(writers_[static_cast<std::size_t>(topic)].get(), message);
         return written == DDS_RETCODE_OK ? Status::kOk : written == DDS_RETCODE_TIMEOUT ? Status::kFull : Status::kIo;
@@ -136,12 +138,24 @@ Status CyclonePublisher::publish(const Ros2Odometry& odometry) {
     if (!names_.has_transform) {
         return written;
     }
+    const Status transformed = transform(header, child, {p, q});
+    return ok(written) ? transformed : written;
+}
+
+Status CyclonePublisher::transform(const std_msgs_msg_dds__Header_& header, char* child, const Ros2Pose& pose) {
+    const Eigen::Vector3d& p = pose.p;
+    const Eigen::Quaterniond& q = pose.q;
     geometry_msgs_msg_dds__TransformStamped_ transform{
         header, child, {{p.x(), p.y(), p.z()}, {q.x(), q.y(), q.z(), q.w()}}};
     tf2_msgs_msg_dds__TFMessage_ transforms{};
     transforms.transforms_ = {1, 1, &transform, false};
-    const Status transformed = write(Ros2Topic::kTransform, &transforms);
-    return ok(written) ? transformed : written;
+    return write(Ros2Topic::kTransform, &transforms);
+}
+
+Status CyclonePublisher::publish_map(Timestamp stamp, const Ros2Pose& odom_in_map) {
+    return names_.has_transform
+               ? transform(header_of(stamp, names_.map_frame.c_str()), text_of(names_.odom_frame.c_str()), odom_in_map)
+               : Status::kOk;
 }
 
 Status CyclonePublisher::publish(Timestamp stamp, const Ros2Diagnostic& diagnostic) {

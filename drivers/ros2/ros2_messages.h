@@ -92,6 +92,8 @@ struct Ros2Scene {
     std::vector<Ros2Pose> path;
     bool has_grid = false;
     Ros2Grid grid;
+    bool has_map = false;
+    Ros2Pose map;  ///< of the odometry's frame in that of the map of places
 };
 
 /// One status of diagnostic_msgs/DiagnosticArray.

@@ -74,6 +74,7 @@ public:
     Status publish(Timestamp /*stamp*/, std::span<const Eigen::Vector3f> /*landmarks*/) override { return Status::kIo; }
     Status publish(Timestamp /*stamp*/, std::span<const Ros2Pose> /*path*/) override { return Status::kIo; }
     Status publish(Timestamp /*stamp*/, const Ros2Grid& /*grid*/) override { return Status::kIo; }
+    Status publish_map(Timestamp /*stamp*/, const Ros2Pose& /*odom_in_map*/) override { return Status::kIo; }
 
 private:
     std::string problem_;

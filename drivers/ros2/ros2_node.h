@@ -51,6 +51,7 @@ enum class Ros2Topic : std::uint8_t {
 
 struct Ros2OutputNames {
     std::string prefix = "/facet";  ///< of all topics but /tf and /diagnostics
+    std::string map_frame = "map";
     std::string odom_frame = "odom";
     std::string base_frame = "base_link";
     bool has_transform = true;  ///< publishes /tf
@@ -74,6 +75,8 @@ public:
     virtual Status publish(Timestamp stamp, std::span<const Eigen::Vector3f> landmarks) = 0;
     virtual Status publish(Timestamp stamp, std::span<const Ros2Pose> path) = 0;
     virtual Status publish(Timestamp stamp, const Ros2Grid& grid) = 0;
+    /// The transform from the odometry's frame to the map's (REP-105); kOk without one if has_transform is false.
+    virtual Status publish_map(Timestamp stamp, const Ros2Pose& odom_in_map) = 0;
 };
 
 /// Must outlive its readers and publishers. Thread-safe. Constructing it touches no network.

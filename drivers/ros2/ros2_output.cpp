@@ -128,7 +128,7 @@ void Ros2Output::publish_scene() {
     wishes.landmarks = publisher_->has_listeners(Ros2Topic::kLandmarks);
     wishes.path = publisher_->has_listeners(Ros2Topic::kPath);
     wishes.grid = publisher_->has_listeners(Ros2Topic::kGrid);
-    scene_.has_mesh = scene_.has_landmarks = scene_.has_path = scene_.has_grid = false;
+    scene_.has_mesh = scene_.has_landmarks = scene_.has_path = scene_.has_grid = scene_.has_map = false;
     scene_.mesh.clear();
     scene_.planes.clear();
     scene_.landmarks.clear();
@@ -152,6 +152,9 @@ void Ros2Output::publish_scene() {
     }
     if (scene_.has_grid) {
         count(publisher_->publish(stamp, scene_.grid));
+    }
+    if (scene_.has_map) {
+        (void)publisher_->publish_map(stamp, scene_.map);
     }
 }
 

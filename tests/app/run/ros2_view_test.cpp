@@ -76,6 +76,25 @@ TEST_CASE("what is listened to becomes a scene, in the colours of its planes") {
     CHECK_FALSE(view.take(kEverything, none));
 }
 
+TEST_CASE("the newest frame of the odometry in the map goes out, while it is known") {
+    Ros2View view;
+    Ros2Scene scene;
+    ViewState state = keyframe_at(3.0);
+    state.is_keyframe = false;
+    state.T_M_W = Se3{Eigen::Quaterniond::Identity(), {1.0, 0.0, 0.0}};
+    view.offer(state, {});
+    state.stamp = {3'100'000'000};
+    state.T_M_W->p.x() = 2.0;
+    view.offer(state, {});
+    REQUIRE(view.take({}, scene));
+    CHECK(scene.stamp == Timestamp{3'100'000'000});
+    REQUIRE(scene.has_map);
+    CHECK(scene.map.p.x() == 2.0);
+    view.offer(keyframe_at(3.2), {});
+    REQUIRE(view.take({}, scene));
+    CHECK_FALSE(scene.has_map);
+}
+
 TEST_CASE("what nobody listens to is not copied") {
     Ros2View view;
     Ros2Scene scene;

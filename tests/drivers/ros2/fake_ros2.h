@@ -35,6 +35,7 @@ struct FakeGraph {
     bool is_full = false;
     std::vector<Ros2Odometry> odometry;
     std::vector<Ros2Diagnostic> diagnostics;
+    std::vector<Ros2Pose> maps;
     std::vector<std::pair<Ros2Topic, std::size_t>> scenes;  ///< how many elements each had
 };
 
@@ -107,6 +108,9 @@ public:
     }
     Status publish(Timestamp /*stamp*/, const Ros2Grid& grid) override {
         return keep([&] { graph_.scenes.emplace_back(Ros2Topic::kGrid, grid.cells.size()); });
+    }
+    Status publish_map(Timestamp /*stamp*/, const Ros2Pose& odom_in_map) override {
+        return keep([&] { graph_.maps.push_back(odom_in_map); });
     }
 
 private:

@@ -151,6 +151,8 @@ public:
         scene.path.resize(4);
         scene.has_grid = wishes.grid;
         scene.grid.cells.resize(6);
+        scene.has_map = true;
+        scene.map.p = {1.0, 2.0, 3.0};
         return true;
     }
     bool is_taken() const { return is_taken_; }
@@ -173,6 +175,8 @@ TEST_CASE("mesh, planes, landmarks, path and grid are published to who listens")
                                                    {Ros2Topic::kPath, 4},
                                                    {Ros2Topic::kGrid, 6}});
     CHECK(s.output.counters().scenes == 5);
+    REQUIRE(s.node.graph.maps.size() == 1);
+    CHECK(s.node.graph.maps[0].p == Eigen::Vector3d(1.0, 2.0, 3.0));
 }
 
 }  // namespace
