@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/output/map_file.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
@@ -113,7 +114,7 @@ TEST_CASE("values that no map can have are refused even with a checksum that fit
     constexpr std::size_t kPlace = 16;
     CHECK(!with(kPlace + 8, std::numeric_limits<double>::quiet_NaN()).empty());  // yaw
     CHECK(!with(kPlace + 16, std::numeric_limits<double>::infinity()).empty());  // position
-    CHECK(!with(kPlace + 40, Eigen::Vector4f(0.0F, 0.0F, 0.0F, 0.0F)).empty());  // attitude
+    CHECK(!with(kPlace + 40, std::array<float, 4>{}).empty());                   // attitude
     CHECK(!with(kPlace + 56, -1.0F).empty());                                    // depth
     CHECK(!with(kPlace + 60, std::uint16_t{60000}).empty());                     // points
     CHECK(!with(kPlace + 62, std::numeric_limits<float>::quiet_NaN()).empty());  // a point's place

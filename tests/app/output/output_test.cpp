@@ -159,13 +159,13 @@ TEST_CASE("timing.csv has a column for every stage") {
     REQUIRE(rows.size() == 2);
     CHECK(rows[0] ==
           "stamp_ns,is_keyframe,total_ms,estimate_ms,propagation_ms,tracking_ms,frame_update_ms,triangulation_ms,"
-          "linearization_ms,solve_ms,marginalization_ms,landmarks_ms,mesh_ms,planes_ms,depth_ms,total_cpu_ms,"
+          "linearization_ms,solve_ms,marginalization_ms,landmarks_ms,mesh_ms,planes_ms,depth_ms,places_ms,total_cpu_ms,"
           "estimate_cpu_ms,propagation_cpu_ms,tracking_cpu_ms,frame_update_cpu_ms,triangulation_cpu_ms,"
           "linearization_cpu_ms,solve_cpu_ms,marginalization_cpu_ms,landmarks_cpu_ms,mesh_cpu_ms,planes_cpu_ms,"
-          "depth_cpu_ms");
+          "depth_cpu_ms,places_cpu_ms");
     CHECK(rows[1] ==
-          "42,1,10.0000,6.0000,0.0000,0.0000,0.0000,0.0000,0.0000,2.5000,0.0000,0.0000,0.0000,0.0000,0.0000,"
-          "8.0000,5.0000,0.0000,0.0000,0.0000,0.0000,0.0000,2.0000,0.0000,0.0000,0.0000,0.0000,0.0000");
+          "42,1,10.0000,6.0000,0.0000,0.0000,0.0000,0.0000,0.0000,2.5000,0.0000,0.0000,0.0000,0.0000,0.0000,0.0000,"
+          "8.0000,5.0000,0.0000,0.0000,0.0000,0.0000,0.0000,2.0000,0.0000,0.0000,0.0000,0.0000,0.0000,0.0000");
     CHECK(columns(rows[0]) == 2 + 2 * (2 + kStageCount));
 }
 

@@ -98,7 +98,7 @@ TEST_CASE("a code is the same from nearer, from the side and with a rolled camer
 }
 
 TEST_CASE("a point near the vertical through the camera, or behind it, has no square") {
-    const CameraModel& camera = TexturedRoom::camera();
+    const CameraModel camera = test::scene_rig().left;
     UprightSquare square;
     const Eigen::Vector3d down(0.0, 0.0, 1.0);  // a camera that looks down
     CHECK(upright_square(camera, {0.1, 0.0, 2.0}, down, square) == Status::kDegenerate);

@@ -22,7 +22,7 @@ namespace facet::test {
 class TexturedRoom {
 public:
     /// @param seed  of the patterns and points
-    explicit TexturedRoom(std::uint32_t seed = 1, Eigen::Vector3d half = {4.0, 5.0, 1.6}) : seed_(seed), half_(half) {
+    explicit TexturedRoom(std::uint32_t seed = 1) : seed_(seed) {
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> place(-1.0, 1.0);
         for (int i = 0; i < 2400; ++i) {
@@ -34,7 +34,7 @@ public:
     }
 
     const std::vector<Eigen::Vector3d>& points() const { return points_; }
-    static const CameraModel& camera() { return scene_rig_camera(); }
+    const CameraModel& camera() const { return camera_; }
 
     SceneImage draw(const Se3& T_W_C) const {
         const Eigen::Matrix3d r = T_W_C.R();
@@ -51,11 +51,6 @@ public:
     }
 
 private:
-    static const CameraModel& scene_rig_camera() {
-        static const CameraModel camera = scene_rig().left;
-        return camera;
-    }
-
     std::uint8_t grey(const Eigen::Vector3d& from, const Eigen::Vector3d& ray) const {
         double nearest = std::numeric_limits<double>::infinity();
         int wall = 0;
@@ -75,8 +70,9 @@ private:
         return static_cast<std::uint8_t>(std::lround(0.6 * noise_grey(at, 0.25) + 0.4 * noise_grey(at, 0.07)));
     }
 
+    CameraModel camera_ = scene_rig().left;
     std::uint32_t seed_;
-    Eigen::Vector3d half_;
+    Eigen::Vector3d half_{4.0, 5.0, 1.6};  ///< of the box's sides (m)
     std::vector<Eigen::Vector3d> points_;
 };
 
