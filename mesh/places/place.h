@@ -13,8 +13,8 @@
 
 namespace facet {
 
-/// Points kept of a place, and points of the present view that are looked for in it. With 128 a fifth to a half of them
-/// are found again, far above what is required.
+/// Points kept of a place, and points of the present view that are looked for in it. Of 128, in the median
+/// 45 (office) to 93 (room) are found again.
 inline constexpr std::size_t kMaxPlacePoints = 128;
 /// Places remembered: 62 MB. A room has some tens, a building of 30 m some hundreds.
 inline constexpr std::size_t kMaxPlaces = 2000;

@@ -39,7 +39,7 @@ struct PlacePose {
 Status find_pose(const PlaceView& seen, const PlaceView& known, const PointMatches& matches, double focal_px,
                  std::uint64_t seed, PlacePose& pose);
 
-/// Two views of unrelated surfaces have 3 or 4 matches that agree by chance, rarely 7.
+/// Four matches have twelve numbers and determine four: three times as many are asked for.
 inline constexpr int kMinInliers = 12;
 inline constexpr double kMinShare = 0.3;
 
