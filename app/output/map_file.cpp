@@ -3,14 +3,15 @@
 
 #include <fmt/core.h>
 
-#include <bit>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
 
+#include "app/mcap/bytes.h"
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
+#include "platform/base/hash64.h"
 
 namespace facet {
 namespace {
@@ -23,24 +24,11 @@ constexpr std::size_t kMaxBytes = 64 + kMaxPlaces * kPlaceBytes;
 /// Positions beyond this are of no vehicle that sees its surroundings.
 constexpr double kFar_m = 1e6;
 
-static_assert(std::endian::native == std::endian::little);
-
-std::uint64_t checksum(std::string_view bytes) {
-    std::uint64_t hash = 0xcbf29ce484222325ULL;
-    for (const char c : bytes) {
-        hash = (hash ^ static_cast<std::uint8_t>(c)) * 0x100000001b3ULL;
-    }
-    return hash;
+void put_bytes(std::string& bytes, const void* data, std::size_t size) {
+    bytes.append(static_cast<const char*>(data), size);
 }
 
-template <class T>
-void put(std::string& bytes, const T& value) {
-    char raw[sizeof(T)];
-    std::memcpy(raw, &value, sizeof(T));
-    bytes.append(raw, sizeof(T));
-}
-
-void put(std::string& bytes, const MappedPlace& place) {
+void put_place(std::string& bytes, const MappedPlace& place) {
     const PlaceView& view = place.view;
     put(bytes, view.stamp.ns);
     put(bytes, place.T_M_K.yaw);
@@ -58,28 +46,32 @@ void put(std::string& bytes, const MappedPlace& place) {
         }
         put(bytes, point.depth_sigma);
         put(bytes, point.code.octave);
-        put(bytes, point.code.fine);
-        put(bytes, point.code.coarse);
-        put(bytes, point.patch);
+        put_bytes(bytes, point.code.fine.data(), sizeof(BinaryCode));
+        put_bytes(bytes, point.code.coarse.data(), sizeof(BinaryCode));
+        put_bytes(bytes, point.patch.data(), sizeof(UprightPatch));
     }
 }
 
 /// Takes values from bytes; what is wrong with them ends the reading.
 class MapReader {
 public:
-    MapReader(const std::string& path, std::string_view bytes) : path_(path), bytes_(bytes) {}
+    MapReader(const std::string& path, std::string_view content) : path_(path), bytes_(bytes_of(content)) {}
 
     [[noreturn]] void fail(const char* what) const { throw InputError(fmt::format("{}: {}", path_, what)); }
 
     template <class T>
     T take() {
-        if (bytes_.size() < sizeof(T)) {
-            fail("ends too early");
-        }
-        T value;
-        std::memcpy(&value, bytes_.data(), sizeof(T));
-        bytes_.remove_prefix(sizeof(T));
+        const T value = bytes_.take<T>();
+        check_length();
         return value;
+    }
+    template <class Array>
+    Array take_array() {
+        const std::span<const std::uint8_t> taken = bytes_.take_bytes(sizeof(Array));
+        check_length();
+        Array array;
+        std::memcpy(array.data(), taken.data(), sizeof(Array));
+        return array;
     }
     template <class T>
     T number(double least, double most) {
@@ -89,11 +81,17 @@ public:
         }
         return value;
     }
-    bool is_at_end() const { return bytes_.empty(); }
+    bool is_at_end() const { return bytes_.left() == 0; }
 
 private:
+    void check_length() const {
+        if (bytes_.failed()) {
+            fail("ends too early");
+        }
+    }
+
     const std::string& path_;
-    std::string_view bytes_;
+    ByteReader bytes_;
 };
 
 void take_point(MapReader& reader, PlacePoint& point) {
@@ -102,9 +100,9 @@ void take_point(MapReader& reader, PlacePoint& point) {
     }
     point.depth_sigma = reader.number<float>(0.0, 1e3);
     point.code.octave = reader.number<std::int8_t>(PointCode::kMinOctave, PointCode::kMaxOctave);
-    point.code.fine = reader.take<BinaryCode>();
-    point.code.coarse = reader.take<BinaryCode>();
-    point.patch = reader.take<UprightPatch>();
+    point.code.fine = reader.take_array<BinaryCode>();
+    point.code.coarse = reader.take_array<BinaryCode>();
+    point.patch = reader.take_array<UprightPatch>();
 }
 
 void take_place(MapReader& reader, MappedPlace& place) {
@@ -130,7 +128,7 @@ void take_place(MapReader& reader, MappedPlace& place) {
     }
 }
 
-std::string bytes_of(const std::string& path) {
+std::string content_of(const std::string& path) {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(path, error);
     if (error) {
@@ -157,19 +155,19 @@ void write_map(const std::string& path, const PlaceMemory& places) {
     put(bytes, count);
     for (std::size_t i = 0; i < places.size(); ++i) {
         if (places.is_located(i)) {
-            put(bytes, places.place(i));
+            put_place(bytes, places.place(i));
             ++count;
         }
     }
     std::memcpy(bytes.data() + count_at, &count, sizeof(count));
-    put(bytes, checksum(bytes));
+    put(bytes, fnv1a(bytes));
     TextFile file(path);
     file.write(bytes);
     file.close();
 }
 
 std::vector<MappedPlace> read_map(const std::string& path) {
-    const std::string bytes = bytes_of(path);
+    const std::string bytes = content_of(path);
     if (!bytes.starts_with(kMagic)) {
         throw InputError(fmt::format("{}: no map of facet: it does not begin with '{}'", path, kMagic));
     }
@@ -184,7 +182,7 @@ std::vector<MappedPlace> read_map(const std::string& path) {
     }
     std::uint64_t sum = 0;
     std::memcpy(&sum, bytes.data() + content.size(), kSum);
-    if (sum != checksum(content)) {
+    if (sum != fnv1a(content)) {
         reader.fail("is damaged: its checksum does not fit");
     }
     std::vector<MappedPlace> places(reader.number<std::uint32_t>(0, kMaxPlaces));

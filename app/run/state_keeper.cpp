@@ -12,6 +12,7 @@
 
 #include "app/support/input_error.h"
 #include "app/support/text_file.h"
+#include "platform/base/hash64.h"
 
 namespace facet {
 namespace {
@@ -37,11 +38,7 @@ std::string fingerprint(const Calibration& calibration) {
          {calibration.imu_model.M_a(), calibration.imu_model.M_w(), calibration.imu_model.M_g()}) {
         text += fmt::format(" {}", fmt::join(M.data(), M.data() + M.size(), " "));
     }
-    std::uint64_t hash = 0xcbf29ce484222325U;  // FNV-1a
-    for (const char c : text) {
-        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-    }
-    return fmt::format("{:016x}", hash);
+    return fmt::format("{:016x}", fnv1a(text));
 }
 
 template <class Vector>

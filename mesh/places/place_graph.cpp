@@ -65,17 +65,18 @@ void PlaceGraph::add_node(const Node& node) {
 }
 
 void PlaceGraph::add_loop(std::size_t a, std::size_t b, const Relation& relation) {
-    if (loops_.size() == kMaxLoops) {
-        loops_.erase(loops_.begin());
-    }
-    loops_.push_back({a, {}, b, relation, Block::Zero()});
+    push({a, {}, b, relation, Block::Zero()});
 }
 
 void PlaceGraph::add_fixed(const YawPose& T_M_a, std::size_t b, const Relation& relation) {
+    push({std::nullopt, T_M_a, b, relation, Block::Zero()});
+}
+
+void PlaceGraph::push(const Loop& loop) {
     if (loops_.size() == kMaxLoops) {
         loops_.erase(loops_.begin());
     }
-    loops_.push_back({std::nullopt, T_M_a, b, relation, Block::Zero()});
+    loops_.push_back(loop);
 }
 
 void PlaceGraph::loosen(std::size_t i) {

@@ -93,6 +93,7 @@ private:
         Vector conditioned;
     };
 
+    void push(const Loop& loop);
     void linearize();
     void factor();
     void precondition();

@@ -54,13 +54,12 @@ void PlaceMemory::configure(const StereoRig& rig) {
     open_.clear();
     votes_.clear();
     stage_ = Stage::kIdle;
-    has_map_ = false;
     is_located_ = true;
     segment_ = 0;
     disagreeing_.reset();
     resets_ = 0;
     covariance_.setZero();
-    last_T_M_O_ = {};
+    T_M_O_ = {};
     is_graph_stale_ = false;
     found_.clear();
     counters_ = {};
@@ -74,13 +73,10 @@ Status PlaceMemory::load(std::span<const MappedPlace> places) {
     for (const MappedPlace& place : places) {
         places_.push_back({place.view, place.T_M_K, std::nullopt, 0});
     }
-    has_map_ = !places.empty();
-    is_located_ = !has_map_;
-    graph_.set_floating(has_map_);
+    is_located_ = places_.empty();
+    graph_.set_floating(!places_.empty());
     return Status::kOk;
 }
-
-YawPose PlaceMemory::map_from_odom() const { return last_T_M_O_; }
 
 PlaceCounters PlaceMemory::counters() const {
     PlaceCounters counters = counters_;
@@ -138,8 +134,12 @@ void PlaceMemory::follow(const KeyframeView& view) {
         const OpenStation& first = open_.front();
         graph_.lay_out_from(first.node, first.node == 0 ? first.T_O_G : graph_.node(first.node).T_M);
     }
+    follow_graph();
+}
+
+void PlaceMemory::follow_graph() {
     if (!open_.empty() && is_located_) {
-        last_T_M_O_ = graph_.node(open_.back().node).T_M * open_.back().T_O_G.inverse();
+        T_M_O_ = graph_.node(open_.back().node).T_M * open_.back().T_O_G.inverse();
     }
 }
 
@@ -206,7 +206,7 @@ void PlaceMemory::add_node(const KeyframeView& view) {
     const YawPose T_O_G{0.0, view.T_W_C0.p};
     PlaceGraph::Node node;
     if (graph_.size() == segment_) {
-        node.T_M = last_T_M_O_ * T_O_G;
+        node.T_M = T_M_O_ * T_O_G;
         node.before.information *= PlaceGraph::kUnknown;
         if (graph_.size() > 0) {
             node.before.T_a_b = graph_.node(graph_.size() - 1).T_M.inverse() * node.T_M;
@@ -224,7 +224,7 @@ void PlaceMemory::add_node(const KeyframeView& view) {
         const PlaceGraph::Node& last = graph_.node(graph_.size() - 1);
         node.T_M = last.T_M * node.before.T_a_b;
         const Eigen::Matrix4d carry_M = carried_by(node.T_M.p - last.T_M.p);
-        const Eigen::Matrix4d to_map = turned_by(last_T_M_O_.yaw);
+        const Eigen::Matrix4d to_map = turned_by(T_M_O_.yaw);
         covariance_ = carry_M * covariance_ * carry_M.transpose() + to_map * q_O * to_map.transpose();
     }
     graph_.add_node(node);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -49,8 +50,8 @@ struct PlaceCounters {
 /// After a restart of the estimate and in a map that was loaded the pose in the map is unknown: then all places are
 /// compared, the nearest first, until a correction is believed (CorrectionVotes).
 ///
-/// A slice of the work is done at every frame, counted in steps of about 8 us: at most kSteps each. Heap in configure()
-/// only: 70 MB. Thread-bound. Deterministic.
+/// A slice of the work is done at every frame, counted in steps, of which describing a point is one: kSteps each, twice
+/// as many while the pose is unknown. Heap in configure() only: 70 MB. Thread-bound. Deterministic.
 class PlaceMemory {
 public:
     static constexpr int kSteps = 100;
@@ -73,7 +74,7 @@ public:
     /// place has been recognised.
     bool is_located() const { return is_located_; }
     /// From the odometry's world to the map; the last one known while not located.
-    YawPose map_from_odom() const;
+    const YawPose& map_from_odom() const { return T_M_O_; }
     /// Of the newest station's pose in the map, order as KeyframeView::HeadingAndPlace.
     const YawPose::Covariance& covariance() const { return covariance_; }
 
@@ -93,6 +94,11 @@ private:
         YawPose T_M;                      ///< of a loaded one
         std::optional<std::size_t> node;  ///< none: loaded
         int uses = 0;
+    };
+    struct Candidate {
+        double rank = 0.0;  ///< least first
+        std::size_t place = 0;
+        auto operator<=>(const Candidate&) const = default;
     };
     struct Station {
         std::uint32_t number = 0;
@@ -114,6 +120,10 @@ private:
 
     YawPose pose_of(const Place& place) const { return place.node ? graph_.node(*place.node).T_M : place.T_M; }
     YawPose::Covariance covariance_of(const Place& place) const;
+    /// Of the station's pose in the map as a recognised place has it.
+    YawPose::Covariance covariance_by(const PlacePose& pose, const Place& place) const;
+    /// Takes the newest station's pose in the map over to map_from_odom().
+    void follow_graph();
 
     // Keyframes.
     void follow(const KeyframeView& view);
@@ -152,19 +162,18 @@ private:
     Se3 T_O_C_;                                                                       ///< of the newest station
     KeyframeView::HeadingAndPlace odometry_ = KeyframeView::HeadingAndPlace::Zero();  ///< covariance there
     Timestamp oldest_in_window_;
-    std::array<std::size_t, kMaxPlaces> candidates_{};
+    std::array<Candidate, kMaxPlaces> candidates_{};
     std::size_t candidate_count_ = 0;
     std::size_t next_ = 0;
     FixedVector<Recognition, kCandidates> found_;
     FixedVector<std::size_t, kCandidates> found_places_;
 
-    bool has_map_ = false;
     bool is_located_ = true;
     std::size_t segment_ = 0;                 ///< first node since the last restart of the estimate
     std::optional<std::size_t> disagreeing_;  ///< first node since which recognitions contradict odometry
     std::uint32_t resets_ = 0;
     YawPose::Covariance covariance_ = YawPose::Covariance::Zero();
-    YawPose last_T_M_O_;
+    YawPose T_M_O_;
     bool is_graph_stale_ = false;
     PlaceCounters counters_;
 };

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "mesh/places/place_memory.h"
-#include "platform/base/assert.h"
 
 namespace facet {
 namespace {
@@ -74,8 +73,8 @@ int PlaceMemory::step() {
     if (!graph_.is_busy()) {
         return 0;
     }
-    if (graph_.advance() && !open_.empty() && is_located_) {
-        last_T_M_O_ = graph_.node(open_.back().node).T_M * open_.back().T_O_G.inverse();
+    if (graph_.advance()) {
+        follow_graph();
     }
     return 1 + static_cast<int>(graph_.size() / kNodesPerStep);
 }
@@ -119,26 +118,21 @@ void PlaceMemory::choose_candidates() {
         return;
     }
     const YawPose T_G_M = graph_.node(station_.node).T_M.inverse();
-    const auto rank = [&](std::size_t i) {
-        const YawPose T_K_G = (T_G_M * pose_of(places_[i])).inverse();
-        return is_located_ ? unlikeness(station_.view, places_[i].view, T_K_G, kMaxDistance, kMaxTurn_rad).value_or(1e9)
-                           : T_K_G.p.squaredNorm();
-    };
     for (std::size_t i = 0; i < places_.size(); ++i) {
         const Place& place = places_[i];
-        const bool is_of_segment = place.node && *place.node >= segment_;
-        const bool is_past = !place.node || place.view.stamp < oldest_in_window_;
-        if (is_located_ ? is_past && rank(i) < 1e9 : !is_of_segment) {
-            candidates_[candidate_count_++] = i;
+        const YawPose T_K_G = (T_G_M * pose_of(place)).inverse();
+        std::optional<double> rank;
+        if (!is_located_) {
+            const bool is_of_segment = place.node && *place.node >= segment_;
+            rank = is_of_segment ? std::nullopt : std::optional(T_K_G.p.squaredNorm());
+        } else if (!place.node || place.view.stamp < oldest_in_window_) {
+            rank = unlikeness(station_.view, place.view, T_K_G, kMaxDistance, kMaxTurn_rad);
+        }
+        if (rank) {
+            candidates_[candidate_count_++] = {*rank, i};
         }
     }
-    const auto begin = candidates_.begin();
-    const auto end = begin + static_cast<std::ptrdiff_t>(candidate_count_);
-    std::sort(begin, end, [&](std::size_t a, std::size_t b) {
-        const double rank_a = rank(a);
-        const double rank_b = rank(b);
-        return rank_a != rank_b ? rank_a < rank_b : a < b;
-    });
+    std::sort(candidates_.begin(), candidates_.begin() + static_cast<std::ptrdiff_t>(candidate_count_));
     if (is_located_) {
         candidate_count_ = std::min(candidate_count_, kCandidates);
     }
@@ -151,7 +145,7 @@ int PlaceMemory::compare() {
         stage_ = Stage::kIdle;
         return 1;
     }
-    const std::size_t index = candidates_[next_++];
+    const std::size_t index = candidates_[next_++].place;
     const Place& place = places_[index];
     PointMatches matches;
     match_points({station_.view.points.data(), station_.view.points.size()},
@@ -188,13 +182,16 @@ int PlaceMemory::compare() {
     return kMatchSteps + kPoseSteps;
 }
 
-bool PlaceMemory::agrees(const PlacePose& pose, const Place& place) const {
+YawPose::Covariance PlaceMemory::covariance_by(const PlacePose& pose, const Place& place) const {
     const YawPose T_M_K = pose_of(place);
-    const YawPose::Tangent d = graph_.node(station_.node).T_M.box_minus_to(T_M_K * pose.T_K_G);
     const Eigen::Matrix4d turn = turned_by(T_M_K.yaw);
     const Eigen::Matrix4d carry = carried_by(T_M_K.R() * pose.T_K_G.p);
-    YawPose::Covariance known =
-        covariance_ + carry * covariance_of(place) * carry.transpose() + turn * pose.covariance * turn.transpose();
+    return carry * covariance_of(place) * carry.transpose() + turn * pose.covariance * turn.transpose();
+}
+
+bool PlaceMemory::agrees(const PlacePose& pose, const Place& place) const {
+    const YawPose::Tangent d = graph_.node(station_.node).T_M.box_minus_to(pose_of(place) * pose.T_K_G);
+    YawPose::Covariance known = covariance_ + covariance_by(pose, place);
     known *= kCaution * kCaution;
     known(0, 0) += kHiddenYaw_rad * kHiddenYaw_rad;
     known.diagonal().tail<3>().array() += kHiddenPlace_m * kHiddenPlace_m;
@@ -240,11 +237,7 @@ void PlaceMemory::accept(Recognition& recognition, std::size_t index) {
         graph_.add_fixed(place.T_M, station_.node, relation);
     }
     // Errors of place and path are correlated in a way that is not kept: the better one of both counts.
-    const YawPose T_M_K = pose_of(place);
-    const Eigen::Matrix4d turn = turned_by(T_M_K.yaw);
-    const Eigen::Matrix4d carry = carried_by(T_M_K.R() * recognition.pose.T_K_G.p);
-    const YawPose::Covariance by_place =
-        carry * covariance_of(place) * carry.transpose() + turn * recognition.pose.covariance * turn.transpose();
+    const YawPose::Covariance by_place = covariance_by(recognition.pose, place);
     if (by_place.trace() < covariance_.trace()) {
         covariance_ = by_place;
         node_covariance_[station_.node] = covariance_;
@@ -271,7 +264,7 @@ void PlaceMemory::locate(std::size_t index, Recognition& recognition) {
             found_[i].is_accepted = true;
         }
     }
-    last_T_M_O_ = T_M_G * station_.T_O_G.inverse();
+    T_M_O_ = T_M_G * station_.T_O_G.inverse();
     next_ = candidate_count_;
 }
 
@@ -307,7 +300,7 @@ void PlaceMemory::keep() {
     }
 }
 
-/// Where a place may be put: while there is room behind the last one, then in the stead of the one least often met.
+/// Where a place may be put: while there is room behind the last one, then in place of the one recognised least often.
 std::size_t PlaceMemory::room_for_place() {
     if (places_.size() < kMaxPlaces) {
         places_.emplace_back();

@@ -34,7 +34,7 @@ public:
     const PlacePoint& seen(const PointMatch& match) const { return seen_[match.seen]; }
     const PlacePoint& known(const PointMatch& match) const { return known_[match.known]; }
 
-    /// Squared whitened error. @param jacobian, whitened  nullptr to skip
+    /// The error [x y 1/z] and the inverse of its covariance. @param jacobian  by the pose; nullptr to skip
     /// @return false if the point is not in front of the camera
     bool evaluate(const PointMatch& match, const YawPose& T_K_G, Eigen::Vector3d& error, Eigen::Matrix3d& information,
                   Eigen::Matrix<double, 3, 4>* jacobian) const;

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "platform/base/hash64.h"
+
 namespace facet {
 
 /// splitmix64 [Steele14]. Reentrant.
@@ -14,10 +16,7 @@ public:
 
     constexpr std::uint64_t next() {
         state_ += 0x9E3779B97F4A7C15ULL;
-        std::uint64_t z = state_;
-        z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-        z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-        return z ^ (z >> 31U);
+        return mix64(state_);
     }
     /// Below a bound.
     constexpr std::size_t index(std::size_t bound) { return static_cast<std::size_t>(next() % bound); }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// Well mixed bits that depend on a seed and a place alone.
+// Hashes of 64 bits: well mixed ones of a seed and a place, and a checksum of bytes.
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 namespace facet {
 
@@ -20,6 +21,15 @@ constexpr std::uint64_t hash64(std::uint64_t seed, std::uint64_t a, std::uint64_
     x = mix64(x + kGolden * (a + 1));
     x = mix64(x + kGolden * (b + 1));
     return mix64(x + kGolden * (c + 1));
+}
+
+/// FNV-1a: tells accidental changes of a text or a file, not deliberate ones. Reentrant.
+constexpr std::uint64_t fnv1a(std::string_view bytes) {
+    std::uint64_t hash = 0xcbf29ce484222325ULL;
+    for (const char c : bytes) {
+        hash = (hash ^ static_cast<std::uint8_t>(c)) * 0x100000001b3ULL;
+    }
+    return hash;
 }
 
 }  // namespace facet

@@ -4,24 +4,15 @@ import math
 import statistics
 
 from bench.figures import frame_errors, rms_of
+from bench.quaternion import cross, rotated
 
 
 def vector(row, name):
     return [float(row[f"{name}_{axis}"]) for axis in "xyz"]
 
 
-def cross(a, b):
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
 def plus(a, b, factor=1.0):
     return [x + factor * y for x, y in zip(a, b)]
-
-
-def turned(q, v):
-    """v turned by the quaternion w x y z."""
-    t = [2 * x for x in cross(q[1:], v)]
-    return plus(plus(v, t, q[0]), cross(q[1:], t))
 
 
 def local_jump(before, after, state):
@@ -30,7 +21,7 @@ def local_jump(before, after, state):
     If the world turns by d about the origin, the errors change by e_theta -> e_theta + d, e_p -> e_p + d x p. The
     stretch is what fits best."""
     position, attitude = state
-    angles = [turned(attitude, vector(row, "error_theta")) for row in (before, after)]
+    angles = [rotated(attitude, vector(row, "error_theta")) for row in (before, after)]
     step = plus(vector(after, "error_p"), vector(before, "error_p"), -1.0)
     rest = plus(step, cross(plus(angles[1], angles[0], -1.0), position), -1.0)
     stretch = sum(map(math.prod, zip(rest, position))) / max(1e-12, sum(x * x for x in position))

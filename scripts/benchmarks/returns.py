@@ -5,17 +5,11 @@ import math
 import re
 import statistics
 
+from bench.quaternion import rotated
+
 FALSE_M = 0.2            # a recognised pose further off than that is of another place
 NEAR_M, NEAR_DEG = 1.0, 20.0
 FORGOTTEN_S = 8.0        # the window has no keyframe that old
-
-
-def rotated(q, v):
-    """A vector turned by a quaternion w x y z."""
-    w, x, y, z = q
-    t = [2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])]
-    return [v[0] + w * t[0] + y * t[2] - z * t[1], v[1] + w * t[1] + z * t[0] - x * t[2],
-            v[2] + w * t[2] + x * t[1] - y * t[0]]
 
 
 class Truth:
