@@ -17,9 +17,9 @@ namespace facet {
 namespace {
 
 constexpr std::string_view kMagic = "facetmap";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kPointBytes = 4 * 4 + 1 + 2 * 32 + sizeof(UprightPatch);
-constexpr std::size_t kPlaceBytes = 8 + 4 * 8 + 4 * 4 + 4 + 2 + kMaxPlacePoints * kPointBytes;
+constexpr std::size_t kPlaceBytes = 8 + 4 * 8 + 4 * 4 + 2 * 4 + 2 + kMaxPlacePoints * kPointBytes;
 constexpr std::size_t kMaxBytes = 64 + kMaxPlaces * kPlaceBytes;
 /// Positions beyond this are of no vehicle that sees its surroundings.
 constexpr double kFar_m = 1e6;
@@ -39,6 +39,7 @@ void put_place(std::string& bytes, const MappedPlace& place) {
         put(bytes, x);
     }
     put(bytes, view.depth_m);
+    put(bytes, view.shared_rho_sigma);
     put(bytes, static_cast<std::uint16_t>(view.points.size()));
     for (const PlacePoint& point : view.points) {
         for (const float x : point.p_G) {
@@ -122,6 +123,7 @@ void take_place(MapReader& reader, MappedPlace& place) {
     }
     view.q_G_C.normalize();
     view.depth_m = reader.number<float>(0.0, kFar_m);
+    view.shared_rho_sigma = reader.number<float>(0.0, 1e3);
     view.points.resize(reader.number<std::uint16_t>(0, kMaxPlacePoints));
     for (PlacePoint& point : view.points) {
         take_point(reader, point);

@@ -22,7 +22,7 @@ inline constexpr std::size_t kMaxPlaces = 2000;
 /// A point in G: the frame in the left camera's centre whose axes are those of the odometry's world at that view.
 struct PlacePoint {
     Eigen::Vector3f p_G = Eigen::Vector3f::Zero();  ///< (m)
-    float depth_sigma = 0.0F;                       ///< standard deviation along the line of sight, over the distance
+    float depth_sigma = 0.0F;  ///< standard deviation along the line of sight, over the distance, of this point alone
     PointCode code;
     UprightPatch patch{};
 };
@@ -31,7 +31,9 @@ struct PlacePoint {
 struct PlaceView {
     Timestamp stamp;
     Eigen::Quaternionf q_G_C = Eigen::Quaternionf::Identity();  ///< the camera's attitude: yaw as in odometry
-    float depth_m = 0.0F;                                       ///< median distance of the points
+    float depth_m = 0.0F;                                       ///< median depth of the points
+    /// Standard deviation of the error that all inverse depths have in common: that of the stereo calibration (1/m).
+    float shared_rho_sigma = 0.0F;
     FixedVector<PlacePoint, kMaxPlacePoints> points;
 
     Eigen::Vector3f axis_G() const { return q_G_C * Eigen::Vector3f::UnitZ(); }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/values/stereo_depth.h"
 #include "platform/base/assert.h"
 
 namespace facet {
@@ -29,6 +30,21 @@ double depth_sigma_of(const LandmarkSnapshot& s, const KeyframeView& view) {
            std::sqrt(std::max(1.0, view.observation_variance));
 }
 
+/// 0 if there are none.
+float median_depth(std::span<const LandmarkSnapshot> points) {
+    FixedVector<float, kMaxPlacePoints> depths;
+    for (const LandmarkSnapshot& point : points) {
+        depths.push_back(point.depth_m);
+    }
+    auto* const middle = depths.begin() + depths.size() / 2;
+    std::nth_element(depths.begin(), middle, depths.end());
+    return depths.empty() ? 0.0F : *middle;
+}
+
+float shared_rho_sigma(const PlaceView& place, const StereoRig& rig, const KeyframeView& view) {
+    return static_cast<float>(inverse_depth_sigma(static_cast<double>(place.depth_m), rig, view.cameras));
+}
+
 /// The symmetric matrix without its negative part, on top of the least uncertainty of a step.
 YawPose::Covariance at_least_the_least(const YawPose::Covariance& q) {
     const Eigen::SelfAdjointEigenSolver<YawPose::Covariance> eigen(0.5 * (q + q.transpose()));
@@ -42,9 +58,9 @@ YawPose::Covariance at_least_the_least(const YawPose::Covariance& q) {
 }  // namespace
 
 void PlaceMemory::configure(const StereoRig& rig) {
-    camera_ = rig.left;
-    lens_ = camera_;
-    const CameraIntrinsics& k = camera_.intrinsics();
+    rig_ = rig;
+    lens_ = rig.left;
+    const CameraIntrinsics& k = rig.left.intrinsics();
     FACET_ASSERT(ok(pyramid_.configure(k.width, k.height, kPlaceLevels)));  // the estimator has more levels
     places_.clear();
     places_.reserve(kMaxPlaces);
@@ -100,7 +116,7 @@ void PlaceMemory::add(const KeyframeView& view, std::uint32_t resets, const Imag
         disagreeing_.reset();
         votes_.clear();
     }
-    const CameraIntrinsics& k = camera_.intrinsics();
+    const CameraIntrinsics& k = rig_.left.intrinsics();
     if (view.is_exchanged || left.empty() || left.width != k.width || left.height != k.height) {
         return;
     }
@@ -152,6 +168,7 @@ void PlaceMemory::refresh(OpenStation& open, const Se3& T_O_C, const KeyframeVie
     PlaceView& known = places_[*open.place].view;
     const YawPose T_G_O = open.T_O_G.inverse();
     known.q_G_C = Eigen::Quaterniond(yaw_matrix(-open.T_O_G.yaw) * r).normalized().cast<float>();
+    known.shared_rho_sigma = shared_rho_sigma(known, rig_, view);
     const double variance = std::max(1.0, view.observation_variance);
     for (std::size_t i = 0; i < known.points.size(); ++i) {
         const auto* const s = std::ranges::lower_bound(view.landmarks, open.ids[i].value, {},
@@ -179,7 +196,7 @@ bool PlaceMemory::is_station(const KeyframeView& view) const {
 void PlaceMemory::begin_station(const KeyframeView& view, const ImageView& left) {
     thin_out();
     pyramid_.build(left);
-    lens_ = corrected(camera_, view.cameras.lens[0]);
+    lens_ = corrected(rig_.left, view.cameras.lens[0]);
     add_node(view);
     ++station_.number;
     station_.node = graph_.size() - 1;
@@ -189,6 +206,8 @@ void PlaceMemory::begin_station(const KeyframeView& view, const ImageView& left)
     station_.view.points.clear();
     station_.ids.clear();
     choose_points(view);
+    station_.view.depth_m = median_depth({station_.chosen.data(), station_.chosen.size()});
+    station_.view.shared_rho_sigma = shared_rho_sigma(station_.view, rig_, view);
     if (open_.full()) {
         open_.erase_at(0);
     }
@@ -233,7 +252,7 @@ void PlaceMemory::add_node(const KeyframeView& view) {
 
 /// Landmarks first, then points that this keyframe alone has measured.
 void PlaceMemory::choose_points(const KeyframeView& view) {
-    const CameraIntrinsics& k = camera_.intrinsics();
+    const CameraIntrinsics& k = rig_.left.intrinsics();
     std::array<int, static_cast<std::size_t>(kColumns) * kRows> count{};
     station_.chosen.clear();
     const auto offer = [&](const LandmarkSnapshot& s) {

@@ -148,8 +148,8 @@ private:
     void keep();
     std::size_t room_for_place();
 
-    CameraModel camera_;
-    CameraModel lens_;  ///< of the newest station: the camera as its calibration is known now
+    StereoRig rig_;
+    CameraModel lens_;  ///< of the newest station: the left one as its calibration is known now
     ImagePyramid pyramid_;
     std::vector<Place> places_;
     PlaceGraph graph_;

@@ -104,14 +104,6 @@ int PlaceMemory::describe() {
 }
 
 void PlaceMemory::choose_candidates() {
-    FixedVector<float, kMaxPlacePoints> depths;
-    for (const PlacePoint& point : station_.view.points) {
-        depths.push_back(point.p_G.norm());
-    }
-    auto* const middle = depths.begin() + depths.size() / 2;
-    std::nth_element(depths.begin(), middle, depths.end());
-    station_.view.depth_m = depths.empty() ? 0.0F : *middle;
-
     candidate_count_ = 0;
     next_ = 0;
     if (station_.view.points.size() < static_cast<std::size_t>(kMinInliers)) {
@@ -155,7 +147,7 @@ int PlaceMemory::compare() {
     }
     Recognition recognition{station_.view.stamp, place.view.stamp, {}, false};
     if (ok(find_pose(station_.view, place.view, matches, lens_.focal_px(), station_.number, recognition.pose)) &&
-        ok(align_place(pyramid_, lens_, station_.view.q_G_C, place.view, recognition.pose))) {
+        ok(align_place(pyramid_, lens_, station_.view, place.view, matches, recognition.pose))) {
         if (found_.full()) {  // while all places are compared: the best remain
             const auto* const least =
                 std::ranges::min_element(found_, {}, [](const Recognition& r) { return r.pose.inliers; });

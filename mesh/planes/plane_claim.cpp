@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "estimator/geometry/lens_correction.h"
+#include "estimator/values/stereo_depth.h"
 
 namespace facet {
 namespace {
@@ -16,28 +17,12 @@ constexpr double kSpread = 1.2;      // standard deviations of the landmarks: wh
 constexpr double kLeastDepth = 0.1;  // m
 constexpr int kLeastPoints = 4;
 
-using Effect = Eigen::Matrix<double, 1, CameraCorrections::kDim>;
-
-/// How the height of a point of the plane changes with the cameras' parameters. With q = R (x + dx) + q x dtheta
-/// + rho (t - R_C1_B dp) and the right image x1 = q.xy / q.z - dx1, the inverse depth rho follows whatever moves x1
-/// along its line; the point is (x + dx, 1) / rho.
-Effect height_of(const Eigen::Vector3d& p_C0, const Eigen::Vector3d& n_C0, const StereoRig& rig, const Se3& T_C1_C0) {
+/// How the height of a point of the plane changes with the cameras' parameters: the point is (x + dx, 1) / rho.
+CamerasRow height_of(const Eigen::Vector3d& p_C0, const Eigen::Vector3d& n_C0, const StereoRig& rig) {
     const double rho = 1.0 / p_C0.z();
     const Eigen::Vector3d x = rho * p_C0;
-    const Eigen::Vector3d q = T_C1_C0.q * x + rho * T_C1_C0.p;
-    Eigen::Matrix<double, 2, 3> d_image_d_q;
-    d_image_d_q << 1.0, 0.0, -q.x() / q.z(), 0.0, 1.0, -q.y() / q.z();
-    d_image_d_q /= q.z();
-    const Eigen::Vector2d line = d_image_d_q * T_C1_C0.p;  // of the image by rho
-    const Eigen::RowVector2d d_rho = -line.transpose() / line.squaredNorm();
-    const Eigen::RowVector3d d_rho_d_q = d_rho * d_image_d_q;
-    const Eigen::Matrix<double, 2, kLensDim> left = d_xy_d_lens(rig.left, x.head<2>()).cast<double>();
-    const Eigen::Matrix<double, 2, kLensDim> right = d_xy_d_lens(rig.right, q.head<2>() / q.z()).cast<double>();
-    Effect d_rho_d_cameras;
-    d_rho_d_cameras << d_rho_d_q * T_C1_C0.q.toRotationMatrix().leftCols<2>() * left, d_rho_d_q.cross(q),
-        -rho * d_rho_d_q * rig.T_B_C1.q.toRotationMatrix().transpose(), -d_rho * right;
-    Effect d_height = -n_C0.dot(x) / (rho * rho) * d_rho_d_cameras;
-    d_height.head<kLensDim>() += n_C0.head<2>().transpose() * left / rho;
+    CamerasRow d_height = -n_C0.dot(x) / (rho * rho) * d_inverse_depth_d_cameras(p_C0, rig);
+    d_height.head<kLensDim>() += n_C0.head<2>().transpose() * d_xy_d_lens(rig.left, x.head<2>()).cast<double>() / rho;
     return d_height;
 }
 
@@ -62,7 +47,7 @@ PlaneCovariance effect_of_calibration(const PlaneFit& fit, const StereoRig& rig,
                 continue;
             }
             moment += at * at.transpose();
-            effect += at * height_of(p_C0, n_C0, rig, T_C1_C0);
+            effect += at * height_of(p_C0, n_C0, rig);
             ++points;
         }
     }

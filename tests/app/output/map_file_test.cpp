@@ -108,7 +108,7 @@ TEST_CASE("values that no map can have are refused even with a checksum that fit
         std::memcpy(changed.data() + at, &value, sizeof(value));
         return refusal(dir, sealed(changed));
     };
-    CHECK(with(8, std::uint32_t{2}).find("version 2") != std::string::npos);
+    CHECK(with(8, std::uint32_t{1}).find("version 1") != std::string::npos);
     CHECK(!with(12, std::uint32_t{0xffffffff}).empty());  // places
     CHECK(!with(12, std::uint32_t{1}).empty());           // fewer than there are
     constexpr std::size_t kPlace = 16;
@@ -116,9 +116,10 @@ TEST_CASE("values that no map can have are refused even with a checksum that fit
     CHECK(!with(kPlace + 16, std::numeric_limits<double>::infinity()).empty());  // position
     CHECK(!with(kPlace + 40, std::array<float, 4>{}).empty());                   // attitude
     CHECK(!with(kPlace + 56, -1.0F).empty());                                    // depth
-    CHECK(!with(kPlace + 60, std::uint16_t{60000}).empty());                     // points
-    CHECK(!with(kPlace + 62, std::numeric_limits<float>::quiet_NaN()).empty());  // a point's place
-    CHECK(!with(kPlace + 62 + 16, std::int8_t{100}).empty());                    // its octave
+    CHECK(!with(kPlace + 60, -1.0F).empty());                                    // its uncertainty
+    CHECK(!with(kPlace + 64, std::uint16_t{60000}).empty());                     // points
+    CHECK(!with(kPlace + 66, std::numeric_limits<float>::quiet_NaN()).empty());  // a point's place
+    CHECK(!with(kPlace + 66 + 16, std::int8_t{100}).empty());                    // its octave
 }
 
 TEST_CASE("the log of places has a row for each view compared, and the path in the map") {

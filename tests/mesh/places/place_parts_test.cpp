@@ -151,7 +151,7 @@ TEST_CASE("a view is placed in another to millimetres, with an honest covariance
         PlacePose pose;
         REQUIRE(ok(find_pose(seen.view, known.view, matches, room.camera().focal_px(), 1, pose)));
         CHECK((pose.T_K_G.p - T_W_C.p).norm() < 0.05);
-        REQUIRE(ok(align_place(seen.pyramid, room.camera(), seen.view.q_G_C, known.view, pose)));
+        REQUIRE(ok(align_place(seen.pyramid, room.camera(), seen.view, known.view, matches, pose)));
         const YawPose::Tangent error = YawPose{0.0, T_W_C.p}.box_minus_to(pose.T_K_G);
         CHECK(error.tail<3>().norm() < 0.01);
         CHECK(std::abs(error[0]) < 0.003);
