@@ -12,8 +12,8 @@
 namespace facet {
 
 /// Fits the pose of a view G in a place K to points of K that the view has sighted. The errors are those of direction
-/// and, where the view knows the depth itself, of inverse depth, in the present camera. They are whitened by pixel noise
-/// on both sides and by the points' own depth sigmas, and stand under a Cauchy loss. Four more unknowns have priors:
+/// and, where the view knows the depth itself, of inverse depth, in the present camera. They are whitened by pixel
+/// noise on both sides and by the points' own depth sigmas, and stand under a Cauchy loss. Four more unknowns have priors:
 /// the tilt of one view against the other, as each knows gravity for itself only, and what the calibration does to the
 /// depths of each view, an offset of all its inverse depths (PlaceView::shared_rho_sigma). Reentrant. No heap.
 class SightingFit {
@@ -39,7 +39,8 @@ public:
 
     /// Where the view has its own point: at [x y 1] in the camera.
     Eigen::Vector2d direction_of(std::size_t seen) const { return point_C(seen).hnormalized(); }
-    /// Point `known` of the place is seen at a direction. @param seen  point of the view that lies there, with its depth
+    /// Point `known` of the place is seen at a direction.
+    /// @param seen  point of the view that lies there, with its depth
     void add(std::size_t known, const Eigen::Vector2d& xy, std::optional<std::size_t> seen);
 
     std::size_t size() const { return sightings_.size(); }

@@ -13,18 +13,23 @@ FORGOTTEN_S = 8.0        # the window has no keyframe that old
 
 
 class Truth:
-    """The true poses of body and left camera."""
+    """The true poses of body and left camera; after its end the flight is repeated (replay --loops)."""
 
     def __init__(self, log):
         rows = (log / "mav0/state_groundtruth_estimate0/data.csv").read_text().splitlines()[1:]
         self.rows = [[float(cell) for cell in row.split(",")[:8]] for row in rows]
         self.stamps = [row[0] for row in self.rows]
+        frames = (log / "mav0/cam0/data.csv").read_text().splitlines()[1:]
+        first, last = (int(frames[k].split(",")[0]) for k in (0, -1))
+        self.period = (last - first) // (len(frames) - 1) * len(frames)
         yaml = (log / "mav0/cam0/sensor.yaml").read_text()
         matrix = [float(cell) for cell in re.search(r"data:\s*\[([^\]]*)\]", yaml).group(1).split(",")]
         self.lever, self.axis = matrix[3:12:4], matrix[2:12:4]
 
     def body(self, stamp_ns):
-        """Position and attitude, between two samples; None before the first and after the last one."""
+        """Position and attitude, between two samples; None before the first one."""
+        while stamp_ns >= self.stamps[-1] and stamp_ns - self.period >= self.stamps[0]:
+            stamp_ns -= self.period
         i = bisect.bisect_left(self.stamps, stamp_ns)
         if not 0 < i < len(self.stamps):
             return None
@@ -84,14 +89,28 @@ def views(run):
     return found
 
 
+def yaw_errors(run):
+    """By how much the odometry's axes are turned against the true ones, by stamp (rad)."""
+    yaws = {}
+    for line in (run.folder / "trajectory.tum").read_text().splitlines():
+        stamp, _, _, _, *quaternion = line.split()
+        x, y, z, w = map(float, quaternion)
+        stamp_ns = int(stamp.replace(".", ""))
+        pose = truth_of(run).body(stamp_ns)
+        if pose is not None:
+            heading, true = (rotated(q, truth_of(run).axis) for q in ([w, x, y, z], pose[1]))
+            yaws[stamp_ns] = math.atan2(true[1], true[0]) - math.atan2(heading[1], heading[0])
+    return yaws
+
+
 def loop_errors_m(run):
-    """Of the accepted recognitions: their position against the true one."""
-    yaw = aligned(run, "trajectory.tum")[1]
+    """Of the accepted recognitions: where the place is, seen from the view, against the truth."""
+    yaws = yaw_errors(run)
     errors = []
     for row in run.table("places.csv"):
-        if row["accepted"] == "1":
+        if row["accepted"] == "1" and int(row["stamp_ns"]) in yaws:
             here, there = (truth_of(run).camera(int(row[key])) for key in ("stamp_ns", "place_stamp_ns"))
-            way = turned(yaw, [float(row[key]) for key in "xyz"])
+            way = turned(yaws[int(row["stamp_ns"])] - float(row["yaw"]), [float(row[key]) for key in "xyz"])
             errors.append(math.dist(way, [a - b for a, b in zip(here[0], there[0])]))
     return errors
 

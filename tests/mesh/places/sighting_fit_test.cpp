@@ -84,7 +84,7 @@ TEST_CASE("present depths make the pose surer") {
     CHECK(views.fit(with, true).covariance.trace() < 0.9 * views.fit(without, false).covariance.trace());
 }
 
-TEST_CASE("a tilt between two views is told from a shift") {
+TEST_CASE("a tilt between two views is separated from a shift") {
     TwoViews views;
     views.tilt(0.0008, -0.001);  // 3 mm at a distance of 3 m
     SightingFit::State state;
