@@ -13,9 +13,10 @@ namespace facet {
 
 /// Fits the pose of a view G in a place K to points of K that the view has sighted. The errors are those of direction
 /// and, where the view knows the depth itself, of inverse depth, in the present camera. They are whitened by pixel
-/// noise on both sides and by the points' own depth sigmas, and stand under a Cauchy loss. Four more unknowns have priors:
-/// the tilt of one view against the other, as each knows gravity for itself only, and what the calibration does to the
-/// depths of each view, an offset of all its inverse depths (PlaceView::shared_rho_sigma). Reentrant. No heap.
+/// noise on both sides and by the points' own depth sigmas, and stand under a Cauchy loss. Four more unknowns have
+/// priors: the tilt of one view against the other, as each knows gravity for itself only, and what the calibration
+/// does to the depths of each view, an offset of all its inverse depths (PlaceView::shared_rho_sigma). Reentrant. No
+/// heap.
 class SightingFit {
 public:
     static constexpr double kAll = std::numeric_limits<double>::infinity();
