@@ -8,7 +8,7 @@ namespace facet {
 namespace {
 
 /// Steps of the parts of the work that are done in one go.
-constexpr int kMatchSteps = 12;
+constexpr int kMatchSteps = 6;
 constexpr int kPoseSteps = 60;
 constexpr std::size_t kNodesPerStep = 50;  ///< of an iteration of the graph
 constexpr double kMaxMiss_px = 2.0;        ///< of a point's pixel from where the window has it
@@ -142,7 +142,7 @@ int PlaceMemory::compare() {
     PointMatches matches;
     match_points({station_.view.points.data(), station_.view.points.size()},
                  {place.view.points.data(), place.view.points.size()}, matches);
-    if (matches.size() < static_cast<std::size_t>(kMinInliers)) {
+    if (!is_promising(matches)) {
         return kMatchSteps;
     }
     Recognition recognition{station_.view.stamp, place.view.stamp, {}, false};

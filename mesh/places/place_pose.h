@@ -15,11 +15,16 @@ namespace facet {
 struct PointMatch {
     std::uint16_t seen = 0;
     std::uint16_t known = 0;
+    std::uint16_t distance = 0;  ///< of their codes
 };
 using PointMatches = FixedVector<PointMatch, kMaxPlacePoints>;
 
 /// Pairs of points that are each other's most similar one. Reentrant. No heap.
 void match_points(std::span<const PlacePoint> seen, std::span<const PlacePoint> known, PointMatches& matches);
+
+/// Whether matches may be of one place: some of them are closer than points of different places are. Of a view's
+/// comparisons with all other places of a building it leaves one in ten.
+bool is_promising(const PointMatches& matches);
 
 /// Where a view is, seen from a place.
 struct PlacePose {

@@ -142,6 +142,32 @@ TEST_CASE("a flight in another room is not located in a map, and says so") {
     CHECK(other.memory->counters().recognised == 0);
 }
 
+TEST_CASE("in a map of 300 places a flight is located within three seconds") {
+    const TexturedRoom rooms[] = {TexturedRoom(1), TexturedRoom(2), TexturedRoom(3), TexturedRoom(4)};
+    const YawPose far{0.0, {100.0, 0.0, 0.0}};  // the nearest places are compared first
+    std::vector<MappedPlace> map;
+    for (const TexturedRoom& room : rooms) {
+        RememberedFlight flight(room);
+        flight.sweep(-3.0, 3.0, {0.0, 0.0, 0.0, 0.0});
+        for (std::size_t i = 0; i < flight.memory->size(); ++i) {
+            map.push_back(flight.memory->place(i));
+            map.back().T_M_K = (&room == rooms ? far : YawPose()) * map.back().T_M_K;
+        }
+    }
+    const std::size_t first = map.size() / 2;  // of places elsewhere
+    for (std::size_t i = first; map.size() < 300; ++i) {
+        map.push_back(map[i]);
+        map.back().T_M_K.p.x() += 5.0;
+    }
+    RememberedFlight flight(rooms[0]);
+    REQUIRE(ok(flight.memory->load(map)));
+    for (int i = 0; i < 6; ++i) {  // three seconds
+        flight.fly_to(looking({-1.0, 1.0 - 0.3 * i, 0.1}, 0.0));
+    }
+    REQUIRE(flight.memory->is_located());
+    CHECK((flight.memory->map_from_odom().p - far.p).norm() < 0.05);
+}
+
 TEST_CASE("a hover makes few places") {
     const TexturedRoom room;
     RememberedFlight flight(room);
