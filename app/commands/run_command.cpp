@@ -283,6 +283,9 @@ int run_vehicle(const RunArguments& args) {
     if (args.record && vehicle.log.folder.empty()) {
         throw InputError("--record: no folder; say --out DIR, or sinks.log.folder in the vehicle file");
     }
+    if (vehicle.mavlink && vehicle.mavlink->in_map && !args.places.any()) {
+        throw InputError(fmt::format("{}: sinks.mavlink.frame: 'map' needs --places or --map", args.vehicle));
+    }
     StateKeeper keeper(folder_or_log("RUNTIME_DIRECTORY", vehicle), vehicle.calibration, boot_id());
     if (keeper.is_in_flight()) {
         leave_out_self_test(vehicle);

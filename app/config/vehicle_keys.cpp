@@ -187,6 +187,8 @@ constexpr std::array kKeys{
                "System that may reset the estimator and set home and heading; 0: none."},
     VehicleKey{"sinks.mavlink.message", "", "vision_position_estimate is for old firmware."},
     VehicleKey{"sinks.mavlink.time", "", "Clock of the stamps."},
+    VehicleKey{"sinks.mavlink.frame", "",
+               "Poses in the odometry's world, which never jump, or in the map of places, which needs --places."},
     VehicleKey{"sinks.mavlink.send_lost", "", "Whether poses of an estimator that is lost are sent, with quality -1."},
     VehicleKey{"sinks.mavlink.signing", "", "Signs messages, and checks signatures."},
     VehicleKey{"sinks.mavlink.signing.key_file", "", "File of 64 hexadecimal digits."},

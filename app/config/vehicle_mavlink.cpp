@@ -104,6 +104,8 @@ void read_mavlink(const YamlNode& node, Vehicle& vehicle) {
     read_byte(section, "commands_from", options.commands_from, 0, 255);
     constexpr std::array<std::string_view, 2> kMessages{"odometry", "vision_position_estimate"};
     options.message = static_cast<PoseMessage>(section.choice("message", kMessages, 0));
+    constexpr std::array<std::string_view, 2> kFrames{"odom", "map"};
+    options.in_map = section.choice("frame", kFrames, 0) == 1;
     constexpr std::array<std::string_view, 2> kTimes{"autopilot", "own"};
     options.time = static_cast<MavlinkTime>(section.choice("time", kTimes, 0));
     section.read("send_lost", options.send_lost);

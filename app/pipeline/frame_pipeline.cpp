@@ -66,6 +66,7 @@ void FramePipeline::estimate_frame(const StereoFrame& frame, Timestamp output_st
     result.output_stamp = output_stamp;
     result.is_keyframe = ok(result.status) && estimate.health.is_keyframe;
     result.is_usable = ok(result.status) && is_usable(estimate.health.state);
+    result.T_M_W = map_from_world();
     result.has_mesh = false;
     result.planes.clear();
     result.claims.clear();
@@ -135,6 +136,10 @@ void FramePipeline::stream_world(const FrameResult& result) {
     timer_.add_total(begin);
 }
 
+std::optional<YawPose> FramePipeline::map_from_world() const {
+    return places() != nullptr && places()->is_located() ? std::optional(places()->map_from_odom()) : std::nullopt;
+}
+
 bool FramePipeline::take_carried(FrameResult& result) {
     Estimate carried;
     if (!mapping_.take_carried(carried)) {
@@ -147,6 +152,7 @@ bool FramePipeline::take_carried(FrameResult& result) {
     result.frame_stamp = carried.stamp;
     result.output_stamp = result.estimate.stamp;
     result.is_usable = is_usable(carried.health.state);
+    result.T_M_W = map_from_world();
     return true;
 }
 

@@ -26,7 +26,8 @@ struct FrameResult {
     Status status = Status::kOk;
     Estimate estimate;  ///< its state counts if `is_usable`
     bool is_keyframe = false;
-    bool is_usable = false;      ///< there is an estimate to be used
+    bool is_usable = false;        ///< there is an estimate to be used
+    std::optional<YawPose> T_M_W;  ///< from W to the map of places, while the pose in it is known
     FrameTiming timing;          ///< of the frame and the inertial samples before it; so far, while it is not finished
     bool has_mesh = false;       ///< mesh and planes were brought up to date; the fields below count
     Timestamp mesh_frame_stamp;  ///< of the keyframe that they have taken in: this frame, or the one two frames before
@@ -133,6 +134,7 @@ public:
     std::size_t imu_refused() const { return imu_refused_; }
 
 private:
+    std::optional<YawPose> map_from_world() const;
     void update_ranges(FrameResult& result);
     void stream_world(const FrameResult& result);
 

@@ -92,12 +92,10 @@ void show_frame(const FrameResult& result, const StereoFrame& frame, const Keyfr
         fillers.calibration = [&pipeline](CalibrationEstimate& calibration) { calibration = pipeline.calibration(); };
     }
     const StereoRig& rig = pipeline.rig();
-    const PlaceMemory* const places = pipeline.places();
-    const bool is_in_map = places != nullptr && places->is_located();
     view.offer({.stamp = estimate.stamp,
                 .has_pose = result.is_usable,
                 .T_W_B = {estimate.state.q_W_B, estimate.state.p_W_B},
-                .T_M_W = is_in_map ? std::optional(places->map_from_odom().se3()) : std::nullopt,
+                .T_M_W = result.T_M_W ? std::optional(result.T_M_W->se3()) : std::nullopt,
                 .T_B_C = estimate.T_B_Bc * (takes_right ? rig.T_B_C1 : rig.T_B_C0),
                 .health = estimate.health,
                 .is_keyframe = result.is_keyframe,

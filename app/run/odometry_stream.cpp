@@ -24,15 +24,26 @@ bool OdometryStream::is_due(Timestamp stamp) {
     return true;
 }
 
+Odometry OdometryStream::odometry_of(const Estimate& estimate, const Eigen::Vector3d& w_B) const {
+    Odometry odometry = to_odometry(estimate, w_B, noise_, T_body_imu_);
+    odometry.is_in_map = T_M_W_.has_value();
+    if (T_M_W_) {
+        odometry.map_yaw = T_M_W_->yaw;
+        odometry.map_p = T_M_W_->p;
+    }
+    return odometry;
+}
+
 bool OdometryStream::add_imu(const ImuSample& sample, Odometry& odometry) {
     if (is_by_frame_ || !carried_.add_imu(sample) || !is_due(sample.stamp)) {
         return false;
     }
-    odometry = to_odometry(carried_.estimate(), carried_.newest_rate(), noise_, T_body_imu_);
+    odometry = odometry_of(carried_.estimate(), carried_.newest_rate());
     return true;
 }
 
 bool OdometryStream::add_frame(const FrameOutcome& outcome, Odometry& odometry) {
+    T_M_W_ = outcome.T_M_W;
     if (!is_by_frame_) {
         carried_.correct(outcome.status, outcome.estimate, outcome.belief);
         return false;
@@ -40,7 +51,7 @@ bool OdometryStream::add_frame(const FrameOutcome& outcome, Odometry& odometry) 
     if (!ok(outcome.status) || outcome.estimate.health.state == TrackingState::kInit) {
         return false;
     }
-    odometry = to_odometry(outcome.estimate, outcome.w_B, noise_, T_body_imu_);
+    odometry = odometry_of(outcome.estimate, outcome.w_B);
     return true;
 }
 

@@ -2,8 +2,11 @@
 // What the sinks are given: the newest estimate, carried on to inertial samples, at a rate of its own.
 #pragma once
 
+#include <optional>
+
 #include "app/config/vehicle.h"
 #include "app/pipeline/carried_estimate.h"
+#include "mesh/places/yaw_pose.h"
 #include "platform/port/odometry_sink.h"
 
 namespace facet {
@@ -16,6 +19,7 @@ struct FrameOutcome {
     Estimate estimate;
     Belief belief;                                  ///< the pipeline's
     Eigen::Vector3d w_B = Eigen::Vector3d::Zero();  ///< newest angular rate given to the estimator, bias in it
+    std::optional<YawPose> T_M_W = std::nullopt;    ///< from W to the map of places, while the pose in it is known
 };
 
 /// Makes odometry of inertial samples and frames. Stamps are those of the samples and only increase: a correction by a
@@ -34,10 +38,12 @@ public:
 
 private:
     bool is_due(Timestamp stamp);
+    Odometry odometry_of(const Estimate& estimate, const Eigen::Vector3d& w_B) const;
 
     ImuNoise noise_;
     Se3 T_body_imu_;
     CarriedEstimate carried_;
+    std::optional<YawPose> T_M_W_;  ///< of the newest frame
     bool is_by_frame_;
     Duration period_;
     Duration tolerance_;  ///< half a period of the IMU: the sample nearest to the due instant is taken

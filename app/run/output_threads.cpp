@@ -43,7 +43,8 @@ void OutputThreads::on_sample(const ImuSample& sample) {
 }
 
 void OutputThreads::on_estimate(const FrameResult& frame, const Belief& belief, const Eigen::Vector3d& w_B) {
-    const FrameOutcome outcome{frame.status, frame.has_frame, frame.frame_stamp, frame.estimate, belief, w_B};
+    const FrameOutcome outcome{frame.status, frame.has_frame, frame.frame_stamp, frame.estimate, belief,
+                               w_B,          frame.T_M_W};
     counters_.poses_dropped.fetch_add(ok(outcomes_.push(outcome)) ? 0 : 1, kLoose);
     pose_wakeup_.notify();
     watch_.beat();

@@ -93,9 +93,10 @@ Status MavlinkLink::send(const Odometry& odometry) {
         ++counters_.lost_poses;
         return Status::kOk;
     }
+    const Odometry shown = options_.in_map ? map_.carried(odometry) : odometry;
     FrdOdometry frd;
-    FACET_TRY(to_frd(odometry, local_, frd));
-    newest_ = odometry;
+    FACET_TRY(to_frd(shown, local_, frd));
+    newest_ = shown;
     frd.reset_counter = static_cast<std::uint8_t>(frd.reset_counter + local_changes_);
     sent_resets_.store(frd.reset_counter, std::memory_order_relaxed);
     if (options_.message == PoseMessage::kOdometry) {

@@ -9,6 +9,7 @@
 
 #include "drivers/common/retry_gate.h"
 #include "drivers/mavlink/frd.h"
+#include "drivers/mavlink/map_frame.h"
 #include "drivers/mavlink/mavlink_channel.h"
 #include "drivers/mavlink/mavlink_inertial.h"
 #include "drivers/mavlink/mavlink_messages.h"
@@ -42,6 +43,7 @@ struct MavlinkOptions {
     MavlinkAddress address;
     MavlinkChannelOptions channel;
     PoseMessage message = PoseMessage::kOdometry;
+    bool in_map = false;     ///< poses in the map of places (MapFrame), not in the odometry's world
     bool send_lost = false;  ///< poses of an estimator that is lost, with quality -1
     MavlinkTime time = MavlinkTime::kAutopilot;
     std::uint8_t autopilot_component = 1;  ///< MAV_COMP_ID_AUTOPILOT1, of our own system
@@ -189,6 +191,7 @@ private:
     StateChange change_;
     bool has_text_ = false;  ///< change_ has not been sent yet
     LocalFrame local_;
+    MapFrame map_;
     std::uint8_t local_changes_ = 0;  ///< added to the estimator's reset counter
     std::optional<Odometry> newest_;  ///< the last pose that was good enough to be sent
     std::atomic<Arming> arming_{Arming::kUnknown};

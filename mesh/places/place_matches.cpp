@@ -9,8 +9,8 @@ namespace {
 
 /// Codes of two points differ in 128 comparisons on average, with a standard deviation of 8 or more: 80 is rare.
 constexpr int kMaxBits = 80;
-/// Of a point and the most similar one of another place 40 to 70 differ. Of places recognised in a building, in the dark
-/// in a room, every one had five matches or more below 30.
+/// Of a point and the most similar one of another place 40 to 70 differ. Of places recognised in a building, and in the
+/// dark in a room, every one had five matches or more below 30.
 constexpr int kSureBits = 30;
 constexpr int kSureMatches = 5;
 

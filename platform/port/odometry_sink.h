@@ -32,6 +32,10 @@ struct Odometry {
     std::uint8_t reset_counter = 0;                              ///< raised at every jump
     SinkState state = SinkState::kTracking;
     std::uint32_t reasons = 0;  ///< of the state, bits as in health.csv
+    /// Whether the pose in the map of places is known; then p_M = Rz(map_yaw) p_W + map_p.
+    bool is_in_map = false;
+    double map_yaw = 0.0;                             ///< (rad)
+    Eigen::Vector3d map_p = Eigen::Vector3d::Zero();  ///< (m)
 };
 
 /// A change of the estimator's state, for those who decide whether to fly.

@@ -36,6 +36,20 @@ TEST_CASE("a dry run names every device that is not there") {
     CHECK(contains(probed.err, "3 of 5 devices cannot be used"));
 }
 
+TEST_CASE("poses in the map of places need a memory of places") {
+    const test::TempDir dir;
+    test::write_asl_folder(dir, 3);
+    const std::string in_map = dir.write(
+        "map.yaml", test::read_file(write_vehicle(dir)) + "sinks: {mavlink: {serial: /dev/ttyS9, frame: map}}\n");
+    const Outcome without = run(dir, "run --config " + in_map);
+    CHECK(without.code == 2);
+    CHECK(contains(without.err, "sinks.mavlink.frame: 'map' needs --places or --map"));
+    CHECK(count_lines(without.err) == 1);
+    const Outcome with = run(dir, "run --places --config " + in_map);
+    CHECK(with.code == 2);
+    CHECK(!contains(with.err, "--places"));  // but devices that are not there
+}
+
 TEST_CASE("check-config describes a vehicle file, or names the first mistake of each of its sections") {
     const test::TempDir dir;
     test::write_asl_folder(dir, 3);

@@ -236,12 +236,13 @@ TEST_CASE("the link to the flight controller has options, and defaults that fit 
     CHECK(usual.mavlink->time == MavlinkTime::kAutopilot);
     CHECK(usual.mavlink->commands_from == 0);
     CHECK_FALSE(usual.mavlink->send_lost);
+    CHECK_FALSE(usual.mavlink->in_map);
     CHECK_FALSE(usual.mavlink->signing);
     CHECK_FALSE(usual.obstacles);
     dir.write("link.key", "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1eFF\n");
     const Vehicle other = load(
         "{udp_port: 14580, udp_local_port: 14540, system: 7, component: 198, autopilot_component: 2, time: own, "
-        "commands_from: 255, message: vision_position_estimate, send_lost: true, "
+        "commands_from: 255, message: vision_position_estimate, frame: map, send_lost: true, "
         "signing: {key_file: link.key, link: 4, accept_unsigned: true}, obstacles: {max_range_m: 20, rate_hz: 5}, "
         "origin: {latitude_deg: 47.4, longitude_deg: 8.5}}");
     REQUIRE(other.mavlink);

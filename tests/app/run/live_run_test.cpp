@@ -28,11 +28,17 @@ public:
     Status send(const Odometry& odometry) override {
         increasing = increasing && (count == 0 || odometry.stamp > last);
         last = odometry.stamp;
+        newest = odometry;
+        first = count == 0 ? odometry.stamp : first;
+        first_in_map = first_in_map.ns == 0 && odometry.is_in_map ? odometry.stamp : first_in_map;
         ++count;
         return Status::kOk;
     }
     std::size_t count = 0;
+    Timestamp first;
     Timestamp last;
+    Timestamp first_in_map;
+    Odometry newest;
     bool increasing = true;
 };
 
@@ -263,6 +269,38 @@ TEST_CASE("sinks get the newest estimate at a rate of their own, never backwards
     CHECK(sink.count < 11 * summary.estimates);
     // The samples up to the newest one, not up to the last frame only.
     CHECK(sink.last >= summary.last.stamp);
+}
+
+TEST_CASE("a run in the map of an earlier run is located within three seconds, and sinks know where") {
+    std::vector<MappedPlace> map;
+    Eigen::Vector3d end_M;
+    const auto in_map = [](const Odometry& o) {
+        return Eigen::Vector3d(Eigen::AngleAxisd(o.map_yaw, Eigen::Vector3d::UnitZ()) * o.p_W_B + o.map_p);
+    };
+    {
+        Rig rig;
+        CountingSink sink;
+        LiveRun run(rig.clock, flight().vehicle(""), {&rig.camera, nullptr, nullptr, &rig.imu}, {&sink});
+        run.remember_places({});
+        (void)run_to_end(run);
+        REQUIRE(sink.newest.is_in_map);
+        end_M = in_map(sink.newest);
+        for (std::size_t i = 0; i < run.places()->size(); ++i) {
+            map.push_back(run.places()->place(i));
+        }
+    }
+    REQUIRE(!map.empty());
+    for (MappedPlace& place : map) {
+        place.T_M_K = YawPose{1.0, {3.0, -2.0, 0.5}} * place.T_M_K;
+    }
+    Rig rig;
+    CountingSink sink;
+    LiveRun run(rig.clock, flight().vehicle(""), {&rig.camera, nullptr, nullptr, &rig.imu}, {&sink});
+    run.remember_places(map);
+    (void)run_to_end(run);
+    REQUIRE(sink.newest.is_in_map);
+    CHECK((sink.first_in_map - sink.first).seconds() < 3.0);
+    CHECK((in_map(sink.newest) - YawPose{1.0, {3.0, -2.0, 0.5}} * end_M).norm() < 0.02);
 }
 
 TEST_CASE("two cameras and a trigger line are put together, and estimate the same flight") {

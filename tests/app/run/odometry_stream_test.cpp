@@ -50,6 +50,28 @@ struct Bench {
     std::vector<Odometry> sent;
 };
 
+TEST_CASE("the transform to the map is that of the newest frame, at the frames' rate and at the sensor's") {
+    for (const double rate_hz : {0.0, 200.0}) {
+        Bench bench(rate_hz);
+        bench.imu(0, 50);
+        bench.frame(frame_at(50'000'000));
+        bench.imu(55, 100);
+        FrameOutcome outcome = frame_at(100'000'000);
+        outcome.T_M_W = YawPose{0.5, {1.0, 2.0, 3.0}};
+        bench.frame(outcome);
+        bench.imu(105, 150);
+        REQUIRE(bench.sent.size() > 1);
+        CHECK(!bench.sent.front().is_in_map);
+        CHECK(bench.sent.back().is_in_map);
+        CHECK(bench.sent.back().map_yaw == 0.5);
+        CHECK(bench.sent.back().map_p == Eigen::Vector3d(1.0, 2.0, 3.0));
+        outcome = frame_at(150'000'000);
+        bench.frame(outcome);
+        bench.imu(155, 200);
+        CHECK(!bench.sent.back().is_in_map);
+    }
+}
+
 TEST_CASE("odometry has the consumer's order of the covariance, rates without bias, and quality") {
     Estimate estimate;
     for (int i = 0; i < 9; ++i) {

@@ -205,6 +205,28 @@ TEST_CASE("a program that restarts counts resets on from the one before, and say
     CHECK(after.link.sent_resets() == 1);
 }
 
+TEST_CASE("with the map's frame poses go out in the map of places, a jump of it as a reset") {
+    constexpr std::size_t kResetCounter = 230;
+    constexpr std::size_t kX = 8;
+    const auto x_of = [](const auto& frame) {
+        float x = 0.0F;
+        std::memcpy(&x, &frame.payload[kX], sizeof(x));
+        return x;
+    };
+    Odometry pose = example();
+    pose.is_in_map = true;
+    pose.map_p = {10.0, 0.0, 0.0};
+    Scene odom;
+    CHECK(x_of(odom.pose(pose)) == 1.0F);
+    MavlinkOptions options;
+    options.in_map = true;
+    Scene map(options);
+    const auto sent = map.pose(pose);
+    CHECK(x_of(sent) == 11.0F);
+    CHECK(sent.payload[kResetCounter] == 6);
+    CHECK(map.link.sent_resets() == 6);
+}
+
 TEST_CASE("for older firmware the pose goes out as two messages") {
     MavlinkOptions options;
     options.message = PoseMessage::kVision;
