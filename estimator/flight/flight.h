@@ -88,8 +88,14 @@ private:
     /// Image stamps plus this are the IMU's time.
     double image_delay_s() const { return delay_.found_s() + window_.calibration().time_offset_s; }
     Timestamp imu_stamp(Timestamp image) const { return image + Duration::from_seconds(image_delay_s()); }
+    /// The window has not seen it: before the first estimate, or while the vehicle has stood ever since.
+    bool is_delay_as_given() const;
+    /// That, or the first estimate has only just been given.
+    bool is_delay_new() const;
     bool seeks_delay() const;
-    /// Once after a start, when images and gyroscope have turned enough: restarts if the delay is wrong.
+    /// Compares the turns of images and gyroscope, the frame at hand included. @param image  its stamp
+    void examine_delay(Timestamp image);
+    /// Restarts if the last frame has shown that the delay is wrong.
     void correct_delay();
 
     // flight_start.cpp

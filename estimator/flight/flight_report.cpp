@@ -23,7 +23,7 @@ HealthEvidence FlightEstimator::evidence(const StereoFrame& frame, FrameUse use)
     e.misses_camera = cameras_.misses_camera(s_.frames.last_image);
     e.is_by_stamps = frame.is_by_stamps;
     e.stands = s_.start.claim() == RestClaim::kSeen;
-    e.is_confirmed = !s_.start.is_open();
+    e.is_confirmed = !s_.start.is_open() && !delay_.is_in_doubt();
     if (e.frame_taken && s_.phase != Phase::kEmpty) {
         e.image = tracks_.image;
         e.is_keyframe = tracks_.is_keyframe;

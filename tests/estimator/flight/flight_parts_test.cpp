@@ -89,6 +89,76 @@ TEST_CASE("turns between images are asked for the delay where depths are known, 
     CHECK_FALSE(delay.is_open(0.02, 0.005, false, false));
 }
 
+namespace {
+
+/// A lively turn and its samples, of which images show what was `late_s` before, up to now.
+struct LateTurns {
+    explicit LateTurns(double late_s) : late_s(late_s) {
+        imu.clear(200.0, {});
+        delay.configure(2e-4);
+    }
+    static double angle(double t_s) { return 0.1 * std::sin(4.0 * t_s) + 0.05 * std::cos(9.0 * t_s); }
+    static Timestamp at(double t_s) { return Timestamp{1'000'000'000} + Duration::from_seconds(t_s); }
+    /// @return whether the delay is in doubt
+    bool fly(double until_s, double believed_s, bool is_unknown) {
+        for (; now_s + 0.05 < until_s; now_s += 0.05) {
+            for (; sample <= std::lround(200.0 * (now_s + 0.05)); ++sample) {
+                const double rate = (angle(sample / 200.0 + 1e-4) - angle(sample / 200.0 - 1e-4)) / 2e-4;
+                REQUIRE(ok(imu.push({at(sample / 200.0), {0.01, 0.02, rate}, {0.0, 0.0, 9.81}})));
+            }
+            if (now_s > 0.24) {
+                const double turn = angle(now_s + 0.05 - late_s) - angle(now_s - late_s);
+                delay.add(at(now_s), at(now_s + 0.05), {0.0, 0.0, turn + wrong_rad * (++count % 3)});
+                delay.step(imu, believed_s, 0.0, at(now_s + 0.05), is_unknown);
+            }
+        }
+        return delay.is_in_doubt();
+    }
+    double late_s;
+    double wrong_rad = 0.0;
+    int count = 0;
+    int sample = 0;
+    double now_s = 0.0;
+    ImuBuffer imu;
+    DelayCorrection delay;
+};
+
+}  // namespace
+
+TEST_CASE("a start waits while turns contradict the delay, which then is found", "[delay_correction]") {
+    const double late_s = GENERATE(0.05, -0.03, 0.025);
+    CAPTURE(late_s);
+    LateTurns flight(late_s);
+    CHECK(flight.fly(0.48, 0.0, true));  // four turns
+    CHECK(flight.fly(0.83, 0.0, true));
+    REQUIRE(flight.delay.accept(0.0));
+    CHECK(flight.delay.found_s() == Approx(-late_s).margin(4e-3));
+    CHECK_FALSE(flight.delay.is_in_doubt());
+    CHECK_FALSE(flight.fly(1.5, flight.delay.found_s(), true));
+    CHECK_FALSE(flight.delay.accept(0.0));
+}
+
+TEST_CASE("a start waits neither for a delay that is right nor for turns that no delay explains",
+          "[delay_correction]") {
+    LateTurns right(0.003);
+    for (double until_s = 0.3; until_s < 2.0; until_s += 0.05) {
+        CHECK_FALSE(right.fly(until_s, 0.0, true));
+    }
+    LateTurns wrong(0.0);
+    wrong.wrong_rad = 3e-3;
+    CHECK(wrong.fly(0.48, 0.0, true));
+    CHECK_FALSE(wrong.fly(1.6, 0.0, true));
+    CHECK_FALSE(wrong.delay.accept(0.0));
+}
+
+TEST_CASE("once an estimate has been given, a second's turns have to show another delay", "[delay_correction]") {
+    LateTurns flight(0.05);
+    flight.fly(1.18, 0.0, false);
+    CHECK_FALSE(flight.delay.is_in_doubt());
+    flight.fly(1.6, 0.0, false);
+    CHECK(flight.delay.accept(0.0));
+}
+
 TEST_CASE("the reset counter rises once for somebody who has been given an estimate", "[reset_counter]") {
     ResetCounter resets;
     resets.jump();
