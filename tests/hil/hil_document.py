@@ -71,6 +71,21 @@ def soak_table(rows):
     return table(head, lines)
 
 
+def one_camera_table(rows):
+    head = ("part", "frames used", "LOST", "resets", "median of the images", "well lit", "memory", "ATE")
+    names = {"first": "first 10 min", "last": "last 10 min", "all": "all"}
+    lines = []
+    for row in rows:
+        for part, name in names.items():
+            p, is_all = row[part], part == "all"
+            grey = row["grey"]
+            lines.append((name, f"{p['frames']} of {row['of']}" if is_all else str(p["frames"]), str(p["lost"]),
+                          str(row["resets"]) if is_all else "", f"{grey['low']} to {grey['high']}" if is_all else "",
+                          f"{100.0 * grey['lit']:.1f} %" if is_all else "", f"{p['mib']:.1f} MiB",
+                          f"{p['ate_mm']:.2f} mm"))  # fmt: skip
+    return table(head, lines)
+
+
 def made_by(args):
     """The command that a reader can repeat: scripts/target/hil finds the programs, and by default simulates the log."""
     local = LOCAL_OPTIONS | {"--kernel", "--inject"} | ({"--log"} if Path(args.log).name == SIMULATED_LOG else set())
@@ -85,7 +100,8 @@ def update(args, results):
         "real": (real_table, agreement["real"]),
         "faults": (faults_table, results["faults"]),
         "records": (records_table, results["records"]),
-        "soak": (soak_table, results["soak"]),
+        "soak": (soak_table, [row for row in results["soak"] if "grey" not in row]),
+        "one camera": (one_camera_table, [row for row in results["soak"] if "grey" in row]),
     }
     for name, (make, rows) in parts.items():
         text = f"{make(rows)}\n\n{made_by(args)}" if rows else ""

@@ -19,7 +19,10 @@ FAULT = {"sensor": "icm42688", "words": "silent", "length_s": 0.3, "states": ["D
          "recovery_s": math.nan, "longest_gap_s": 0.3, "ate_mm": 1.03, "ends": "TRACKING", "found": {"gap": 1}}
 FLIGHT = {"sensor": "dronecan", "time": "real", "frames": 240, "of": 241, "late_ms": 5.2, "ate_replay_mm": 1.1,
           "ate_mm": 1.2, "latency_ms": {"median": 28.4, "p99": 55.6}}
-PART = {"frames": 11998, "not_tracking": 1, "late": 2, "median_ms": 18.3, "p99_ms": 23.3, "mib": 98.04, "ate_mm": 0.512}
+PART = {"frames": 11998, "not_tracking": 1, "late": 2, "median_ms": 18.3, "p99_ms": 23.3, "mib": 98.04, "ate_mm": 0.512,
+        "lost": 0}
+ONE_CAMERA = {"of": 12000, "frames": 11998, "growth_mib": 0.5, "resets": 1, "first": PART, "last": PART, "all": PART,
+              "grey": {"low": 36, "high": 106, "lit": 1.0}}
 NOTHING = {"agreement": [], "faults": [], "records": [], "soak": []}
 
 
@@ -57,6 +60,32 @@ class Document(unittest.TestCase):
                                soak=[{"of": 72000, "first": PART, "last": PART, "all": PART}])
         self.assertIn("| first 10 min | 11998 | 1 | 2 | 18.3 / 23.3 ms | 98.0 MiB | 0.51 mm |", after)
         self.assertIn("| all | 11998 of 72000 |", after)
+
+    def test_a_long_flight_with_one_camera_has_a_table_of_its_own(self):
+        before = ("<!-- scripts/target/hil: soak -->\nkept\n<!-- end -->\n"
+                  "<!-- scripts/target/hil: one camera -->\n<!-- end -->\n")
+        after, _ = self.update(before, soak=[ONE_CAMERA])
+        self.assertIn("kept", after)
+        self.assertIn("| first 10 min | 11998 | 0 |  |  |  | 98.0 MiB | 0.51 mm |", after)
+        self.assertIn("| all | 11998 of 12000 | 0 | 1 | 36 to 106 | 100.0 % | 98.0 MiB | 0.51 mm |", after)
+
+    def test_what_a_flight_with_one_camera_must_not_do(self):
+        self.assertTrue(hil_soak.one_camera_is_good(ONE_CAMERA))
+        for wrong in ({"frames": 11000}, {"growth_mib": 1.1}, {"grey": {**ONE_CAMERA["grey"], "lit": 0.98}},
+                      {"all": {**PART, "lost": 1}}, {"resets": 2}):  # fmt: skip
+            self.assertFalse(hil_soak.one_camera_is_good({**ONE_CAMERA, **wrong}), wrong)
+
+    def test_what_a_long_flight_must_not_do(self):
+        row = {"of": 12000, "frames": 12000, "growth_mib": 0.5, "first": PART, "last": PART}
+        self.assertTrue(hil_soak.is_good(row))
+        for wrong in ({"frames": 11000}, {"growth_mib": 1.1}, {"last": {**PART, "median_ms": 21.0}},
+                      {"last": {**PART, "ate_mm": 1.1}}, {"last": {**PART, "ate_mm": math.nan}}):  # fmt: skip
+            self.assertFalse(hil_soak.is_good({**row, **wrong}), wrong)
+
+    def test_virtual_time_may_be_slower_than_the_hosts(self):
+        self.assertEqual(hil_soak.limit_s(30, "real"), 2400)
+        self.assertEqual(hil_soak.limit_s(30, "virtual"), 7800)
+        self.assertEqual(hil_soak.limit_s(0, "virtual"), 600)
 
     def test_what_the_program_says_each_second(self):
         with tempfile.TemporaryDirectory() as folder:

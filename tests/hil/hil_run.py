@@ -74,7 +74,7 @@ def main(arguments):
         return 2
     times = {"virtual": [True], "real": [False], "both": [True, False], "none": []}[args.time]
     try:
-        args.timeout = max(args.timeout, 60.0 * args.soak + 600.0)
+        args.timeout = max(args.timeout, hil_soak.limit_s(args.soak, args.soak_time))
         hil = Hil(args)
         hil.out.mkdir(parents=True, exist_ok=True)
         faults, restarts = chosen_faults(args.faults)

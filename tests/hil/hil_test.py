@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
 """The short hardware-in-the-loop test: a simulated flight through the kernel's drivers in virtual time, by SPI and by
-CAN, recorded and replayed, and faults of camera, line, sensor, clock and program. Skipped (77) where the guest kernel
-has not been built.
+CAN, recorded and replayed, faults of camera, line, sensor, clock and program, and the steps of the bring-up, with the
+kernel's own cameras, vivid and vimc. Skipped (77) where the guest kernel has not been built.
 
 Usage: hil_test.py FACET HIL_INJECT WORK_FOLDER
 """
@@ -41,7 +41,7 @@ def main(facet, inject, work):
         "--log", log, "--out", work / "out", "--sensors", "icm42688,dronecan", "--time", "virtual",
         "--faults", "unplugged,unplugged+dim,flagged_frames_2.0,left_ahead,edges_lost_0.15,imu_brown_out,clock_30s,"
         "stopped,sinks_hang",
-        "--timeout", "240",
+        "--bring-up", "--timeout", "240",
     ]  # fmt: skip
     return subprocess.run(command, check=False).returncode
 

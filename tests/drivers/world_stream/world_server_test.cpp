@@ -2,6 +2,7 @@
 #include "drivers/world_stream/world_server.h"
 
 #include <grp.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -125,6 +126,59 @@ TEST_CASE("the last state arrives when the server closes; the socket is gone") {
     CHECK(reader.open(socket_path()) == Status::kIo);
 }
 
+double processor_time_s() {
+    rusage used{};
+    REQUIRE(::getrusage(RUSAGE_SELF, &used) == 0);
+    return static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+           1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+}
+
+/// What a socket is sent, up to a keyframe.
+WorldState read_up_to(int socket, std::uint64_t sequence) {
+    WorldDecoder decoder;
+    std::array<std::uint8_t, 65536> bytes{};
+    for (ssize_t got = 1; got > 0 && decoder.state().sequence < sequence;) {
+        got = ::recv(socket, bytes.data(), bytes.size(), 0);
+        if (got > 0 && decoder.add(std::span(bytes).first(static_cast<std::size_t>(got))) == Status::kCorrupt) {
+            break;
+        }
+    }
+    CHECK(decoder.out_of_order() == 0);
+    return decoder.state();
+}
+
+TEST_CASE("without descriptors for more readers the server serves those it has, and does not keep a core busy") {
+    WorldServer server;
+    ChangingWorld world;
+    WorldReader reader;
+    REQUIRE(ok(server.open(socket_path())));
+    REQUIRE(ok(reader.open(socket_path())));
+    publish(server, world.advance());
+    REQUIRE(reaches(reader, 1));
+    const int late = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    const int next = ::dup(0);  // the lowest that is free
+    ::close(next);
+    rlimit before{};
+    REQUIRE(::getrlimit(RLIMIT_NOFILE, &before) == 0);
+    const rlimit none_left{static_cast<rlim_t>(next), before.rlim_max};
+    const std::string path = socket_path();
+    const sockaddr_un address = address_of(path);
+    REQUIRE(::setrlimit(RLIMIT_NOFILE, &none_left) == 0);
+    // The kernel takes the connection, and the server cannot.
+    const int connected = ::connect(late, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+    const double begin_s = processor_time_s();
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    const double used_s = processor_time_s() - begin_s;
+    publish(server, world.advance());
+    const bool is_served = reaches(reader, 2);
+    REQUIRE(::setrlimit(RLIMIT_NOFILE, &before) == 0);
+    CHECK(connected == 0);
+    CHECK(used_s < 0.2);
+    CHECK(is_served);
+    CHECK(read_up_to(late, 2) == world.state());
+    ::close(late);
+}
+
 TEST_CASE("a server that opens again sends nothing of what a slow reader had left") {
     WorldServer server;
     ChangingWorld world;
@@ -142,17 +196,8 @@ TEST_CASE("a server that opens again sends nothing of what a slow reader had lef
     const int reader = connect_to(socket_path());
     REQUIRE(reader >= 0);
     publish(server, ChangingWorld().advance());
-    WorldDecoder decoder;
-    std::array<std::uint8_t, 65536> bytes{};
-    for (ssize_t got = 1; got > 0 && decoder.state().sequence == 0;) {
-        got = ::recv(reader, bytes.data(), bytes.size(), 0);
-        if (got > 0 && decoder.add(std::span(bytes).first(static_cast<std::size_t>(got))) == Status::kCorrupt) {
-            break;
-        }
-    }
+    CHECK(read_up_to(reader, 1) == ChangingWorld().advance());
     ::close(reader);
-    CHECK(decoder.out_of_order() == 0);
-    CHECK(decoder.state() == ChangingWorld().advance());
 }
 
 TEST_CASE("the socket has the group and the mode that it is to have, whatever the umask") {
