@@ -136,9 +136,15 @@ def map_over_odometry(run):
     return ate_mm("trajectory_map.tum")(run) / ate_mm("trajectory.tum")(run)
 
 
+def located_percent(run):
+    """Frames with a pose in the map, of those with one in the odometry's world."""
+    lines = [len((run.folder / name).read_text().splitlines()) for name in ("trajectory_map.tum", "trajectory.tum")]
+    return 100 * lines[0] / lines[1]
+
+
 FIGURES = {
     "odometry_mm": ate_mm("trajectory.tum"), "map_mm": ate_mm("trajectory_map.tum"),
-    "map_over_odometry": map_over_odometry, "views": lambda run: len(views(run)),
+    "map_over_odometry": map_over_odometry, "located_percent": located_percent, "views": lambda run: len(views(run)),
     "revisits": lambda run: len(revisits(run)), "recognised_percent": recognised_percent,
     "false_recognitions": lambda run: sum(error > FALSE_M for error in loop_errors_m(run)),
     "loop_mm": lambda run: 1e3 * statistics.median(loop_errors_m(run)) if loop_errors_m(run) else None,
