@@ -12,8 +12,7 @@ namespace {
 constexpr double kGateOf2 = 9.21;
 constexpr double kGateOf3 = 11.34;
 constexpr double kNear_m = 0.05;
-/// Of the tilt between two views: an estimate's is about 1 mrad, of which 3 mm are left at a distance of 3 m. Points
-/// determine it ten times better.
+/// Of the tilt between two views: an estimate's is about 1 mrad, of which 3 mm are left at a distance of 3 m.
 constexpr double kTiltSigma_rad = 1e-3;
 constexpr double kTiltInformation = 1.0 / (kTiltSigma_rad * kTiltSigma_rad);
 /// Where the calibration is said to be exact.
