@@ -23,7 +23,7 @@ using PointMatches = FixedVector<PointMatch, kMaxPlacePoints>;
 void match_points(std::span<const PlacePoint> seen, std::span<const PlacePoint> known, PointMatches& matches);
 
 /// Whether matches may be of one place: some of them are closer than points of different places are. Of a view's
-/// comparisons with all other places of a building it leaves one in ten.
+/// comparisons with all other places of a building it leaves one in six.
 bool is_promising(const PointMatches& matches);
 
 /// Where a view is, seen from a place.
