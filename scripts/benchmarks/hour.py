@@ -2,7 +2,6 @@
 """Watches a long replay and compares its first ten minutes with its last ones. Leaves hour_MODE.csv (errors of
 stretches) and MODE/memory.csv, which scripts/tools/plot_hour draws. Exit code 1: memory has grown, or a flight without
 a seam was reset."""
-import csv
 import json
 import os
 import pathlib
@@ -12,6 +11,7 @@ import sys
 import time
 
 from bench.benchmark_lib import first_error, fresh_folder, number, read_table, run
+from bench.looped_log import period_of, stamps_of
 from bench.plan import PlanError
 
 STRETCH_M = 100.0
@@ -36,14 +36,9 @@ def prepare(content, arguments):
     return content
 
 
-def stamps_of(log):
-    root = log / "mav0" if (log / "mav0").is_dir() else log
-    return [int(row[0]) for row in csv.reader((root / "cam0/data.csv").open()) if row and not row[0].startswith("#")]
-
-
 def write_truth(log, stamps, turns, path):
     """Writes the ground truth of all turns as a table."""
-    period = (stamps[-1] - stamps[0]) // (len(stamps) - 1) * len(stamps)
+    period = period_of(stamps)
     lines = (log / "mav0/state_groundtruth_estimate0/data.csv").read_text().splitlines()[1:]
     rows = [line.split(",", 1) for line in lines[::TRUTH_STEP]]
     begin = int(rows[0][0])

@@ -5,6 +5,7 @@ import math
 import re
 import statistics
 
+from bench.looped_log import period_of, stamps_of
 from bench.quaternion import rotated
 
 FALSE_M = 0.2            # a recognised pose further off than that is of another place
@@ -19,9 +20,7 @@ class Truth:
         rows = (log / "mav0/state_groundtruth_estimate0/data.csv").read_text().splitlines()[1:]
         self.rows = [[float(cell) for cell in row.split(",")[:8]] for row in rows]
         self.stamps = [row[0] for row in self.rows]
-        frames = (log / "mav0/cam0/data.csv").read_text().splitlines()[1:]
-        first, last = (int(frames[k].split(",")[0]) for k in (0, -1))
-        self.period = (last - first) // (len(frames) - 1) * len(frames)
+        self.period = period_of(stamps_of(log))
         yaml = (log / "mav0/cam0/sensor.yaml").read_text()
         matrix = [float(cell) for cell in re.search(r"data:\s*\[([^\]]*)\]", yaml).group(1).split(",")]
         self.lever, self.axis = matrix[3:12:4], matrix[2:12:4]
@@ -105,6 +104,12 @@ def yaw_errors(run):
 
 def loop_errors_m(run):
     """Of the accepted recognitions: where the place is, seen from the view, against the truth."""
+    if not hasattr(run, "loop_errors_m"):
+        run.loop_errors_m = measured_loop_errors_m(run)
+    return run.loop_errors_m
+
+
+def measured_loop_errors_m(run):
     yaws = yaw_errors(run)
     errors = []
     for row in run.table("places.csv"):
