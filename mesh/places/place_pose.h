@@ -35,9 +35,8 @@ struct PlacePose {
 };
 
 /// The pose on which most matches agree. Both frames have vertical z axes, so two matches determine it [Sweeney14]:
-/// their horizontal distances give the turn. The best of kHypotheses such pairs is refined on its inliers: the errors
-/// of direction and inverse depth in the present camera, whitened by pixel noise on both sides and by the depths' own
-/// sigmas, under a Cauchy loss. Reentrant. Deterministic. No heap.
+/// their horizontal distances give the turn. The best of kHypotheses such pairs is refined on its inliers
+/// (SightingFit). Reentrant. Deterministic. No heap.
 /// @param seed  of the choice of pairs
 /// @return kDegenerate if fewer than kMinInliers matches agree, or less than kMinShare of all, or they leave the pose
 ///         undetermined (pose untouched)
