@@ -14,7 +14,7 @@ constexpr double kLeftRight_px = 1.0;
 constexpr double kUniqueness = 0.7;
 constexpr int kApart = 3;               // px: places farther apart than this are different ones
 constexpr float kSlack = 0.02F;         // what noise and slant take from a true match's correlation
-constexpr int kBackReach = 12;          // px searched to either side on the way back
+constexpr int kBackReach = 4;           // px searched to either side on the way back
 constexpr double kInterpolation = 0.1;  // px
 constexpr double kBesideLine = 0.25;    // px
 
@@ -148,7 +148,8 @@ bool DepthMatcher::leads_back(const RowPairs& left, const RowPairs& right, const
 }
 
 DepthVerdict DepthMatcher::match(const RowPairs& left, const RowPairs& right, const Ray& ray,
-                                 const Eigen::Vector2f& gradient, const DepthRange& range, DepthMatch& match) {
+                                 const Eigen::Vector2f& gradient, const DepthRange& range, DepthMatch& match,
+                                 DepthCheck check) {
     Place far;
     Place near;
     if (!place(ray, range.farthest, far) || !place(ray, range.nearest, near)) {
@@ -179,7 +180,7 @@ DepthVerdict DepthMatcher::match(const RowPairs& left, const RowPairs& right, co
     if (!(inverse_depth > 0.0) || !place(ray, inverse_depth, found)) {
         return DepthVerdict::kOutside;
     }
-    if (!leads_back(left, right, ray, found, along)) {
+    if (check == DepthCheck::kBothWays && !leads_back(left, right, ray, found, along)) {
         return DepthVerdict::kOneSided;
     }
     const double bend = 2.0 * scores[at] - scores[at - 1] - scores[at + 1];

@@ -24,6 +24,9 @@ enum class DepthVerdict : std::uint8_t {
     kCount
 };
 
+/// Whether a match is also looked for the other way round: not needed where the depth was known before.
+enum class DepthCheck : std::uint8_t { kBothWays, kOneWay };
+
 /// Depths to search, as inverse depths 1 / Z in C0 (1/m).
 struct DepthRange {
     double farthest = 0.0;
@@ -67,7 +70,7 @@ public:
     /// @param gradient  of the left image at the pixel (grey/px)
     /// @param match     untouched unless matched
     DepthVerdict match(const RowPairs& left, const RowPairs& right, const Ray& ray, const Eigen::Vector2f& gradient,
-                       const DepthRange& range, DepthMatch& match);
+                       const DepthRange& range, DepthMatch& match, DepthCheck check = DepthCheck::kBothWays);
 
     /// Change of the inverse depth per pixel at infinity in the middle of the image (1/m/px).
     double per_px() const { return per_px_; }

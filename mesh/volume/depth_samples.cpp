@@ -9,15 +9,11 @@
 namespace facet {
 namespace {
 
-constexpr double kMinRho = 0.08;      // 1/m: what is farther is no depth
-constexpr double kMinRate = 20.0;     // px m: of motion, below which it tells nothing that stereo did not
-constexpr double kPosePx = 0.2;       // px: what the poses of two keyframes add
-constexpr double kMorePx = 2.0;       // px searched beyond the sample's own doubt
-constexpr int kNearSquares = 1;       // squares to either side whose samples say where to search:
-constexpr int kFewestNear = 2;        // if there are so many
-constexpr double kMostApartPx = 4.0;  // within so many px of disparity,
-constexpr double kMarginPx = 4.0;     // so many beyond them
-constexpr double kSameSigmas = 3.0;   // within which two depths agree
+constexpr double kMinRho = 0.08;     // 1/m: what is farther is no depth
+constexpr double kMinRate = 20.0;    // px m: of motion, below which it tells nothing that stereo did not
+constexpr double kPosePx = 0.2;      // px: what the poses of two keyframes add
+constexpr double kMorePx = 2.0;      // px searched beyond the sample's own doubt
+constexpr double kSameSigmas = 3.0;  // within which two depths agree
 
 }  // namespace
 
@@ -34,12 +30,15 @@ DepthSampler::DepthSampler(const StereoRig& rig, int side_px) : rig_(rig), side_
     }
 }
 
-bool DepthSampler::find_pixel(const ImageView& image, int square, DepthSample& sample) const {
+bool DepthSampler::find_pixel(int square, const ImagePyramid& left, DepthSample& sample) const {
+    const ImageView image = left.level(0);
     const int border = config_.reach_px + 2;
     const int u0 = square % columns_ * side_;
     const int v0 = square / columns_ * side_;
     const Eigen::Vector2f& direction = directions_[static_cast<std::size_t>(square)];
     auto best = static_cast<float>(config_.min_gradient);
+    Eigen::Vector2f uv = Eigen::Vector2f::Zero();
+    Eigen::Vector2f steepest = Eigen::Vector2f::Zero();
     bool is_found = false;
     for (int v = std::max(v0, border); v < std::min(v0 + side_, image.height - border); ++v) {
         for (int u = std::max(u0, border); u < std::min(u0 + side_, image.width - border); ++u) {
@@ -48,20 +47,28 @@ bool DepthSampler::find_pixel(const ImageView& image, int square, DepthSample& s
             const float along = std::abs(gradient.dot(direction));
             if (along > best) {
                 best = along;
-                sample.uv = {static_cast<float>(u), static_cast<float>(v)};
-                sample.gradient = gradient;
+                uv = {static_cast<float>(u), static_cast<float>(v)};
+                steepest = gradient;
                 is_found = true;
             }
         }
     }
-    return is_found;
+    DepthMatcher::Ray ray;
+    Eigen::Vector2d xy;
+    if (!is_found || !ok(stereo_.ray_of(uv.cast<double>(), ray, xy))) {
+        return false;
+    }
+    sample.uv = uv;
+    sample.gradient = steepest;
+    sample.xy = xy.cast<float>();
+    return true;
 }
 
-DepthRange DepthSampler::range_of(const Mesher* mesher, const Eigen::Vector2d& xy) const {
-    const double nearest = 1.0 / config_.min_depth_m;
+DepthRange DepthSampler::range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const {
+    const double nearest = all_depths().nearest;
     DepthPrior prior;
-    if (mesher == nullptr || !mesher->depth_prior(xy, prior)) {
-        return {0.0, nearest};
+    if (!mesher.depth_prior(xy, prior)) {
+        return all_depths();
     }
     const double margin = config_.search_px * stereo_.per_px();
     return {std::clamp(prior.farthest - margin, 0.0, nearest - margin),
@@ -70,54 +77,29 @@ DepthRange DepthSampler::range_of(const Mesher* mesher, const Eigen::Vector2d& x
 
 void DepthSampler::correct(const CameraCorrections& cameras) { stereo_.correct(cameras); }
 
-/// Between the samples of the squares around, if there are some and a surface may run through all of them.
-bool DepthSampler::range_among(std::span<const DepthSample> known, int square, DepthRange& range) const {
-    if (known.empty()) {
-        return false;
-    }
-    const double per_px = stereo_.per_px();
-    const int column = square % columns_;
-    const int row = square / columns_;
-    double low = 1.0 / config_.min_depth_m;
-    double high = 0.0;
-    int count = 0;
-    for (int r = std::max(0, row - kNearSquares); r <= std::min(rows_ - 1, row + kNearSquares); ++r) {
-        for (int c = std::max(0, column - kNearSquares); c <= std::min(columns_ - 1, column + kNearSquares); ++c) {
-            const auto rho = static_cast<double>(known[static_cast<std::size_t>(r * columns_ + c)].inverse_depth);
-            if (rho > 0.0) {
-                low = std::min(low, rho);
-                high = std::max(high, rho);
-                ++count;
-            }
-        }
-    }
-    if (count < kFewestNear || high - low > kMostApartPx * per_px) {
-        return false;
-    }
-    range = {std::max(0.0, low - kMarginPx * per_px), high + kMarginPx * per_px};
-    return true;
-}
-
-DepthSample DepthSampler::measure(int square, const ImagePyramid& left, const ImagePyramid& right, const Mesher* mesher,
-                                  std::span<const DepthSample> known) {
+DepthSample DepthSampler::measure(int square, const ImagePyramid& left, const ImagePyramid& right,
+                                  const Mesher* mesher) {
     DepthSample sample;
-    DepthMatcher::Ray ray;
-    Eigen::Vector2d xy;
-    if (!find_pixel(left.level(0), square, sample) || !ok(stereo_.ray_of(sample.uv.cast<double>(), ray, xy))) {
-        return sample;
-    }
-    sample.xy = xy.cast<float>();
-    DepthMatch match;
-    DepthRange range;
-    if (!range_among(known, square, range)) {
-        range = range_of(mesher, xy);
-    }
-    if (stereo_.match(left.pairs(0), right.pairs(0), ray, sample.gradient, range, match) == DepthVerdict::kMatched &&
-        match.inverse_depth > kMinRho) {
-        sample.inverse_depth = static_cast<float>(match.inverse_depth);
-        sample.sigma = static_cast<float>(match.sigma);
+    if (find_pixel(square, left, sample)) {
+        (void)match(left, right, mesher == nullptr ? all_depths() : range_of(*mesher, sample.xy.cast<double>()),
+                    sample);
     }
     return sample;
+}
+
+bool DepthSampler::match(const ImagePyramid& left, const ImagePyramid& right, const DepthRange& range,
+                         DepthSample& sample) {
+    DepthMatcher::Ray ray;
+    Eigen::Vector2d xy;
+    DepthMatch match;
+    if (!ok(stereo_.ray_of(sample.uv.cast<double>(), ray, xy)) ||
+        stereo_.match(left.pairs(0), right.pairs(0), ray, sample.gradient, range, match) != DepthVerdict::kMatched ||
+        match.inverse_depth <= kMinRho) {
+        return false;
+    }
+    sample.inverse_depth = static_cast<float>(match.inverse_depth);
+    sample.sigma = static_cast<float>(match.sigma);
+    return true;
 }
 
 void DepthSampler::face(const Se3& T_C_other, const CameraCorrections& cameras) {
@@ -140,7 +122,7 @@ void DepthSampler::compare(const ImagePyramid& own, const ImagePyramid& other, D
     const double reach = kSameSigmas * sigma + kMorePx / rate;
     DepthMatch match;
     if (motion_.match(own.pairs(0), other.pairs(0), ray, sample.gradient, {std::max(0.0, rho - reach), rho + reach},
-                      match) != DepthVerdict::kMatched) {
+                      match, DepthCheck::kOneWay) != DepthVerdict::kMatched) {
         return;
     }
     const double variance = match.sigma * match.sigma + kPosePx * kPosePx / (rate * rate);

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <span>
 #include <vector>
 
 #include "estimator/frontend/image_pyramid.h"
@@ -44,9 +43,14 @@ public:
     void correct(const CameraCorrections& cameras);
     /// The sample of a square, counted row by row.
     /// @param mesher  has taken in this keyframe: between which depths to search; nullptr: at all
-    /// @param known   samples of this image so far: a square among some that agree is searched near them; empty: none
-    DepthSample measure(int square, const ImagePyramid& left, const ImagePyramid& right, const Mesher* mesher,
-                        std::span<const DepthSample> known = {});
+    DepthSample measure(int square, const ImagePyramid& left, const ImagePyramid& right, const Mesher* mesher);
+
+    /// The pixel of a square: `uv`, `gradient` and `xy`. @return false: it has no texture (sample as it was)
+    bool find_pixel(int square, const ImagePyramid& left, DepthSample& sample) const;
+    /// Looks for the depth of such a sample. @return whether there is one (sample as it was if not)
+    bool match(const ImagePyramid& left, const ImagePyramid& right, const DepthRange& range, DepthSample& sample);
+    /// From infinity to the nearest that is looked for.
+    DepthRange all_depths() const { return {0.0, 1.0 / config_.min_depth_m}; }
 
     /// The view to compare with from now on. @param T_C_other  its left camera, in the samples' one
     void face(const Se3& T_C_other, const CameraCorrections& cameras);
@@ -55,9 +59,7 @@ public:
     void compare(const ImagePyramid& own, const ImagePyramid& other, DepthSample& sample);
 
 private:
-    bool find_pixel(const ImageView& image, int square, DepthSample& sample) const;
-    DepthRange range_of(const Mesher* mesher, const Eigen::Vector2d& xy) const;
-    bool range_among(std::span<const DepthSample> known, int square, DepthRange& range) const;
+    DepthRange range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const;
 
     StereoRig rig_;
     DepthConfig config_;

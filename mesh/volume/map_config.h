@@ -25,8 +25,8 @@ inline constexpr auto kMapFields = std::to_array<ParameterField<MapConfig>>({
     {FACET_FIELD(MapConfig, square_px), "px", 4, 64,
      "One pixel is matched in each square of this side; images with more than 32768 squares use larger ones."},
     {FACET_FIELD(MapConfig, steps_per_frame), "-", 50, 1000000,
-     "Bound on the map's work after each frame's estimate, in steps of about 5 us (a pixel matched, a block of voxels "
-     "brought up to date); keyframes that come before the work on earlier ones is done are left out."},
+     "Of a replay: bound on the map's work after each frame's estimate, in steps of about 5 us (a pixel matched, a "
+     "block of voxels brought up to date); keyframes that come before the work on earlier ones is done are left out."},
     {FACET_FIELD(MapConfig, max_blocks), "-", 256, 262144,
      "The map holds this many cubes of 32 cm where there are surfaces, 8 KB each; when they are used up, those "
      "farthest from the vehicle leave."},

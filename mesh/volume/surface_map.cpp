@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "platform/base/assert.h"
 #include "platform/base/image_copy.h"
@@ -14,16 +13,6 @@ namespace {
 
 constexpr int kMostSquares = 32768;
 constexpr double kResolvedStep = 0.5;  // m: where it is less than a pixel of disparity, nothing is measured
-
-/// Coprime to `count`, and near its golden section: multiples of it soon cover all of a row.
-int coprime_stride(int count) {
-    constexpr double kGolden = 0.6180339887498949;
-    int stride = std::max(1, static_cast<int>(kGolden * count));
-    while (std::gcd(stride, count) > 1) {
-        ++stride;
-    }
-    return stride;
-}
 
 bool is_finite(const Se3& T) { return T.p.allFinite() && T.q.coeffs().allFinite(); }
 
@@ -42,6 +31,7 @@ Status SurfaceMap::configure(const MapConfig& config, const StereoRig& rig) {
         ++side;
     }
     sampler_ = std::make_unique<DepthSampler>(rig, side);
+    growth_ = std::make_unique<DepthGrowth>(*sampler_);
     layout_ = {side, sampler_->columns(), sampler_->rows(), sampler_->per_px()};
     raster_ = std::make_unique<SquareRaster>(rig.left, side, layout_.columns, layout_.rows);
     bare_ = std::make_unique<BareSurfaces>(*raster_, layout_);
@@ -60,7 +50,6 @@ Status SurfaceMap::configure(const MapConfig& config, const StereoRig& rig) {
     samples_.assign(squares, {});
     patches_.assign(squares, {});
     depths_.reserve(squares);
-    stride_ = coprime_stride(layout_.count());
     counters_ = {};
     resets_ = 0;
     restart();
@@ -72,7 +61,7 @@ void SurfaceMap::restart() {
     volume_->clear();
     oldest_ = count_ = 0;
     stage_ = Stage::kIdle;
-    next_piece_ = 0;
+    next_piece_ = round_left_ = 0;
 }
 
 void SurfaceMap::add(const KeyframeView& seen, std::uint32_t resets, const ImageView& left, const ImageView& right) {

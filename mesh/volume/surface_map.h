@@ -13,6 +13,7 @@
 #include "estimator/values/keyframe_view.h"
 #include "mesh/capacity.h"
 #include "mesh/volume/bare_surfaces.h"
+#include "mesh/volume/depth_growth.h"
 #include "mesh/volume/depth_samples.h"
 #include "mesh/volume/map_config.h"
 #include "mesh/volume/partners.h"
@@ -43,13 +44,33 @@ public:
     virtual void take(const SurfacePiece& piece, std::uint32_t restart) = 0;
 };
 
+/// Several as one.
+class SurfaceSinks final : public SurfaceSink {
+public:
+    /// Borrowed; nullptr: nobody. Heap.
+    void add(SurfaceSink* sink) {
+        if (sink != nullptr) {
+            sinks_.push_back(sink);
+        }
+    }
+    bool empty() const { return sinks_.empty(); }
+    void take(const SurfacePiece& piece, std::uint32_t restart) override {
+        for (SurfaceSink* const sink : sinks_) {
+            sink->take(piece, restart);
+        }
+    }
+
+private:
+    std::vector<SurfaceSink*> sinks_;
+};
+
 /// Each keyframe is copied. When kSettle newer ones have come, or it has left the window, one pixel of each of its
-/// squares is matched in stereo, near what landmarks and squares around say (DepthSampler); the farthest view on either
+/// squares is matched in stereo, near what landmarks and squares around say (DepthGrowth); the farthest view on either
 /// side in time that shows the same confirms, sharpens or refutes these depths (choose_partners); pieces of plane are
 /// laid through those that agree (fit_patch) and over what is bare between them (BareSurfaces); and these go into the
-/// volume with the pose that the window has for it then (TsdfVolume). Where voxels have changed, the surface is
-/// extracted again (SurfaceNets) and given away. The same parts, with more views and smaller squares, make the fused
-/// mesh of a replay.
+/// volume with the pose that the window has for it then (TsdfVolume). Every few keyframes the surface is extracted
+/// again where voxels have changed (SurfaceNets) and given away. The same parts, with more views and smaller squares,
+/// make the fused mesh of a replay.
 ///
 /// Work is counted in steps (MapConfig::steps_per_frame): what a frame costs is bounded, and results depend on the
 /// order of calls alone. Only one bare region is looked at in one go. Keyframes wait in a ring; the more of them do,
@@ -74,8 +95,8 @@ public:
     /// @param resets  how often the estimator has restarted
     void add(const KeyframeView& view, std::uint32_t resets, const ImageView& left, const ImageView& right);
 
-    /// The next slice of work.
-    void advance();
+    /// The next slice of work. @return whether some may be left
+    bool advance();
 
     /// All work that is left, on the views still waiting too, and all surface that has changed: at the end of a run, or
     /// whenever there is time.
@@ -87,11 +108,6 @@ public:
 private:
     enum class Stage : std::uint8_t { kIdle, kMeasure, kChoose, kCompare, kFit, kBare, kAdd, kUpdate };
     enum class Fate : std::uint8_t { kWaits, kIntegrated, kSettled };
-    /// The depth of a square, as landmarks have it.
-    struct Seed {
-        int square = 0;
-        float inverse_depth = 0.0F;
-    };
     struct View {
         Timestamp stamp;
         Se3 T_W_C0;
@@ -99,7 +115,7 @@ private:
         CameraCorrections cameras;
         std::vector<std::uint8_t> left;
         std::vector<std::uint8_t> right;
-        FixedVector<Seed, kMaxMeshPoints> seeds;
+        FixedVector<DepthSeed, kMaxMeshPoints> seeds;
         bool is_in_window = true;
         Fate fate = Fate::kWaits;
     };
@@ -129,11 +145,12 @@ private:
     std::int64_t fit();
     void begin_volume();
     void end_view();
-    void extract(std::int64_t steps);
+    bool extract(std::int64_t steps);
     void extract_all();
 
     MapConfig config_;
     std::unique_ptr<DepthSampler> sampler_;
+    std::unique_ptr<DepthGrowth> growth_;
     std::unique_ptr<SquareRaster> raster_;
     std::unique_ptr<BareSurfaces> bare_;
     std::unique_ptr<TsdfVolume> volume_;
@@ -160,9 +177,9 @@ private:
     std::size_t own_ = 0;  ///< slot of the view that is worked on
     FixedVector<Partner, 2> partners_;
     std::size_t partner_ = 0;
-    int next_ = 0;  ///< square
-    int stride_ = 1;
+    int next_ = 0;                ///< square
     std::size_t next_piece_ = 0;  ///< slot
+    std::size_t round_left_ = 0;  ///< slots to look at for surface that has changed
 };
 
 }  // namespace facet

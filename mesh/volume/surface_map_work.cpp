@@ -10,6 +10,7 @@ namespace facet {
 namespace {
 
 // What a step does, each of about 5 us.
+constexpr int kPlaces = 50;    // compared along an epipolar line
 constexpr int kFitted = 4;     // squares
 constexpr int kLookedAt = 64;  // squares, for bare regions
 constexpr int kLaid = 8;       // patches about which there are blocks
@@ -17,7 +18,8 @@ constexpr int kUpdated = 1;    // blocks in view
 constexpr int kPassedBy = 64;  // slots whose surface has not changed
 constexpr int kExtract = 4;    // steps that a block's surface takes
 constexpr std::int64_t kAll = std::numeric_limits<std::int64_t>::max() / kPassedBy;
-constexpr int kSurfaceShare = 8;  // of a slice: one of so many parts is for the surface, whatever waits
+constexpr std::uint64_t kRoundEvery = 4;  // views integrated: neighbouring ones change the same blocks
+constexpr int kSurfaceShare = 8;          // of a slice: one of so many parts is for the surface, whatever waits
 
 }  // namespace
 
@@ -34,18 +36,18 @@ void SurfaceMap::finish() {
     extract_all();
 }
 
-void SurfaceMap::advance() {
+bool SurfaceMap::advance() {
     const std::int64_t for_surface = config_.steps_per_frame / kSurfaceShare;
-    extract(for_surface);
+    (void)extract(for_surface);
     std::int64_t left = config_.steps_per_frame - for_surface;
     while (left > 0) {
         const std::int64_t cost = step();
         if (cost == 0) {
-            extract(left);
-            return;
+            return extract(left);
         }
         left -= cost;
     }
+    return true;
 }
 
 /// A little work. @return steps; 0: there is nothing to do
@@ -87,22 +89,24 @@ std::int64_t SurfaceMap::begin_due() {
     right_.build({own.right.data(), right_size_.x(), right_size_.y(), right_size_.x()});
     sampler_->correct(own.cameras);
     std::ranges::fill(samples_, DepthSample{});
-    for (const Seed& seed : own.seeds) {  // each is measured in its turn
-        samples_[static_cast<std::size_t>(seed.square)].inverse_depth = seed.inverse_depth;
-    }
+    growth_->begin({own.seeds.data(), own.seeds.size()});
     stage_ = Stage::kMeasure;
-    next_ = 0;
     return kSteps;
 }
 
-/// Squares in an order that soon covers all of the image.
+/// A few squares, or one that is searched for long.
 std::int64_t SurfaceMap::measure() {
-    const auto square = static_cast<int>(static_cast<std::int64_t>(next_) * stride_ % layout_.count());
-    samples_[static_cast<std::size_t>(square)] = sampler_->measure(square, own_left_, right_, nullptr, samples_);
-    if (++next_ == layout_.count()) {
-        stage_ = Stage::kChoose;
+    constexpr int kBesides = 10;  // places that take as long as all else about a square
+    int places = 0;
+    while (places < kPlaces) {
+        const int compared = growth_->advance(own_left_, right_, samples_);
+        if (compared < 0) {
+            stage_ = Stage::kChoose;
+            break;
+        }
+        places += compared + kBesides;
     }
-    return 1;
+    return std::max(1, places / kPlaces);
 }
 
 /// How far away half of what a view shows is, or nearer.
@@ -205,22 +209,24 @@ void SurfaceMap::end_view() {
     View& own = views_[own_];
     own.fate = Fate::kIntegrated;
     ++counters_.integrated;
+    if (counters_.integrated % kRoundEvery == 0) {
+        round_left_ = volume_->slot_end();
+    }
     stage_ = Stage::kIdle;
     if (!own.is_in_window) {
         settle(own);
     }
 }
 
-/// Gives away the surface of the next blocks that have changed.
-void SurfaceMap::extract(std::int64_t steps) {
+/// Gives away the surface of the next blocks that have changed, of the round that is due. @return whether there may be
+/// more
+bool SurfaceMap::extract(std::int64_t steps) {
     if (sink_ == nullptr) {
-        return;
+        return false;
     }
-    std::int64_t done = 0;
-    for (std::size_t seen = 0; seen < volume_->slot_end() && done < steps * kPassedBy; ++seen) {
+    for (std::int64_t done = 0; round_left_ > 0 && done < steps * kPassedBy; ++done, --round_left_) {
         next_piece_ = next_piece_ + 1 < volume_->slot_end() ? next_piece_ + 1 : 0;
         const TsdfVolume::Block& block = volume_->block(next_piece_);
-        ++done;
         if (block.is_used && block.is_stale) {
             volume_->clear_stale(next_piece_);
             nets_.extract(*volume_, next_piece_, *piece_);
@@ -228,8 +234,12 @@ void SurfaceMap::extract(std::int64_t steps) {
             done += kExtract * kPassedBy;
         }
     }
+    return round_left_ > 0;
 }
 
-void SurfaceMap::extract_all() { extract(kAll); }
+void SurfaceMap::extract_all() {
+    round_left_ = volume_->slot_end();
+    (void)extract(kAll);
+}
 
 }  // namespace facet

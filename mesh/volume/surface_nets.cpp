@@ -26,10 +26,11 @@ void for_voxels(int from, int to, const Visit& visit) {
 
 void SurfaceNets::extract(const TsdfVolume& volume, std::size_t slot, SurfacePiece& piece) {
     const TsdfVolume::Block& block = volume.block(slot);
+    voxel_ = static_cast<float>(volume.options().voxel_m);
     piece.at = block.at;
+    piece.corner_W = static_cast<float>(kSide) * voxel_ * block.at.cast<float>();
     piece.vertices.clear();
     piece.triangles.clear();
-    voxel_ = static_cast<float>(volume.options().voxel_m);
     most_change_ = kMostChange * voxel_;
     vertex_of_.fill(-1);
     load(volume, block);

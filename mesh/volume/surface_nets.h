@@ -32,7 +32,8 @@ struct SurfaceTriangle {
 struct SurfacePiece {
     static constexpr int kCells = TsdfVolume::kSide + 1;  ///< along each axis, those before the block included
 
-    Eigen::Vector3i at = Eigen::Vector3i::Zero();  ///< the block
+    Eigen::Vector3i at = Eigen::Vector3i::Zero();        ///< the block
+    Eigen::Vector3f corner_W = Eigen::Vector3f::Zero();  ///< its corner of least coordinates (m)
     FixedVector<SurfaceVertex, kCells * kCells * kCells> vertices;
     FixedVector<SurfaceTriangle, 6 * TsdfVolume::kVoxels> triangles;
 };

@@ -6,17 +6,10 @@
 #include <cmath>
 #include <memory>
 
-#include "tests/mesh/depth/stereo_scene.h"
+#include "tests/mesh/volume/scene_pyramid.h"
 
 namespace facet {
 namespace {
-
-ImagePyramid pyramid_of(const test::SceneImage& image) {
-    ImagePyramid pyramid;
-    REQUIRE(ok(pyramid.configure(test::kSceneWidth, test::kSceneHeight, 1)));
-    pyramid.build(image.view());
-    return pyramid;
-}
 
 /// A keyframe at the origin, whose mesher knows nothing.
 struct Stage {
@@ -25,11 +18,12 @@ struct Stage {
     test::Surface surface;
     ImagePyramid left;
 
-    explicit Stage(const test::Surface& seen) : surface(seen), left(pyramid_of(test::draw(seen, {0.0, 0.0, 0.0}))) {
+    explicit Stage(const test::Surface& seen)
+        : surface(seen), left(test::pyramid_of(test::draw(seen, {0.0, 0.0, 0.0}))) {
         REQUIRE(ok(mesher->configure({}, test::scene_rig().left)));
     }
     std::vector<DepthSample> measure() {
-        const ImagePyramid right = pyramid_of(test::draw(surface, {0.1, 0.0, 0.0}));
+        const ImagePyramid right = test::pyramid_of(test::draw(surface, {0.1, 0.0, 0.0}));
         sampler.correct({});
         std::vector<DepthSample> samples;
         for (int i = 0; i < sampler.count(); ++i) {
@@ -39,7 +33,7 @@ struct Stage {
     }
     void compare(const test::Surface& seen, const Eigen::Vector3d& from, std::vector<DepthSample>& samples) {
         sampler.face({Eigen::Quaterniond::Identity(), from}, {});
-        const ImagePyramid other = pyramid_of(test::draw(seen, from));
+        const ImagePyramid other = test::pyramid_of(test::draw(seen, from));
         for (DepthSample& sample : samples) {
             sampler.compare(left, other, sample);
         }
@@ -74,28 +68,6 @@ TEST_CASE("most squares of a textured wall are measured, each as well as it says
     const Errors errors = errors_of(samples, 0.4);
     CHECK(errors.count > 3000);
     CHECK(good > 0.99 * errors.count);
-}
-
-TEST_CASE("squares searched near those around them find the same, also beside a step") {
-    Stage stage(test::step_surface(1.5, 2.5));
-    const ImagePyramid right = pyramid_of(test::draw(stage.surface, {0.1, 0.0, 0.0}));
-    const auto alone = stage.measure();
-    std::vector<DepthSample> together(alone.size());
-    int both = 0;
-    int apart = 0;
-    int lost = 0;
-    for (int k = 0; k < stage.sampler.count(); ++k) {
-        const auto i = static_cast<std::size_t>(k * 2971 % stage.sampler.count());  // spread over the image
-        together[i] = stage.sampler.measure(static_cast<int>(i), stage.left, right, nullptr, together);
-        lost += alone[i].inverse_depth > 0.0F && together[i].inverse_depth == 0.0F ? 1 : 0;
-        if (alone[i].inverse_depth > 0.0F && together[i].inverse_depth > 0.0F) {
-            ++both;
-            apart += std::abs(alone[i].inverse_depth - together[i].inverse_depth) > 0.01F ? 1 : 0;
-        }
-    }
-    REQUIRE(both > 3000);
-    CHECK(apart < both / 200);
-    CHECK(lost < both / 20);
 }
 
 TEST_CASE("another place confirms depths and makes them more certain") {
