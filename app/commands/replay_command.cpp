@@ -207,6 +207,7 @@ int replay(const ReplayArguments& args, bool has_duration) {
     options.world = world.get();
     const std::unique_ptr<LiveView> view = open_view(args.view, options.calibration.rig);
     options.viewers.push_back(view.get());
+    options.surface = view ? &view->surface() : nullptr;
     const auto estimates = args.mcap.empty() ? nullptr : std::make_unique<EstimateFile>(args.mcap);
     options.viewers.push_back(estimates.get());
     const RunSummary run = run_replay(options, stop_on_signals({SIGINT, SIGTERM, SIGHUP}));

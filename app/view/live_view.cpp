@@ -105,6 +105,7 @@ public:
         }
     }
 
+    SurfaceSink& surface() { return source_.surface; }
     const ViewPlace& place() const { return place_; }
     ViewAccount account() const {
         return {offered_, skipped_, source_.replaced + source_.foxglove.replaced(), source_.viewers,
@@ -186,6 +187,11 @@ private:
                 inbox_.clear();
             }
             pass_on();
+            for (const std::weak_ptr<Viewer>& known : viewers_) {
+                if (const auto viewer = known.lock()) {
+                    viewer->push_surface();
+                }
+            }
             tick();
         });
     }
@@ -230,6 +236,7 @@ bool LiveView::wants_picture(Timestamp stamp, bool has_points) const {
 }
 bool LiveView::wants_calibration() const { return server_->wants_calibration(); }
 void LiveView::offer(const ViewState& state, const Fillers& fillers) { server_->offer(state, fillers); }
+SurfaceSink& LiveView::surface() { return server_->surface(); }
 const ViewPlace& LiveView::place() const { return server_->place(); }
 ViewAccount LiveView::account() const { return server_->account(); }
 

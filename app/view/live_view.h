@@ -8,6 +8,7 @@
 #include <string>
 
 #include "app/view/flight_viewer.h"
+#include "app/view/live_surface.h"
 #include "app/view/view_place.h"
 #include "app/view/view_snapshot.h"
 #include "estimator/geometry/stereo_rig.h"
@@ -31,15 +32,16 @@ struct ViewAccount {
     std::uint64_t foxglove = 0;  ///< clients of Foxglove's protocol that have connected
 };
 
-/// A small web server with a thread of its own: the page at /, at /live a WebSocket of frames, meshes and pictures for
-/// it, and at any place the WebSocket protocol of Foxglove (foxglove_hub.h) for clients that ask for that. offer()
-/// copies into one buffer if that is free, and never waits: it locks nothing that the thread holds while it sends. A
-/// browser has at most one message under way and the newest of each kind waiting, a client of Foxglove's a few more;
-/// what is older is replaced. At most kMaxViewers of both at once, who have been let in; of those who have not, the one
-/// that has waited longest makes room for the newest when there are kMaxStrangers, or kMaxOfAddress of its address, so
-/// that nobody is locked out by requests that are never finished. With a token, only who has it is shown the flight;
-/// without, only who reaches the server under a name of this computer (Host), and of pages its own and Foxglove's
-/// (Origin). Heap, but not in offer() as long as the fillers stay within the bounds below.
+/// A small web server with a thread of its own: the page at /, at /live a WebSocket of frames, meshes, pictures and the
+/// changes of the map's surface for it, and at any place the WebSocket protocol of Foxglove (foxglove_hub.h) for
+/// clients that ask for that. offer() copies into one buffer if that is free, and never waits: it locks nothing that
+/// the thread holds while it sends. A browser has at most one message under way and the newest of each kind waiting, a
+/// client of Foxglove's a few more; what is older is replaced. At most kMaxViewers of both at once, who have been let
+/// in; of those who have not, the one that has waited longest makes room for the newest when there are kMaxStrangers,
+/// or kMaxOfAddress of its address, so that nobody is locked out by requests that are never finished. With a token,
+/// only who has it is shown the flight; without, only who reaches the server under a name of this computer (Host), and
+/// of pages its own and Foxglove's (Origin). Heap, but not in offer() as long as the fillers stay within the bounds
+/// below.
 class LiveView final : public FlightViewer {
 public:
     static constexpr std::size_t kMaxViewers = 8;
@@ -62,6 +64,9 @@ public:
     bool wants_calibration() const override;
     void offer(const ViewState& state, const Fillers& fillers) override;
     void offer(const ViewState& state) { offer(state, {}); }
+
+    /// Takes the surface of the map, for the page. Thread-safe; heap.
+    SurfaceSink& surface();
 
     /// Where it listens: with the port that was free if any would do.
     const ViewPlace& place() const;

@@ -30,6 +30,7 @@ public:
         }
     }
     void add(float value) { add(std::bit_cast<std::int32_t>(value)); }
+    void add(const std::string& bytes) { message_->body += bytes; }
     void add(const std::vector<std::uint8_t>& bytes) { message_->body.append(bytes.begin(), bytes.end()); }
     SharedMessage take() { return std::move(message_); }
 
@@ -85,6 +86,13 @@ SharedMessage picture_message(const ViewPicture& picture) {
         message.add(point.plane);
     }
     message.add(picture.pixels);
+    return message.take();
+}
+
+SharedMessage surface_message(std::uint32_t surface, const std::string& pieces) {
+    BinaryMessage message(ViewMessageKind::kSurface, 4 + pieces.size());
+    message.add(static_cast<std::int32_t>(surface));
+    message.add(pieces);
     return message.take();
 }
 

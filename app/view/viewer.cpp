@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "app/view/view_messages.h"
 #include "app/view/view_place.h"
 
 namespace facet {
@@ -18,7 +19,8 @@ namespace websocket = boost::beast::websocket;
 constexpr std::chrono::seconds kRequestTime{10};
 constexpr std::uint32_t kMaxHeader = 8192;
 constexpr std::size_t kMaxFromBrowser = 1024;
-enum Lane : std::size_t { kHello, kMesh, kFrame, kPicture };
+constexpr std::size_t kSurfaceBytes = 256U << 10U;  // at a time: 30 ms on a line of 10 MB/s
+enum Lane : std::size_t { kHello, kMesh, kFrame, kPicture, kSurface };
 
 /// Whether a page's origin is this server, or there is no page.
 bool is_own_page(beast::string_view origin, beast::string_view host) {
@@ -150,6 +152,16 @@ void Viewer::push(const SharedMessage& frame, const SharedMessage& mesh, const S
     send(kMesh, mesh);
     send(kFrame, frame);
     send(kPicture, picture);
+}
+
+void Viewer::push_surface() {
+    if (!is_live_ || sender_.waiting(kSurface) > 0) {
+        return;
+    }
+    std::string pieces;
+    if (source_.surface.append_changes(surface_, kSurfaceBytes, pieces)) {
+        send(kSurface, surface_message(surface_.surface, pieces));
+    }
 }
 
 /// A newer message of a kind takes the place of one that still waits.

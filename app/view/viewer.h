@@ -15,6 +15,7 @@
 
 #include "app/view/bounded_sender.h"
 #include "app/view/foxglove_hub.h"
+#include "app/view/live_surface.h"
 
 namespace facet {
 
@@ -37,6 +38,7 @@ struct ViewSource {
     std::chrono::milliseconds idle{};  ///< a WebSocket whose other end gives no sign of life for so long is closed
     std::size_t places = 0;            ///< of WebSockets
     std::size_t taken = 0;             ///< of these, by viewers
+    LiveSurface surface;
     FoxgloveHub foxglove;
 
     bool has_place() { return taken + foxglove.clients() < places; }
@@ -57,6 +59,8 @@ public:
     /// The newest frame, and the newest mesh and picture or null. Replaces what still waits; nothing if there is no
     /// WebSocket.
     void push(const SharedMessage& frame, const SharedMessage& mesh, const SharedMessage& picture);
+    /// Some of the surface that has changed, if none waits to be sent.
+    void push_surface();
 
 private:
     bool may_connect() const;
@@ -75,6 +79,7 @@ private:
     boost::beast::http::response<boost::beast::http::string_body> response_;
     bool has_place_ = false;
     bool is_live_ = false;
+    LiveSurface::Position surface_;  ///< that it has been sent
     BoundedSender sender_;
 };
 

@@ -192,7 +192,9 @@ def write_live(path, modules):
 <body class="live"><div class="view"><div class="stage"><canvas aria-label="the flight in 3D"></canvas>
 <canvas class="eye" hidden aria-label="the left image with its landmarks"></canvas>
 <b class="badge" hidden></b><div class="said"></div>
-<div class="chips"><label><input type="checkbox" checked> Follow</label></div></div></div>
+<div class="chips"><label hidden><input type="checkbox" name="map" checked> Map</label>
+<label hidden><input type="checkbox" name="mesh" checked> Mesh over the horizon</label>
+<label><input type="checkbox" name="follow" checked> Follow</label></div></div></div>
 <script>{as_script(script)}</script></body></html>
 """, encoding="utf-8")
     return None

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// The live view of --view: mesh over the horizon, path, camera and its image as they come by WebSocket. Bundled with
-// three.js by document.py.
+// The live view of --view: the map's surface, mesh over the horizon, path, camera and its image as they come by
+// WebSocket. Bundled with three.js by document.py.
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, FrontSide, GridHelper, Line,
   LineBasicMaterial, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { SurfacePart } from "./live_surface.js";
 import { CameraPart, cssColour, LIGHT, planeColour, shadeFlat } from "./view_parts.js";
 
 const MAX_POINTS = 40000; // of the path: half an hour at 20 Hz; then it starts over
@@ -14,6 +15,7 @@ const FACE_BYTES = 40;
 const POINT_BYTES = 16;
 const MESH = 0;
 const PICTURE = 1;
+const SURFACE = 2;
 const RETRY_MS = 1500;
 
 class Live {
@@ -43,13 +45,16 @@ class Live {
     path.setAttribute("position", new BufferAttribute(this.points, 3));
     this.path = new Line(path, new LineBasicMaterial({ color: cssColour("--run1") }));
     this.path.frustumCulled = false;
-    this.scene.add(new AmbientLight("#ffffff", LIGHT), this.camera, grid, this.mesh, this.path);
+    this.surface = new SurfacePart();
+    this.scene.add(new AmbientLight("#ffffff", LIGHT), this.camera, grid, this.mesh, this.path, this.surface.group);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.addEventListener("change", () => this.draw());
-    this.follow = root.querySelector("input");
+    this.follow = root.querySelector("[name=follow]");
+    this.boxes = { map: root.querySelector("[name=map]"), mesh: root.querySelector("[name=mesh]") };
+    Object.values(this.boxes).forEach((box) => box.addEventListener("change", () => this.choose()));
     new ResizeObserver(() => this.resize()).observe(root);
     this.eye = root.querySelector(".eye");
-    this.received = { frames: 0, meshes: 0, pictures: 0, points: 0 };
+    this.received = { frames: 0, meshes: 0, pictures: 0, points: 0, pieces: 0 };
     this.connect();
   }
 
@@ -73,6 +78,8 @@ class Live {
           this.showMesh(view);
         } else if (kind === PICTURE) {
           this.showPicture(view);
+        } else if (kind === SURFACE) {
+          this.showSurface(data);
         }
         return;
       }
@@ -95,6 +102,7 @@ class Live {
       this.scene.remove(this.frustum.group);
     }
     this.count = 0;
+    this.surface.clear();
     this.frustum = new CameraPart({ poses: "", camera }, cssColour("--run0"));
     this.scene.add(this.frustum.group);
   }
@@ -176,6 +184,24 @@ class Live {
     this.mesh.geometry.setAttribute("position", new BufferAttribute(place, 3));
     shadeFlat(this.mesh.geometry);
     this.mesh.geometry.setAttribute("color", new BufferAttribute(colours, 3));
+    this.draw();
+  }
+
+  // Once there is a map, it takes the place of the mesh.
+  showSurface(data) {
+    if (this.boxes.map.parentElement.hidden) {
+      this.boxes.map.parentElement.hidden = false;
+      this.boxes.mesh.parentElement.hidden = false;
+      this.boxes.mesh.checked = false;
+      this.choose();
+    }
+    this.received.pieces += this.surface.take(data);
+    this.draw();
+  }
+
+  choose() {
+    this.surface.group.visible = this.boxes.map.checked;
+    this.mesh.visible = this.boxes.mesh.checked;
     this.draw();
   }
 

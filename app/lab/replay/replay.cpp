@@ -79,6 +79,7 @@ private:
     ReplayOutput output_;
     FaultedLog log_;
     Eigen::Vector3d newest_w_B_ = Eigen::Vector3d::Zero();  ///< given to the estimator
+    SurfaceSinks surface_;
     FramePipeline pipeline_;
     FrameResult result_;
     std::unique_ptr<CarriedEstimate> carried_;  ///< none unless the trajectory is at the IMU's rate
@@ -189,7 +190,9 @@ void Replay::prepare() {
     }
     start_check_.emplace(given.rig);
     extra_files_.emplace(options_, given.rig);
-    pipeline_.keep_map(&recorder_.surface());
+    surface_.add(&recorder_.surface());
+    surface_.add(options_.surface);
+    pipeline_.keep_map(&surface_);
     if (options_.write_rays) {
         pipeline_.keep_grid();
     }
@@ -256,7 +259,8 @@ RunSummary Replay::run(const std::atomic<bool>& stop) {
     summary_.greatest_lag_s = output_.greatest_lag().seconds();
     summary_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     pipeline_.finish_places();
-    recorder_.finish(pipeline_);
+    pipeline_.finish_map();
+    recorder_.finish(pipeline_, pipeline_.map());
     extra_files_->finish(result_, pipeline_);
     return summary_;
 }

@@ -51,6 +51,7 @@ struct ReplayOptions {
     OdometrySink* sink = nullptr;        ///< is given every line of the trajectory, and is serviced; or nobody is
     WorldServer* world = nullptr;        ///< is given mesh, planes and grid at each keyframe; or nobody is
     std::vector<FlightViewer*> viewers;  ///< are shown every frame
+    SurfaceSink* surface = nullptr;      ///< is given the map's surface as it changes, beside mesh.ply; or nobody is
     bool in_real_time = false;           ///< samples come no faster than they were recorded
 };
 

@@ -30,6 +30,8 @@ def watch(browser, address):
     assert browser.evaluate(f"[{badge}.textContent, {badge}.className].join()") == "TRACKING,badge state-tracking"
     assert ", quality " in browser.evaluate("document.querySelector('.said').textContent")
     browser.wait("facetView.mesh.geometry.attributes.position.count > 300")
+    browser.wait("facetView.received.pieces > 50 && facetView.surface.group.children.length > 5")
+    assert browser.evaluate("facetView.surface.group.visible && !facetView.mesh.visible && facetView.boxes.map.checked")
     browser.evaluate("globalThis.before = {picture: facetView.picture(), count: facetView.count}")
     browser.wait("facetView.count > before.count + 5 && facetView.picture() !== before.picture")
     assert not browser.problems, browser.problems
