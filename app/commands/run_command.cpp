@@ -222,6 +222,7 @@ int fly(Hardware& hardware, Clock& clock, KernelIo& io, const Vehicle& vehicle, 
     LiveRun run(clock, vehicle, hardware.sources(), sinks);
     run.stream_to(world.get());
     run.show_to(view.get());
+    run.show_surface_to(view ? &view->surface() : nullptr);
     run.show_to(hardware.ros2_view());
     if (args.record) {
         run.record(parse_log_form(args.form));

@@ -71,13 +71,8 @@ public:
 
     /// See Mapping.
     void keep_map(SurfaceSink* sink) { mapping_.keep_map(sink); }
-    /// All that the map has left to do, with its surface to the sink: at the end of a run.
-    void finish_map(SurfaceSink& sink) {
-        if (mapping_.map() != nullptr) {
-            mapping_.keep_map(&sink);
-            mapping_.finish_map();
-        }
-    }
+    void finish_map() { mapping_.finish_map(); }
+    void give_keyframes_to(KeyframeSink* sink) { mapping_.give_keyframes_to(sink); }
 
     /// See Mapping. Throws InputError if the map has too many places.
     void remember_places(std::span<const MappedPlace> known);

@@ -171,12 +171,11 @@ void FrameRecorder::flush() {
     }
 }
 
-void FrameRecorder::finish(FramePipeline& pipeline) {
-    pipeline.finish_map(surface_);
-    if (pipeline.map() != nullptr) {
-        summary_.map = pipeline.map()->counters();
-        summary_.map_blocks = pipeline.map()->volume().block_count();
-        summary_.map_blocks_left = pipeline.map()->volume().left();
+void FrameRecorder::finish(const FramePipeline& pipeline, const SurfaceMap* map) {
+    if (map != nullptr) {
+        summary_.map = map->counters();
+        summary_.map_blocks = map->volume().block_count();
+        summary_.map_blocks_left = map->volume().left();
     }
     summary_.imu_samples = pipeline.imu_samples();
     summary_.imu_refused = pipeline.imu_refused();

@@ -59,9 +59,10 @@ public:
     void flush();
 
     /// Completes the account from the pipeline and closes all files. Nothing may follow.
-    void finish(FramePipeline& pipeline);
+    /// @param map  whose surface() this has, finished; nullptr: none was kept
+    void finish(const FramePipeline& pipeline, const SurfaceMap* map);
 
-    /// Keeps the map's surface for mesh.ply. On the thread of the pipeline.
+    /// Keeps a map's surface for mesh.ply. Until finish() it is bound to the thread of the map.
     RunSurface& surface() { return surface_; }
 
     /// After open().

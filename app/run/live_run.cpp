@@ -22,7 +22,8 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
       starter_(vehicle.realtime.prefault_stack_kb),
       queues_(std::make_unique<RunQueues>()),
       recorder_(vehicle.log.folder, {.timed_frames = static_cast<std::size_t>(vehicle.log.timed_frames),
-                                     .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}),
+                                     .mesh_faces = static_cast<std::size_t>(vehicle.log.mesh_faces),
+                                     .map_faces = static_cast<std::size_t>(vehicle.log.mesh_faces)}),
       sensors_(clock, vehicle, sources, *queues_, wakeup_) {
     pipeline_.configure(vehicle.config, vehicle.calibration);
     if (vehicle.obstacles) {
@@ -47,7 +48,7 @@ LiveRun::~LiveRun() { join_all(); }
 void LiveRun::join_all() {
     // In the order of the data: each thread stops after the ones that feed it.
     sensors_.join();
-    for (LinuxWorker* worker : {&estimator_, &sender_, &writer_, &log_writer_, &keeper_worker_}) {
+    for (LinuxWorker* worker : {&estimator_, &map_worker_, &sender_, &writer_, &log_writer_, &keeper_worker_}) {
         worker->request_stop();
         wakeup_.notify();
         worker->join();
@@ -91,6 +92,19 @@ void LiveRun::start_recorder() {
                    [this](const std::atomic<bool>& stopping) { log_->write(stopping); });
 }
 
+void LiveRun::start_map() {
+    if (!folder_.empty()) {
+        surface_.add(&recorder_.surface());
+    }
+    if (surface_.empty() || !vehicle_.config.map.enabled || !pipeline_.rig().has_right) {
+        return;
+    }
+    map_ = std::make_unique<MapThread>(vehicle_.config.map, pipeline_.rig(), surface_);
+    pipeline_.give_keyframes_to(map_.get());
+    starter_.start_in_background(map_worker_, "facet-map",
+                                 [this](const std::atomic<bool>& stopping) { map_->work(stopping); });
+}
+
 void LiveRun::start() {
     if (std::string refusal; vehicle_.realtime.lock_memory && !ok(lock_memory(refusal))) {
         starter_.add_refusal(refusal);
@@ -103,6 +117,7 @@ void LiveRun::start() {
     begin_ = last_status_ = clock_.now();
     // Consumers before producers.
     start_recorder();
+    start_map();
     starter_.start(writer_, "facet-files", {},
                    [this](const std::atomic<bool>& stopping) { output_->write_files(stopping); });
     starter_.start(sender_, "facet-sinks", vehicle_.realtime.output,
@@ -184,6 +199,9 @@ std::vector<NamedCounter> LiveRun::drops() const {
                                     {"poses_refused_by_sinks", output.refused},
                                     {"frames_not_written", output.frames_dropped},
                                     {"faces_not_written", output.faces_dropped}};
+    if (map_) {
+        drops.push_back({"keyframes_not_mapped", map_->dropped()});
+    }
     if (log_) {
         append(log_->drops(), drops);
     }
@@ -220,9 +238,12 @@ RunSummary LiveRun::stop() {
         log_->finish();
     }
     pipeline_.finish_places();
+    if (map_) {
+        map_->finish();
+    }
     try {
         if (failure_.empty()) {
-            recorder_.finish(pipeline_);
+            recorder_.finish(pipeline_, map_ ? &map_->map() : nullptr);
         }
     } catch (const InputError& e) {
         failure_ = e.what();  // the flight is over; what was written so far stays

@@ -12,6 +12,7 @@
 #include "app/output/summary.h"
 #include "app/run/flight_log.h"
 #include "app/run/log_keeper.h"
+#include "app/run/map_thread.h"
 #include "app/run/output_threads.h"
 #include "app/run/sensor_threads.h"
 #include "platform/linux/linux_worker.h"
@@ -85,6 +86,9 @@ public:
     void stream_to(WorldServer* world) { pipeline_.stream_to(world); }
     /// To be called before start(): every usable frame goes there. Borrowed.
     void show_to(FlightViewer* viewer) { pipeline_.show_to(viewer); }
+    /// To be called before start(): the surface of the map goes there, on the map's thread. Borrowed; nullptr: to
+    /// nobody more. Without it and without files no map is kept.
+    void show_surface_to(SurfaceSink* sink) { surface_.add(sink); }
 
     /// Stops everything in the order of the data, so that all that was estimated is sent and written.
     RunSummary stop();
@@ -94,6 +98,7 @@ public:
 private:
     void open_files();
     void start_recorder();
+    void start_map();
     void estimate(const std::atomic<bool>& stopping);
     void offer_state();
     void join_all();
@@ -124,6 +129,9 @@ private:
     Timestamp begin_;
     Timestamp last_status_;
     std::uint64_t last_frames_ = 0;
+    SurfaceSinks surface_;
+    std::unique_ptr<MapThread> map_;  ///< null: none is kept
+    LinuxWorker map_worker_;
     LinuxWorker sender_;
     LinuxWorker writer_;
     LinuxWorker log_writer_;

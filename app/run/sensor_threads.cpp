@@ -24,16 +24,24 @@ void open_source(Source& source, const char* name, ThreadStarter& starter) {
 }  // namespace
 
 void ThreadStarter::start(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body) {
+    start(worker, {name, options.cpu, options.priority}, std::move(body));
+}
+
+void ThreadStarter::start_in_background(LinuxWorker& worker, const char* name, Worker::Body body) {
+    start(worker, {.name = name, .is_background = true}, std::move(body));
+}
+
+void ThreadStarter::start(LinuxWorker& worker, const WorkerOptions& options, Worker::Body body) {
     WorkerReport report;
     const Status status = worker.start(
-        {name, options.cpu, options.priority},
+        options,
         [stack = stack_bytes_, body = std::move(body)](const std::atomic<bool>& stopping) {
             prefault_stack(stack);
             body(stopping);
         },
         report);
     if (!ok(status)) {
-        throw std::runtime_error(fmt::format("thread {}: {}", name, to_string(status)));
+        throw std::runtime_error(fmt::format("thread {}: {}", options.name, to_string(status)));
     }
     if (!report.refusals.empty()) {
         add_refusal(report.refusals);

@@ -33,11 +33,15 @@ public:
 
     /// Throws std::runtime_error if there can be no thread.
     void start(LinuxWorker& worker, const char* name, const ThreadOptions& options, Worker::Body body);
+    /// The same for what may wait until nothing else wants a core.
+    void start_in_background(LinuxWorker& worker, const char* name, Worker::Body body);
     void add_refusal(std::string refusal) { refusals_.push_back(std::move(refusal)); }
     /// Sentences for people.
     const std::vector<std::string>& refusals() const { return refusals_; }
 
 private:
+    void start(LinuxWorker& worker, const WorkerOptions& options, Worker::Body body);
+
     std::size_t stack_bytes_;
     std::vector<std::string> refusals_;
 };

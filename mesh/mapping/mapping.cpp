@@ -201,6 +201,11 @@ void Mapping::finish_map() {
 
 /// A keyframe with a mesh is taken; each frame after it does a part of the work.
 void Mapping::update_map() {
+    if (keyframe_sink_ != nullptr && s_.mesh_is_new) {
+        const StageScope scope(observer_, Stage::kDepth);
+        keyframe_sink_->take(estimator_.keyframe_view(), mapped_.reset_counter, mapped_.frame.left,
+                             mapped_.frame.right);
+    }
     if (!map_) {
         return;
     }

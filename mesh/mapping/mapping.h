@@ -9,6 +9,7 @@
 
 #include "estimator/api/estimator.h"
 #include "mesh/depth/semi_dense_depth.h"
+#include "mesh/mapping/keyframe_sink.h"
 #include "mesh/mapping/mapped_keyframe.h"
 #include "mesh/mapping/mapping_config.h"
 #include "mesh/mesher.h"
@@ -56,6 +57,9 @@ public:
     /// frame; before, it costs nothing. Not if the configuration has no map, or the rig no right camera. To be called
     /// after configure(). Its work is timed as Stage::kDepth.
     void keep_map(SurfaceSink* sink);
+    /// Instead of that: each keyframe with a mesh goes to the sink, such as one that keeps a map on another core.
+    /// Borrowed; nullptr: to nobody. Timed as Stage::kDepth.
+    void give_keyframes_to(KeyframeSink* sink) { keyframe_sink_ = sink; }
     /// All that the map has left to do, at once: at the end of a run.
     void finish_map();
 
@@ -146,8 +150,9 @@ private:
     std::unique_ptr<OccupancyGrid> grid_;    ///< none unless enabled
     std::unique_ptr<SemiDenseDepth> depth_;  ///< none unless enabled, and a grid
     MapConfig map_config_;
-    std::unique_ptr<SurfaceMap> map_;      ///< none before it is asked for
-    std::unique_ptr<PlaceMemory> places_;  ///< likewise
+    std::unique_ptr<SurfaceMap> map_;  ///< none before it is asked for
+    KeyframeSink* keyframe_sink_ = nullptr;
+    std::unique_ptr<PlaceMemory> places_;  ///< none before it is asked for
     PlaneSource plane_source_;
     StageObserver* observer_ = nullptr;
     bool has_grid_reader_ = false;

@@ -38,7 +38,13 @@ WorkerReport apply(const WorkerOptions& options) {
             refuse(report, options, "not pinned to its core", error);
         }
     }
-    if (options.fifo_priority > 0) {
+    if (options.is_background) {
+        const sched_param parameters{};
+        const int error = pthread_setschedparam(pthread_self(), SCHED_IDLE, &parameters);
+        if (error != 0) {
+            refuse(report, options, "not in the background", error);
+        }
+    } else if (options.fifo_priority > 0) {
         sched_param parameters{};
         parameters.sched_priority = options.fifo_priority;
         const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
@@ -59,7 +65,8 @@ LinuxWorker::~LinuxWorker() {
 
 Status LinuxWorker::start(const WorkerOptions& options, Body body, WorkerReport& report) {
     if (thread_.joinable() || !body || options.name.size() > kMaxName || options.cpu >= CPU_SETSIZE ||
-        options.fifo_priority < 0 || options.fifo_priority > 99) {
+        options.fifo_priority < 0 || options.fifo_priority > 99 ||
+        (options.is_background && options.fifo_priority > 0)) {
         return Status::kInvalidArgument;
     }
     stopping_.store(false, std::memory_order_relaxed);

@@ -100,7 +100,7 @@ TEST_CASE("a run that ends before its end leaves an earlier run's files alone, a
     recorder.open();
     recorder.write(tracked_frame(0), {});
     FramePipeline pipeline;
-    recorder.finish(pipeline);
+    recorder.finish(pipeline, nullptr);
     CHECK(test::read_file(dir.file("trajectory.tum")).starts_with("1.000000000 "));
     for (const auto& entry : std::filesystem::directory_iterator(dir.path())) {
         CHECK(entry.path().extension() != TextFile::kPartEnding);
@@ -114,7 +114,7 @@ TEST_CASE("two runs do not write into one folder") {
     FrameRecorder second(dir.path());
     CHECK(test::input_error_text([&] { second.open(); }) == dir.path() + ": another run is writing into this folder");
     FramePipeline pipeline;
-    first.finish(pipeline);
+    first.finish(pipeline, nullptr);
 }
 
 TEST_CASE("files are complete after a flush as far as frames were written") {
@@ -132,7 +132,7 @@ TEST_CASE("files are complete after a flush as far as frames were written") {
     CHECK(rows("timing.csv") == 3);
     CHECK(rows("trajectory.tum") == 2);
     FramePipeline pipeline;
-    recorder.finish(pipeline);
+    recorder.finish(pipeline, nullptr);
     CHECK(nlohmann::json::parse(test::read_file(dir.file("summary.json")))["estimates"] == 2);
     CHECK(std::filesystem::exists(dir.file("mesh.ply")));
 }

@@ -38,12 +38,12 @@ public:
         vehicle_.calibration = load_euroc_calibration(folder() + "/mav0");
         vehicle_.config.imu_noise = vehicle_.calibration.noise;
         vehicle_.config.regularity.mode = RegularityMode::kSpr;
+        vehicle_.config.map.enabled = false;  // what of it is done by when depends on the threads
         vehicle_.cameras.side_by_side = true;
         ReplayOptions replay;
         replay.dataset = folder();
         replay.out = replayed();
         replay.config = vehicle_.config;
-        replay.config.map.enabled = false;  // as in flight
         replay.calibration = vehicle_.calibration;
         replay.show_progress = false;
         run_ = run_replay(replay, false);
