@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <utility>
 
@@ -14,8 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kImuColumns = 7;
-/// A right image this near a left one that is not its partner is a badly synchronised one, not a frame of its own.
-constexpr Duration kLeastSpacing = Duration::from_seconds(0.01);
 
 std::string column_text(std::size_t index) { return "column " + std::to_string(index + 1); }
 
@@ -29,6 +26,7 @@ const char* to_string(AslWarningKind kind) {
         case AslWarningKind::kOutOfOrder: return "out_of_order";
         case AslWarningKind::kMissingRight: return "missing_right";
         case AslWarningKind::kMissingLeft: return "missing_left";
+        case AslWarningKind::kApart: return "pairs_apart";
         case AslWarningKind::kMissingFile: return "missing_file";
         case AslWarningKind::kCorruptImage: return "corrupt_image";
         case AslWarningKind::kWrongSize: return "wrong_size";
@@ -209,68 +207,73 @@ bool AslDataset::open_table(const std::string& path, CsvFile& csv) const {
     return options_.files != nullptr ? csv.open(path, options_.files->open(path)) : csv.open(path);
 }
 
-std::string AslDataset::nearest_text(Timestamp stamp, const std::vector<ImageRow>& rows, std::size_t after) const {
-    std::optional<Duration> off;
-    if (after < rows.size()) {
-        off = rows[after].stamp - stamp;
-    }
-    if (after > 0 && (!off || stamp - rows[after - 1].stamp < *off)) {
-        off = rows[after - 1].stamp - stamp;
-    }
-    if (!off || Duration{std::abs(off->ns)} >= kLeastSpacing) {
-        return {};
-    }
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), ", the nearest is %.3f ms %s and a pair's differ by %g ms at most",
-                  std::fabs(1e3 * off->seconds()), off->ns < 0 ? "before it" : "after it",
-                  1e3 * options_.pair_tolerance.seconds());
-    return text.data();
-}
-
-void AslDataset::pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right) {
+void AslDataset::pair_images(std::vector<ImageRow>& left, std::vector<ImageRow>& right) {
     const Timestamp begin = log_begin_ + options_.start;
     const auto in_window = [&](Timestamp t) {
         return t >= begin && (!options_.length.has_value() || t - begin <= *options_.length);
     };
-    std::size_t next_left = 0;
-    const auto add_right = [&](ImageRow& row) {
-        if (!in_window(row.stamp)) {
-            return;
+    const auto stamps_of = [](const std::vector<ImageRow>& rows) {
+        std::vector<Timestamp> stamps;
+        for (const ImageRow& row : rows) {
+            stamps.push_back(row.stamp);
         }
-        const bool is_near = (next_left > 0 && row.stamp - left[next_left - 1].stamp < kLeastSpacing) ||
-                             (next_left < left.size() && left[next_left].stamp - row.stamp < kLeastSpacing);
-        warn(AslWarningKind::kMissingLeft, camera_csv_[1], row.line,
-             is_near ? "no left image for this right one within the tolerance, but one beside it; skipped"
-                     : "no left image for this right one; frame has a right view only");
-        if (!is_near) {
-            const Timestamp stamp = row.stamp;
-            pairs_.push_back({stamp, std::nullopt, std::move(row)});
-            ++right_only_;
-        }
+        return stamps;
     };
-    std::size_t j = 0;
-    for (; next_left < left.size(); ++next_left) {
-        const ImageRow& row = left[next_left];
-        while (j < right.size() && right[j].stamp < row.stamp - options_.pair_tolerance) {
-            add_right(right[j++]);
-        }
-        std::optional<ImageRow> match;
-        if (j < right.size() && right[j].stamp <= row.stamp + options_.pair_tolerance) {
-            match = std::move(right[j++]);
-        }
-        if (!in_window(row.stamp)) {
+    std::vector<Duration> skews;
+    std::int64_t first_apart = 0;  // line
+    for (const StampPair& p : pair_stamps(stamps_of(left), stamps_of(right), options_.pair_tolerance)) {
+        ImageRow* const l = p.left != StampPair::kNone ? &left[p.left] : nullptr;
+        ImageRow* const r = p.right != StampPair::kNone ? &right[p.right] : nullptr;
+        const Timestamp stamp = l != nullptr ? l->stamp : r->stamp;
+        if (!in_window(stamp)) {
             continue;
         }
-        if (!match.has_value() && has_right_) {
-            warn(AslWarningKind::kMissingRight, camera_csv_[0], row.line,
-                 "no right image for this left one" + nearest_text(row.stamp, right, j) +
-                     "; frame has a left view only");
+        Pair pair{stamp, std::nullopt, std::nullopt};
+        if (l != nullptr) {
+            pair.left = std::move(*l);
         }
-        pairs_.push_back({row.stamp, row, std::move(match)});
+        switch (p.kind) {
+            case StampPair::Kind::kTogether: pair.right = std::move(*r); break;
+            case StampPair::Kind::kApart:
+                first_apart = skews.empty() ? r->line : first_apart;
+                skews.push_back(r->stamp - stamp);
+                break;
+            case StampPair::Kind::kLeftOnly:
+                if (has_right_) {
+                    warn(AslWarningKind::kMissingRight, camera_csv_[0], pair.left->line,
+                         "no right image for this left one; frame has a left view only");
+                }
+                break;
+            case StampPair::Kind::kRightOnly:
+                warn(AslWarningKind::kMissingLeft, camera_csv_[1], r->line,
+                     "no left image for this right one; frame has a right view only");
+                pair.right = std::move(*r);
+                ++right_only_;
+                break;
+            case StampPair::Kind::kSurplus:
+                warn(AslWarningKind::kMissingLeft, camera_csv_[1], r->line,
+                     "a second right image for the same left one; skipped");
+                continue;
+        }
+        pairs_.push_back(std::move(pair));
     }
-    while (j < right.size()) {
-        add_right(right[j++]);
+    warn_of_skew(summarize_skews(skews), first_apart);
+}
+
+void AslDataset::warn_of_skew(const StampSkew& skew, std::int64_t line) const {
+    if (skew.count == 0) {
+        return;
     }
+    std::array<char, 320> text{};
+    std::snprintf(
+        text.data(), text.size(),
+        "the cameras do not expose together: in %zu of %zu frames (%.1f %%) the right image's stamp is %+.3f ms "
+        "from the left one's (median; %+.3f to %+.3f), and a pair's differ by %g ms at most; these frames have a "
+        "left view only",
+        skew.count, pairs_.size(), 100.0 * static_cast<double>(skew.count) / static_cast<double>(pairs_.size()),
+        1e3 * skew.median.seconds(), 1e3 * skew.least.seconds(), 1e3 * skew.most.seconds(),
+        1e3 * options_.pair_tolerance.seconds());
+    warn(AslWarningKind::kApart, camera_csv_[1], line, text.data());
 }
 
 Timestamp AslDataset::pair_stamp(std::size_t number) const {

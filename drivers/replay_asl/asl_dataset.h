@@ -14,6 +14,7 @@
 #include "drivers/replay_asl/image_decoder.h"
 #include "drivers/replay_asl/increasing_rows.h"
 #include "drivers/replay_asl/log_files.h"
+#include "drivers/replay_asl/stamp_pairs.h"
 #include "drivers/replay_asl/warning.h"
 #include "platform/base/samples.h"
 #include "platform/base/status.h"
@@ -104,9 +105,9 @@ private:
     bool read_image_row(CsvFile& csv, ImageRow& row);
     bool read_imu_row(ImuRow& row);
     bool next_imu(ImuRow& row);
-    /// How far the nearest stamp is, if it is near. @param after  the first row that is not before the tolerance
-    std::string nearest_text(Timestamp stamp, const std::vector<ImageRow>& rows, std::size_t after) const;
-    void pair_images(const std::vector<ImageRow>& left, std::vector<ImageRow>& right);
+    void pair_images(std::vector<ImageRow>& left, std::vector<ImageRow>& right);
+    /// @param line  of the first right image that is apart
+    void warn_of_skew(const StampSkew& skew, std::int64_t line) const;
     const Pair& pair(std::size_t number) const { return pairs_[number % pairs_.size()]; }
     Timestamp pair_stamp(std::size_t number) const;
     bool load_frame(std::size_t number, StereoFrame& frame);

@@ -14,7 +14,8 @@ enum class AslWarningKind : std::uint8_t {
     kDuplicate,     ///< the stamp of the previous row; the row is skipped
     kOutOfOrder,    ///< a stamp before that of the previous row; the row is skipped
     kMissingRight,  ///< no right image within the tolerance; the frame has no right view
-    kMissingLeft,   ///< a right image without a left one; it is skipped
+    kMissingLeft,   ///< a right image without a left one
+    kApart,         ///< left and right images exposed at different times; one warning for all of them
     kMissingFile,   ///< an image that cannot be read
     kCorruptImage,  ///< a truncated or damaged PNG
     kWrongSize,     ///< an image whose size differs from its camera's

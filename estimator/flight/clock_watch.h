@@ -75,7 +75,7 @@ struct FrameTimes {
     static constexpr double kMissing_s = 0.5;
 
     Timestamp last_image;  ///< stamp of the last frame as given
-    Timestamp last_frame;  ///< the same in the IMU's clock
+    Timestamp last_frame;  ///< the same in the IMU's clock, as believed then
     Duration latency;      ///< inertial samples this young may belong before a frame that is still to come
     /// Of the body since the last frame that the front-end has taken, where the state was carried on without frames.
     Eigen::Quaterniond q_Bf_B = Eigen::Quaterniond::Identity();

@@ -148,7 +148,7 @@ Status FlightEstimator::add_frame(const StereoFrame& frame, Estimate& estimate) 
 
 Status FlightEstimator::check_order(Timestamp image, Timestamp stamp) {
     const FrameTimes& frames = s_.frames;
-    if (s_.phase == Phase::kEmpty || (image > frames.last_image && stamp > s_.now.stamp)) {
+    if (s_.phase == Phase::kEmpty || (image > frames.last_image && stamp > std::max(s_.now.stamp, frames.last_frame))) {
         return Status::kOk;
     }
     if (image <= frames.last_image) {
@@ -230,7 +230,7 @@ Status FlightEstimator::track(const StereoFrame& frame, Timestamp before, bool w
     hints.is_uncertain = monitor_.state() != TrackingState::kTracking;
     hints.is_contradicted = monitor_.is_contradicted();
     hints.replaces_both = s_.fault.axes() == (kGyroAxes | kAccelAxes) && !s_.fault.has_hung();
-    hints.wants_turn = seeks_delay();
+    hints.wants_turn = seeks_delay() || may_seek_delay();
     if (s_.phase != Phase::kEmpty) {
         const StageScope scope(observer_, Stage::kPropagation);
         hints.q_Bp_B = turn_since_frame(before);
@@ -245,8 +245,8 @@ Status FlightEstimator::track(const StereoFrame& frame, Timestamp before, bool w
     WindowLandmarks landmarks(window_, s_.now.state);
     hints.landmarks = &landmarks;
     FACET_TRY(frontend_.process(frame, hints, tracks_));
-    if (tracks_.has_turn_error && s_.phase != Phase::kEmpty) {
-        delay_.add(s_.frames.last_image, frame.stamp, so3_log(hints.q_Bp_B) + tracks_.turn_error_B);
+    if (tracks_.has_turn && s_.phase != Phase::kEmpty) {
+        delay_.add(tracks_.turn_begin, frame.stamp, tracks_.turn_B);
     }
     examine_delay(frame.stamp);
     s_.frames.q_Bf_B.setIdentity();
@@ -330,9 +330,13 @@ bool FlightEstimator::seeks_delay() const {
                           monitor_.state() == TrackingState::kTracking, !s_.stereo.is_unmatched());
 }
 
+bool FlightEstimator::may_seek_delay() const {
+    return config_.calibration.estimate_time_offset && !s_.stereo.is_unmatched() && is_delay_new();
+}
+
 void FlightEstimator::examine_delay(Timestamp image) {
     const bool is_new = is_delay_new();
-    if (!seeks_delay() || !(is_new || tracks_.is_keyframe) || !tracks_.has_turn_error || !has_window(s_.phase)) {
+    if (!seeks_delay() || !(is_new || tracks_.is_keyframe) || !tracks_.has_turn || !has_window(s_.phase)) {
         delay_.skip();
         return;
     }
@@ -349,7 +353,11 @@ void FlightEstimator::correct_delay() {
     if (const std::optional<double> off_s = delay_.accept(image_delay_s())) {
         window_.forget_calibration();
         forget_corrections();
-        begin_like_first(std::abs(*off_s));
+        if (has_window(s_.phase) && monitor_.is_usable()) {
+            move_images(*off_s);
+        } else {
+            begin_like_first(std::abs(*off_s));
+        }
     }
 }
 

@@ -93,10 +93,16 @@ private:
     /// That, or the first estimate has only just been given.
     bool is_delay_new() const;
     bool seeks_delay() const;
+    /// The search may begin any time, and shall have turns then.
+    bool may_seek_delay() const;
     /// Compares the turns of images and gyroscope, the frame at hand included. @param image  its stamp
     void examine_delay(Timestamp image);
     /// Restarts if the last frame has shown that the delay is wrong.
     void correct_delay();
+
+    /// Images belong to a time later by off_s than was believed, and with them the state that they have shown: the next
+    /// keyframe begins a window there, at a state as uncertain as the motion in that time has made it.
+    void move_images(double off_s);
 
     // flight_start.cpp
     Status start(const StereoFrame& frame, Estimate& estimate);

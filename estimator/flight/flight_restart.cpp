@@ -89,10 +89,14 @@ void FlightEstimator::restart_in_flight() {
     s_.rest.end();
     s_.restart_requested = false;
     s_.start.renew();
-    s_.resets.jump();
+    const bool keeps_place = s_.keeps_place && !is_worthless;
+    s_.keeps_place = false;
+    if (!keeps_place) {
+        s_.resets.jump();
+    }
     // What has led the state astray may have led the calibration astray.
     begin_window(inverse(s_.now.covariance), is_worthless ? CalibrationStart::kAsGiven : CalibrationStart::kAsKnown);
-    monitor_.restart(s_.now.stamp, false);
+    monitor_.restart(s_.now.stamp, keeps_place);
 }
 
 void FlightEstimator::inflate_covariance() {
@@ -123,6 +127,36 @@ void FlightEstimator::begin_on_new_clock() {
         s_.trusted->stamp = offered;
     }
     imu_.restart();
+}
+
+void FlightEstimator::move_images(double off_s) {
+    ImuSample sample;
+    if (!ok(imu_.interpolate(s_.now.stamp, sample))) {
+        begin_like_first(std::abs(off_s));
+        return;
+    }
+    Belief& now = s_.now;
+    const Eigen::Vector3d w_B = sample.w_B - now.state.bias.gyro;
+    const Eigen::Vector3d a_W =
+        now.state.q_W_B * (sample.a_B - now.state.bias.accel) - gravity_m_per_s2_ * Eigen::Vector3d::UnitZ();
+    const auto widen = [&](int at, double size) { now.covariance.diagonal().segment<3>(at).array() += size * size; };
+    widen(kTheta, w_B.norm() * off_s);
+    widen(kPos, now.state.v_W_B.norm() * off_s);
+    widen(kVel, a_W.norm() * off_s);
+    widen_biases(config_.initializer.gyro_bias_sigma_rad_per_s, config_.initializer.accel_bias_sigma_m_per_s2, now);
+    imu_.restore(imu_.oldest(), imu_.newest());
+    s_.frames.last_frame = now.stamp;  // up to there estimates have been given
+    now.stamp = now.stamp + Duration::from_seconds(off_s);
+    now.replaced = {};
+    s_.fault = {};
+    s_.span = {};
+    s_.fit = {};
+    map_.clear();
+    waiting_.is_set = false;
+    s_.rest.end();
+    s_.start.drop_claim();
+    s_.phase = Phase::kCoasting;
+    s_.keeps_place = true;
 }
 
 void FlightEstimator::begin_like_first(double lost_s) {

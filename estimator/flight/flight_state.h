@@ -59,6 +59,7 @@ struct FlightState {
     std::optional<Estimate> carried;  ///< the newest one without a frame that nobody has asked for yet
     bool restart_requested = false;   ///< of the window, at the next frame that allows it: by the user, for want of
                                       ///< landmark ids, or after time that is on no clock
+    bool keeps_place = false;         ///< the next window begins where the last one was, as uncertain as is reported
     bool is_late = false;             ///< a frame took too long: less work up to the next keyframe
 };
 

@@ -117,7 +117,7 @@ struct Frontend::Impl {
     /// Drops tracks on what the user has masked, and, if images contradict the gyroscope while others agree with it,
     /// those that stay where they are while the vehicle turns; there none begin for a while.
     void leave_out_fixed(const FrameHints& hints, FrontendOutput& output);
-    /// By how much the images since the last frame have turned beyond what the gyroscope says.
+    /// By how much the images have turned since the frame in which most tracks were seen last.
     void measure_turn(FrontendOutput& output);
     void measure_disparity(FrontendOutput& output);
     void make_keyframe(const FrameHints& hints, bool has_right, FrontendOutput& output);

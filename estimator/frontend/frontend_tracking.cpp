@@ -143,7 +143,7 @@ std::size_t Frontend::Impl::drop_lost(FrontendOutput& output) {
 }
 
 void Frontend::Impl::follow_in_turns(const FrameHints& hints, FrontendOutput& output) {
-    const std::uint32_t every = hints.is_uncertain || hints.wants_turn ? 1 : turns();
+    const std::uint32_t every = hints.is_uncertain ? 1 : turns();
     const bool is_as_predicted = follow_tracks(
         [this, every](const Track& track) {
             const bool is_its_turn = (track.turn + frame_number) % every == 0;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// By how much the images' own turn differs from the gyroscope's.
+// By how much images turn, whatever the gyroscope says.
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "estimator/frontend/frontend_impl.h"
+#include "estimator/geometry/so3.h"
 
 namespace facet {
 namespace {
@@ -21,7 +23,14 @@ void Frontend::Impl::measure_turn(FrontendOutput& output) {
     using Row = Eigen::Matrix<double, 2, 6>;
     const double usual = median_inverse_depth();
     const double focal_px = rig.left.focal_px();
-    const double dt_s = motion_since(1).dt_s;
+    const auto followed = [this](int frames) {
+        return std::ranges::count_if(tracks, [=](const Track& t) { return t.unseen == 0 && t.span == frames; });
+    };
+    int span = 1;
+    for (int frames = 2; frames <= kMaxTurns; ++frames) {
+        span = followed(frames) > followed(span) ? frames : span;
+    }
+    const double dt_s = motion_since(span).dt_s;
     Eigen::Matrix<double, 6, 1> solution = Eigen::Matrix<double, 6, 1>::Zero();
     int flows = 0;
     for (int step = 0; step < kFlowSteps; ++step) {
@@ -31,7 +40,7 @@ void Frontend::Impl::measure_turn(FrontendOutput& output) {
         h.diagonal().tail<3>().setConstant(1.0 / (kWayPrior * kWayPrior));
         flows = 0;
         for (const Track& track : tracks) {
-            if (track.unseen != 0 || track.span != 1 || !track.has_velocity) {
+            if (track.unseen != 0 || track.span != span || !track.has_velocity) {
                 continue;
             }
             const double x = track.xy.x();
@@ -53,8 +62,11 @@ void Frontend::Impl::measure_turn(FrontendOutput& output) {
         }
         solution = h.ldlt().solve(g);
     }
-    output.has_turn_error = true;
-    output.turn_error_B = rig.T_B_C0.q * solution.head<3>();
+    const Sight& begin = sights[static_cast<std::size_t>(span)];
+    output.has_turn = true;
+    output.turn_begin = begin.stamp;
+    output.turn_B =
+        so3_log((begin.q_B0_B.conjugate() * sights[0].q_B0_B).normalized()) + rig.T_B_C0.q * solution.head<3>();
 }
 
 }  // namespace facet

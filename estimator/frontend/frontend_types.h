@@ -35,7 +35,7 @@ struct FrameHints {
     bool is_uncertain = false;            ///< something was wrong before: every track counts
     bool is_contradicted = false;         ///< images and inertial readings disagree
     bool replaces_both = false;           ///< both the gyroscope and the accelerometer, neither of which hangs
-    bool wants_turn = false;              ///< FrontendOutput::turn_error_B is asked for
+    bool wants_turn = false;              ///< FrontendOutput::turn_B is asked for
     double effort = 1.0;  ///< share of the configured number of features that a keyframe is filled up to
 };
 
@@ -62,9 +62,10 @@ struct FrontendOutput {
     int outliers = 0;  ///< of those lost, rejected by the geometric tests
     int detected = 0;  ///< new tracks begun in this frame
     int stereo = 0;    ///< observations with a right match
-    bool has_turn_error = false;
-    Eigen::Vector3d turn_error_B = Eigen::Vector3d::Zero();  ///< by which images have turned beyond the hint's q_Bp_B
-    double fixed_share = 0.0;  ///< of the image, left out because it moves with the vehicle
+    bool has_turn = false;
+    Timestamp turn_begin;  ///< of the image from which on turn_B counts: one or two frames ago
+    Eigen::Vector3d turn_B = Eigen::Vector3d::Zero();  ///< by which images have turned; needs no gyroscope
+    double fixed_share = 0.0;                          ///< of the image, left out because it moves with the vehicle
     boost::container::static_vector<FeatureObservation, kMaxFeatures> observations;
     /// After Frontend::match_surface(): corners between the tracks that have a right match. They are not tracked, and
     /// the smoother does not see them; their ids differ from those of all tracks.

@@ -42,7 +42,7 @@ Eigen::Vector3d DelaySearch::angle_at(Timestamp t) const {
 void DelaySearch::add(Timestamp begin, Timestamp end, const Eigen::Vector3d& turn_B) {
     const double length_s = (end - begin).seconds();
     const bool is_usable = length_s > 0.0 && length_s < kLongestTurn_s && turn_B.allFinite();
-    const bool goes_on = turns_.empty() || turns_.back().end == begin;
+    const bool goes_on = turns_.empty() || (begin >= turns_.back().begin && begin <= turns_.back().end);
     if (!is_usable || !goes_on) {
         turns_.clear();
     }

@@ -44,8 +44,8 @@ public:
         sigma_rad_ = sigma_rad;
     }
     void reset() { turns_.clear(); }
-    /// A turn between two images that follow each other (stamps of the images, rad, axes of the body). One that does
-    /// not begin where the last one ended begins a new series.
+    /// A turn between two images (stamps of the images, rad, axes of the body). It may overlap the last one, if it is
+    /// of other tracks; one that begins after the end of that begins a new series.
     void add(Timestamp begin, Timestamp end, const Eigen::Vector3d& turn_B);
     std::size_t size() const { return turns_.size(); }
 

@@ -223,21 +223,26 @@ const BadInput kBadInputs[] = {
      AslWarningKind::kOutOfOrder, "imu0/data.csv", 20, 6, 0},
 };
 
-TEST_CASE("right images that are all late are named with their distance, and the left camera is used alone") {
+TEST_CASE("pairs that are apart are one warning with offset and share, and the left camera is used alone") {
     const test::TempDir dir;
     test::write_asl_folder(dir, kFrames);
-    for (int k = 0; k < kFrames; ++k) {
+    const std::int64_t offset_ms = GENERATE(-20, -5, 5, 15, 20);
+    for (int k = 1; k < kFrames; ++k) {
         test::replace_line(dir.file("mav0/cam1/data.csv"), k + 2,
-                           std::to_string(frame_stamp(k) + 5'000'000) + "," + asl_image_name(k));
+                           std::to_string(frame_stamp(k) + offset_ms * 1'000'000) + "," + asl_image_name(k));
     }
     const Reading reading = read(dir.path());
     CHECK(reading.frames.size() == kFrames);
-    CHECK(reading.left_only.size() == kFrames);
-    REQUIRE(reading.count(AslWarningKind::kMissingRight) == kFrames);
-    const auto warning = std::find_if(reading.warnings.begin(), reading.warnings.end(),
-                                      [](const AslWarning& w) { return w.kind == AslWarningKind::kMissingRight; });
-    CHECK(warning->message.find("5.000 ms after it") != std::string::npos);
-    CHECK(warning->message.find("1 ms at most") != std::string::npos);
+    CHECK(reading.left_only.size() == kFrames - 1);
+    REQUIRE(reading.warnings.size() == 1);
+    const AslWarning& warning = reading.warnings.front();
+    CHECK(warning.kind == AslWarningKind::kApart);
+    CHECK(warning.line == 3);
+    const std::string offset = (offset_ms < 0 ? "-" : "+") + std::to_string(std::abs(offset_ms)) + ".000";
+    CHECK(warning.message.find("in 5 of 6 frames (83.3 %)") != std::string::npos);
+    CHECK(warning.message.find(offset + " ms from the left one's (median; " + offset + " to " + offset + ")") !=
+          std::string::npos);
+    CHECK(warning.message.find("1 ms at most") != std::string::npos);
 }
 
 TEST_CASE("bad input: a warning with file and line, the frame or row is skipped, the run goes on") {
@@ -334,7 +339,7 @@ TEST_CASE("pairs need stamps within the tolerance") {
     const Reading reading = read(dir.path());
     CHECK(reading.frames.size() == kFrames);
     CHECK(reading.left_only.size() == (std::abs(offset) > 1'000'000 ? 1U : 0U));
-    CHECK(reading.count(AslWarningKind::kMissingLeft) == reading.left_only.size());
+    CHECK(reading.count(AslWarningKind::kApart) == reading.left_only.size());
 }
 
 TEST_CASE("frames that inertial data does not reach are skipped with a warning") {

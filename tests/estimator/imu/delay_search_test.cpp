@@ -149,6 +149,8 @@ TEST_CASE("turns that do not follow each other begin a new series", "[imu]") {
         search.add(at(0.05 * k), at(0.05 * (k + 1)), Eigen::Vector3d::Zero());
     }
     CHECK(search.size() == static_cast<std::size_t>(DelaySearch::kSpan_s / 0.05));
+    search.add(at(4.95), at(5.05), Eigen::Vector3d::Zero());  // overlaps the last one
+    CHECK(search.size() == static_cast<std::size_t>(DelaySearch::kSpan_s / 0.05));
     search.add(at(6.0), at(6.05), Eigen::Vector3d::Zero());
     CHECK(search.size() == 1);
     search.add(at(6.05), at(6.05), Eigen::Vector3d::Zero());
