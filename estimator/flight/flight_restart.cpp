@@ -123,6 +123,7 @@ void FlightEstimator::begin_on_new_clock() {
         s_.trusted->stamp = offered;
     }
     imu_.restart();
+    ranges_.clear();
 }
 
 void FlightEstimator::begin_like_first(double lost_s) {
