@@ -13,6 +13,7 @@ namespace facet::sim {
 std::vector<RangeSample> find_ranges(const Scene& scene, std::span<const ImuRecord> imu, double sigma_m,
                                      std::uint64_t seed) {
     constexpr double kRate_hz = 50.0;
+    constexpr double kTick_s = 1e-6;  // by which stamps may be rounded
     constexpr double kNearest_m = 0.05;
     constexpr double kFarthest_m = 8.0;
     constexpr std::uint64_t kPurpose = 77;
@@ -22,12 +23,12 @@ std::vector<RangeSample> find_ranges(const Scene& scene, std::span<const ImuReco
     }
     RandomStream random(seed, kPurpose);
     const Eigen::Vector3d down_B = imu.front().state.T_W_B.q.conjugate() * -Eigen::Vector3d::UnitZ();
-    double next_s = 0.0;
+    int taken = 0;
     for (const ImuRecord& record : imu) {
-        if (record.t_s < next_s) {
+        if (record.t_s < taken / kRate_hz - kTick_s) {
             continue;
         }
-        next_s += 1.0 / kRate_hz;
+        ++taken;
         const Se3& T_W_B = record.state.T_W_B;
         const RayHit hit = scene.cast(T_W_B.p, T_W_B.q * down_B);
         const double distance_m = hit.distance + sigma_m * random.normal();
