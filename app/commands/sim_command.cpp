@@ -166,6 +166,9 @@ void add_sim_command(CLI::App& app, int& exit_code) {
                     "Contrast of every surface, relative to the scene's: at 0.1 there is little to track")
         ->type_name("FACTOR")
         ->capture_default_str();
+    sub->add_option("--range-finder", options->range_sigma_m,
+                    "Also readings of a range finder that looks down (mav0/range0), with this standard deviation (m)")
+        ->type_name("SIGMA");
     sub->add_option("--samples", options->samples, "Rays per pixel, spread over pixel and exposure")
         ->type_name("N")
         ->capture_default_str();

@@ -32,7 +32,7 @@ trigger: {line: 0}
 trigger_output: {pwm: {}}
 sinks:
   T_body_imu: {}
-  mavlink: {obstacles: {}, origin: {latitude_deg: 0, longitude_deg: 0}}
+  mavlink: {obstacles: {}, range_finder: {}, origin: {latitude_deg: 0, longitude_deg: 0}}
   can: {interface: can0}
   world: {path: /run/facet/world}
   ros2: {}

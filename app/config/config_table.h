@@ -21,6 +21,7 @@ void for_each_section(Visitor&& visit) {
     visit("initializer", &ProgramConfig::initializer, kInitializerFields);
     visit("window", &ProgramConfig::window, kWindowFields);
     visit("regularity", &ProgramConfig::regularity, kRegularityFields);
+    visit("range", &ProgramConfig::range, kRangeFields);
     visit("calibration", &ProgramConfig::calibration, kCalibrationFields);
     visit("stationarity", &ProgramConfig::stationarity, kStationarityFields);
     visit("health", &ProgramConfig::health, kHealthFields);

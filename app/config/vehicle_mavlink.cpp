@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "app/config/vehicle_sensors.h"
 #include "app/support/yaml_section.h"
@@ -68,6 +69,25 @@ ObstacleOptions read_obstacles(const YamlNode& node) {
     return obstacles;
 }
 
+MavlinkRangeOptions read_range(const YamlNode& node) {
+    constexpr double kFarthest_m = 10.0;
+    MavlinkRangeOptions range;
+    YamlSection section(node);
+    read_byte(section, "id", range.id, 0, 255);
+    double latency_s = 0.0;
+    section.read("latency_s", latency_s, 0.0, 1.0);
+    range.latency = Duration::from_seconds(latency_s);
+    if (const auto place = section.find("place_m")) {
+        const std::vector<double> p = place->numbers(3);
+        range.place_B = {p[0], p[1], p[2]};
+        if (!(range.place_B.norm() <= kFarthest_m)) {
+            place->fail("must be finite, and within 10 m");
+        }
+    }
+    section.finish();
+    return range;
+}
+
 GlobalOrigin read_origin(const YamlNode& node) {
     GlobalOrigin origin;
     YamlSection section(node);
@@ -114,6 +134,13 @@ void read_mavlink(const YamlNode& node, Vehicle& vehicle) {
     }
     if (const auto obstacles = section.find("obstacles")) {
         vehicle.obstacles = read_obstacles(*obstacles);
+    }
+    if (const auto range = section.find("range_finder")) {
+        options.range = read_range(*range);
+        const Se3 T_imu_body = vehicle.odometry.T_body_imu.inverse();  // known: it is read before
+        options.range->place_B = T_imu_body * options.range->place_B;
+        options.range->down_B = T_imu_body.q * options.range->down_B;
+        vehicle.config.range.enabled = true;
     }
     if (const auto origin = section.find("origin")) {
         options.origin = read_origin(*origin);

@@ -86,6 +86,19 @@ constexpr const char* kEdgeSchema = R"json({
   "required": ["timestamp", "frame_id", "sequence", "rising"]
 })json";
 
+constexpr const char* kRangeSchema = R"json({
+  "title": "facet.Range", "type": "object",
+  "description": "Where the beam of a range finder met the ground, in the frame of the inertial sensor",
+  "properties": {
+    "timestamp": {"type": "object", "title": "time", "properties": {
+      "sec": {"type": "integer", "minimum": 0}, "nsec": {"type": "integer", "minimum": 0, "maximum": 999999999}}},
+    "frame_id": {"type": "string"},
+    "ground": {"type": "object", "description": "m", "properties": {
+      "x": {"type": "number"}, "y": {"type": "number"}, "z": {"type": "number"}}, "required": ["x", "y", "z"]},
+    "given_ns": {"type": "integer", "description": "stamp of the frame before which it was given"}},
+  "required": ["timestamp", "frame_id", "ground", "given_ns"]
+})json";
+
 /// Members of a message, and what they hold: numbers themselves, or those of an object's members of one letter.
 struct Member {
     const char* object;  ///< in which it lies, or nullptr
@@ -107,12 +120,15 @@ constexpr std::array kPairMembers{Member{nullptr, "left_stamp_ns", ""},    Membe
                                   Member{nullptr, "left_exposure_ns", ""}, Member{nullptr, "right_exposure_ns", ""}};
 constexpr std::array kEdgeMembers{Member{nullptr, "sequence", ""}, Member{nullptr, "rising", ""}};
 
+constexpr std::array kRangeMembers{Member{nullptr, "ground", "xyz"}, Member{nullptr, "given_ns", ""}};
+
 std::span<const Member> members_of(LogTable table) {
     switch (table) {
         case LogTable::kImu: return kImuMembers;
         case LogTable::kTruth: return kPoseMembers;
         case LogTable::kPairs: return kPairMembers;
         case LogTable::kEdges: return kEdgeMembers;
+        case LogTable::kRanges: return kRangeMembers;
         case LogTable::kLeft:
         case LogTable::kRight: break;
     }
@@ -180,6 +196,8 @@ const LogTableNames& names_of(LogTable table) {
          "[ns],right_exposure [ns]\n"},
         {"trigger0", "/trigger0", "trigger0", "facet.TriggerEdge", "trigger0/data.csv",
          "#timestamp [ns],sequence,rising\n"},
+        {"range0", "/range0", "imu0", "facet.Range", "range0/data.csv",
+         "#timestamp [ns],x [m],y [m],z [m],given [ns]\n"},
     }};
     return kNames[static_cast<std::size_t>(table)];
 }
@@ -192,6 +210,7 @@ const char* schema_of(LogTable table) {
         case LogTable::kTruth: return kPoseSchema;
         case LogTable::kPairs: return kPairSchema;
         case LogTable::kEdges: return kEdgeSchema;
+        case LogTable::kRanges: return kRangeSchema;
     }
     return "";
 }

@@ -11,14 +11,15 @@
 
 namespace facet {
 
-/// What a table of a log holds. The last two are of logs that facet has recorded: what the synchroniser knew of a pair
-/// of images, and edges of the trigger.
-enum class LogTable : std::uint8_t { kLeft, kRight, kImu, kTruth, kPairs, kEdges };
+/// What a table of a log holds. The last three are of logs that facet recorded: what the synchroniser knew of a pair
+/// of images, edges of the trigger, and readings of a range finder.
+enum class LogTable : std::uint8_t { kLeft, kRight, kImu, kTruth, kPairs, kEdges, kRanges };
 /// Those of any log.
 inline constexpr std::array<LogTable, 4> kLogTables{LogTable::kLeft, LogTable::kRight, LogTable::kImu,
                                                     LogTable::kTruth};
-inline constexpr std::array<LogTable, 6> kAllLogTables{LogTable::kLeft,  LogTable::kRight, LogTable::kImu,
-                                                       LogTable::kTruth, LogTable::kPairs, LogTable::kEdges};
+inline constexpr std::array<LogTable, 7> kAllLogTables{LogTable::kLeft,  LogTable::kRight, LogTable::kImu,
+                                                       LogTable::kTruth, LogTable::kPairs, LogTable::kEdges,
+                                                       LogTable::kRanges};
 
 /// How a table is called in each place.
 struct LogTableNames {
@@ -32,8 +33,8 @@ struct LogTableNames {
 const LogTableNames& names_of(LogTable table);
 inline bool is_camera(LogTable table) { return table == LogTable::kLeft || table == LogTable::kRight; }
 
-/// The schemas: foxglove.CompressedImage, foxglove.PoseInFrame, and facet.Imu, facet.ImagePair and facet.TriggerEdge,
-/// for which Foxglove has none. Members
+/// The schemas: foxglove.CompressedImage, foxglove.PoseInFrame, and facet.Imu, facet.ImagePair, facet.TriggerEdge
+/// and facet.Range, for which Foxglove has none. Members
 /// beyond Foxglove's are what a row of a log needs: `file` of an image that is not called by its stamp; `velocity`
 /// (m/s), `gyroscope_bias` (rad/s) and `accelerometer_bias` (m/s^2) of a true pose.
 const char* schema_of(LogTable table);

@@ -83,6 +83,14 @@ void AslLog::add_imu(const ImuSample& sample) { add_row(*imu_, sample.stamp, fie
 
 void AslLog::add_edge(const TriggerEdge& edge) { add_row(*edges_, edge.stamp, fields_of(edge)); }
 
+void AslLog::add_range(const RangeSample& sample, Timestamp frame) {
+    if (ranges_ == nullptr) {
+        make_folder(root_ + "/range0");
+        ranges_ = begin_table(root_, LogTable::kRanges);
+    }
+    add_row(*ranges_, sample.stamp, fields_of(sample, frame));
+}
+
 void AslLog::add_file(const std::string& name, const std::string& content) {
     TextFile file(root_ + "/" + name);
     file.write(content);
@@ -96,7 +104,8 @@ void AslLog::commit() {
     // Images last: whenever the process is killed, every image named has its inertial samples. A table that does not
     // fit any more keeps no other from the disc.
     std::exception_ptr failure;
-    for (AppendFile* rows : {edges_.get(), imu_.get(), pairs_.get(), cameras_[1].get(), cameras_[0].get()}) {
+    for (AppendFile* rows :
+         {edges_.get(), ranges_.get(), imu_.get(), pairs_.get(), cameras_[1].get(), cameras_[0].get()}) {
         try {
             if (rows != nullptr) {
                 rows->commit();

@@ -12,7 +12,8 @@
 namespace facet {
 
 /// The folder mav0 with cam0, cam1 and imu0 as AslDataset reads it; pairs.csv (what PairOrigin holds) and
-/// trigger0/data.csv (edges) beside them. Images are files at once; rows are held back until commit(), which puts the
+/// trigger0/data.csv (edges) beside them, and range0/data.csv
+/// if there is a range finder. Images are files at once; rows are held back until commit(), which puts the
 /// images on the disk before the rows that name them, and inertial rows before both. So a program that is killed, or a
 /// power failure, costs what came since the last commit and nothing else; a full disk, the same. All functions throw
 /// InputError naming the path. Thread-bound. Heap.
@@ -27,6 +28,7 @@ public:
     void add_pair(const PairOrigin& origin, const ImageView& left, const ImageView& right) override;
     void add_imu(const ImuSample& sample) override;
     void add_edge(const TriggerEdge& edge) override;
+    void add_range(const RangeSample& sample, Timestamp frame) override;
     void add_file(const std::string& name, const std::string& content) override;
     void commit() override;
     void close() override { commit(); }
@@ -41,7 +43,8 @@ private:
     std::unique_ptr<AppendFile> imu_;
     std::unique_ptr<AppendFile> pairs_;
     std::unique_ptr<AppendFile> edges_;
-    int folder_ = -1;  ///< descriptor of the root
+    std::unique_ptr<AppendFile> ranges_;  ///< from the first one on
+    int folder_ = -1;                     ///< descriptor of the root
 };
 
 }  // namespace facet

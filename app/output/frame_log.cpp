@@ -6,7 +6,7 @@
 namespace facet {
 namespace {
 
-constexpr std::array<std::pair<std::uint32_t, const char*>, 23> kReasons{{
+constexpr std::array<std::pair<std::uint32_t, const char*>, 24> kReasons{{
     {kReasonFewFeatures, "few_features"},
     {kReasonFewStereo, "few_stereo"},
     {kReasonNoRightImage, "no_right_image"},
@@ -30,6 +30,7 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 23> kReasons{{
     {kReasonStalled, "stalled"},
     {kReasonImuContradicted, "imu_contradicted"},
     {kReasonFixedPattern, "fixed_pattern"},
+    {kReasonRange, "range_finder"},
 }};
 
 /// One column of health.csv.

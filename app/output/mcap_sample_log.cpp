@@ -41,7 +41,7 @@ McapSampleLog::McapSampleLog(const std::string& folder, bool has_right)
       sink_(std::make_unique<Sink>(path_)),
       writer_(std::make_unique<McapWriter>(*sink_, Compression::kZstd, "facet", "facet")) {
     for (const LogTable table : kAllLogTables) {
-        if (table != LogTable::kTruth && (table != LogTable::kRight || has_right)) {
+        if (table != LogTable::kTruth && table != LogTable::kRanges && (table != LogTable::kRight || has_right)) {
             add_channel(table);
         }
     }
@@ -91,6 +91,13 @@ void McapSampleLog::add_pair(const PairOrigin& origin, const ImageView& left, co
 void McapSampleLog::add_imu(const ImuSample& sample) { add_row(LogTable::kImu, sample.stamp, fields_of(sample)); }
 
 void McapSampleLog::add_edge(const TriggerEdge& edge) { add_row(LogTable::kEdges, edge.stamp, fields_of(edge)); }
+
+void McapSampleLog::add_range(const RangeSample& sample, Timestamp frame) {
+    if (channels_[place_of(LogTable::kRanges)] == 0) {
+        add_channel(LogTable::kRanges);
+    }
+    add_row(LogTable::kRanges, sample.stamp, fields_of(sample, frame));
+}
 
 void McapSampleLog::add_file(const std::string& name, const std::string& content) {
     writer_->add_attached_text(kRoot + name, "application/yaml", content);

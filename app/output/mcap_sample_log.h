@@ -29,6 +29,7 @@ public:
     void add_pair(const PairOrigin& origin, const ImageView& left, const ImageView& right) override;
     void add_imu(const ImuSample& sample) override;
     void add_edge(const TriggerEdge& edge) override;
+    void add_range(const RangeSample& sample, Timestamp frame) override;
     void add_file(const std::string& name, const std::string& content) override;
     void commit() override;
     void close() override;

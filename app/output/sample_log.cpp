@@ -28,4 +28,9 @@ std::array<std::string, 2> fields_of(const TriggerEdge& edge) {
     return {fmt::format("{}", edge.sequence), edge.rising ? "1" : "0"};
 }
 
+std::array<std::string, 4> fields_of(const RangeSample& sample, Timestamp frame) {
+    const Eigen::Vector3d& p = sample.p_B;
+    return {fmt::format("{}", p.x()), fmt::format("{}", p.y()), fmt::format("{}", p.z()), fmt::format("{}", frame.ns)};
+}
+
 }  // namespace facet

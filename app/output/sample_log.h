@@ -7,6 +7,7 @@
 #include <string>
 
 #include "platform/base/image_view.h"
+#include "platform/base/range_sample.h"
 #include "platform/base/samples.h"
 #include "platform/port/camera_source.h"
 #include "platform/port/trigger_source.h"
@@ -30,6 +31,8 @@ public:
     virtual void add_pair(const PairOrigin& origin, const ImageView& left, const ImageView& right) = 0;
     virtual void add_imu(const ImuSample& sample) = 0;
     virtual void add_edge(const TriggerEdge& edge) = 0;
+    /// @param frame  stamp of the frame before which the estimator was given it
+    virtual void add_range(const RangeSample& sample, Timestamp frame) = 0;
     /// A small file beside the tables, such as a calibration; at the start, so that a log cut off has it.
     /// @param name  below the log's root
     virtual void add_file(const std::string& name, const std::string& content) = 0;
@@ -43,5 +46,6 @@ public:
 std::array<std::string, 6> fields_of(const ImuSample& sample);
 std::array<std::string, 6> fields_of(const PairOrigin& origin);
 std::array<std::string, 2> fields_of(const TriggerEdge& edge);
+std::array<std::string, 4> fields_of(const RangeSample& sample, Timestamp frame);
 
 }  // namespace facet

@@ -54,6 +54,12 @@ void FramePipeline::add_imu(const ImuSample& sample) {
     imu_refused_ += ok(status) ? 0 : 1;
 }
 
+void FramePipeline::add_range(const RangeSample& sample) {
+    const Status status = mapping_.add_range(sample);
+    ++range_samples_;
+    range_refused_ += ok(status) ? 0 : 1;
+}
+
 void FramePipeline::estimate_frame(const StereoFrame& frame, Timestamp output_stamp, FrameResult& result) {
     Estimate& estimate = result.estimate;
     const StageTimer::Instant begin = StageTimer::now();

@@ -92,6 +92,8 @@ public:
 
     /// @param sample  as read: it is corrected by the calibration's model of the IMU
     void add_imu(const ImuSample& sample);
+    /// See Mapping.
+    void add_range(const RangeSample& sample);
     const ImuModel& imu_model() const { return imu_model_; }
     /// What the estimator says while frames do not come; ask after each inertial sample. @return whether it said
     /// anything (result untouched otherwise)
@@ -127,6 +129,8 @@ public:
     const Belief& belief() const { return mapping_.estimator().belief(); }
     std::size_t imu_samples() const { return imu_samples_; }
     std::size_t imu_refused() const { return imu_refused_; }
+    std::size_t range_samples() const { return range_samples_; }
+    std::size_t range_refused() const { return range_refused_; }
 
 private:
     std::optional<YawPose> map_from_world() const;
@@ -143,6 +147,8 @@ private:
     StageTimer timer_;
     std::size_t imu_samples_ = 0;
     std::size_t imu_refused_ = 0;
+    std::size_t range_samples_ = 0;
+    std::size_t range_refused_ = 0;
 };
 
 }  // namespace facet

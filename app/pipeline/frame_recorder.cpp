@@ -179,6 +179,10 @@ void FrameRecorder::finish(const FramePipeline& pipeline, const SurfaceMap* map)
     }
     summary_.imu_samples = pipeline.imu_samples();
     summary_.imu_refused = pipeline.imu_refused();
+    if (pipeline.range_refused() > 0) {
+        warn("range_finder", fmt::format("{} of {} readings were refused: not finite, or their stamps do not increase",
+                                         pipeline.range_refused(), pipeline.range_samples()));
+    }
     summary_.residuals = pipeline.residuals();
     summary_.rig = pipeline.rig();
     summary_.corrections = pipeline.calibration();

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """The demo in Python: simulates a flight, estimates it in both modes, compares with the truth (scripts/demo: a report).
 
-Usage: PYTHONPATH=build/python/python python3 app/python/example.py [FOLDER] [--duration S]
+Usage: python3 example.py [FOLDER] [--duration S]   with PYTHONPATH=build/python/python if it is not installed
 """
 import argparse
 from pathlib import Path

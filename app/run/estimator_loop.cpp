@@ -56,6 +56,7 @@ bool EstimatorLoop::try_frame() {
     const Timestamp begin = clock_.now();
     const StereoFrame frame{stamp, pending_->left.image, pending_->right.image, pending_->is_by_stamps};
     feed_until(stamp);
+    intake_.take_ranges(stamp, [this](const RangeSample& sample) { pipeline_.add_range(sample); });
     pipeline_.estimate_frame(frame, stamp, result_);
     while (result_.status == Status::kNotReady && !held_.empty()) {
         feed_next();

@@ -19,6 +19,10 @@ Hardware::Hardware(KernelIo& io, Clock& clock, const Vehicle& vehicle) {
     }
     if (vehicle.mavlink) {
         mavlink_ = std::make_unique<MavlinkLink>(io, clock, *vehicle.mavlink);
+        if (vehicle.mavlink->range) {
+            mavlink_->give_ranges_to(&ranges_);
+            sources_.ranges = &ranges_;
+        }
     }
     if (vehicle.imu_spi) {
         make_spi(io, clock, *vehicle.imu_spi);

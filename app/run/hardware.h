@@ -60,6 +60,7 @@ private:
     std::unique_ptr<ImuSource> imu_;
     ImuMavlink* imu_mavlink_ = nullptr;  ///< imu_, if it is one
     std::unique_ptr<CanOut> can_out_;
+    RangeQueue ranges_;
     RunSources sources_;
 };
 

@@ -52,6 +52,12 @@ void Intake::give(const ImuSample& sample) {
     sync_.add_imu(sample.stamp - options_.camera_time_shift);
 }
 
+void Intake::show_range(const RangeSample& sample, Timestamp frame) {
+    if (tap_ != nullptr) {
+        tap_->on_range(sample, frame);
+    }
+}
+
 bool Intake::pop(SyncedFrame& frame) {
     if (!ok(sync_.pop(frame))) {
         return false;

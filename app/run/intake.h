@@ -10,13 +10,15 @@
 #include "app/run/run_queues.h"
 #include "app/run/sample_tap.h"
 #include "drivers/sync/synchroniser.h"
+#include "platform/port/range_queue.h"
 
 namespace facet {
 
 struct IntakeOptions {
     SynchroniserOptions sync;
-    Duration camera_time_shift;  ///< t_imu = t_cam + shift
-    bool side_by_side = false;   ///< the left queue has images of both cameras
+    Duration camera_time_shift;    ///< t_imu = t_cam + shift
+    bool side_by_side = false;     ///< the left queue has images of both cameras
+    RangeQueue* ranges = nullptr;  ///< borrowed; nullptr: there is no range finder
 };
 
 /// How often the synchroniser has found what; may be read from any thread.
@@ -60,6 +62,15 @@ public:
         return taken;
     }
 
+    /// @param frame  stamp of the frame before which each is given to @param give, and shown to the tap
+    template <class Give>
+    void take_ranges(Timestamp frame, Give give) {
+        for (RangeSample sample; options_.ranges != nullptr && ok(options_.ranges->pop(sample));) {
+            give(std::as_const(sample));
+            show_range(sample, frame);
+        }
+    }
+
     /// The next images that fit together, shown to the tap. @return false if there are none
     bool pop(SyncedFrame& frame);
 
@@ -72,6 +83,7 @@ private:
     bool take_right();
     void add_halves(CameraFrame both);
     void give(const ImuSample& sample);
+    void show_range(const RangeSample& sample, Timestamp frame);
 
     IntakeOptions options_;
     RunQueues& queues_;

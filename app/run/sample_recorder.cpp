@@ -24,6 +24,10 @@ void SampleRecorder::on_edge(const TriggerEdge& edge) {
     counters_.samples_dropped.fetch_add(ok(edges_.push(edge)) ? 0 : 1, kUnordered);
 }
 
+void SampleRecorder::on_range(const RangeSample& sample, Timestamp frame) {
+    counters_.samples_dropped.fetch_add(ok(ranges_.push({sample, frame})) ? 0 : 1, kUnordered);
+}
+
 ImageView SampleRecorder::copy(const ImageView& image, std::uint8_t* to) const {
     if (image.empty() || static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) > pixels_) {
         return {};
@@ -65,6 +69,9 @@ bool SampleRecorder::write_some() {
     for (TriggerEdge edge; ok(edges_.pop(edge));) {
         log_->add_edge(edge);
     }
+    for (Range range; ok(ranges_.pop(range));) {
+        log_->add_range(range.sample, range.frame);
+    }
     Pair pair;
     if (!ok(pairs_.pop(pair))) {
         return false;
@@ -79,6 +86,9 @@ void SampleRecorder::drop_waiting() {
         counters_.pairs_dropped.fetch_add(1, kUnordered);
     }
     for (ImuSample sample; ok(samples_.pop(sample));) {
+        counters_.samples_dropped.fetch_add(1, kUnordered);
+    }
+    for (Range range; ok(ranges_.pop(range));) {
         counters_.samples_dropped.fetch_add(1, kUnordered);
     }
     for (TriggerEdge edge; ok(edges_.pop(edge));) {

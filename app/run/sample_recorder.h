@@ -22,15 +22,15 @@ namespace facet {
 struct RecordCounters {
     std::atomic<std::uint64_t> pairs{0};            ///< written
     std::atomic<std::uint64_t> pairs_dropped{0};    ///< because no buffer was free, or nothing can be written any more
-    std::atomic<std::uint64_t> samples_dropped{0};  ///< inertial samples and edges, likewise
+    std::atomic<std::uint64_t> samples_dropped{0};  ///< inertial samples, edges, ranges, likewise
     std::atomic<bool> failed{false};                ///< nothing can be written any more
 };
 
 /// The tap's functions copy a sample and return; they use neither heap nor lock. Copies, because a camera's slots must
-/// not wait for a disk. Buffers: 32 pairs (1.6 s at 20 Hz), 8192 inertial samples, 512 edges; when full, the newest are
-/// dropped and counted. The log is a readable one to within kCommit at every moment (SampleLog). When it cannot be
-/// written any more (a full disk), what there is stays readable, the rest is dropped and counted, and failure() says
-/// why.
+/// not wait for a disk. Buffers: 32 pairs (1.6 s at 20 Hz), 8192 inertial samples, 512 edges, 512 ranges; when full,
+/// the newest are dropped and counted. The log is a readable one to within kCommit at every moment (SampleLog). When it
+/// cannot be written any more (a full disk), what there is stays readable, the rest is dropped and counted, and
+/// failure() says why.
 class SampleRecorder final : public SampleTap {
 public:
     static constexpr std::size_t kPairs = 32;
@@ -45,6 +45,7 @@ public:
 
     void on_imu(const ImuSample& sample) override;
     void on_edge(const TriggerEdge& edge) override;
+    void on_range(const RangeSample& sample, Timestamp frame) override;
     void on_pair(const SyncedFrame& pair) override;
 
     /// After the body has returned: completes the log, unless writing has failed.
@@ -63,6 +64,10 @@ private:
         ImageView right;
         SlotLease slot;
     };
+    struct Range {
+        RangeSample sample;
+        Timestamp frame;
+    };
     ImageView copy(const ImageView& image, std::uint8_t* to) const;
     bool write_some();
     void drop_waiting();
@@ -76,6 +81,7 @@ private:
     SpscQueue<Pair, kPairs> pairs_;
     SpscQueue<ImuSample, 8192> samples_;
     SpscQueue<TriggerEdge, 512> edges_;
+    SpscQueue<Range, 512> ranges_;
     LinuxWakeup wakeup_;
     RecordCounters counters_;
     std::string failure_;

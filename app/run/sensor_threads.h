@@ -14,6 +14,7 @@
 #include "app/run/source_thread.h"
 #include "platform/linux/linux_worker.h"
 #include "platform/port/imu_source.h"
+#include "platform/port/range_queue.h"
 
 namespace facet {
 
@@ -23,6 +24,7 @@ struct RunSources {
     CameraSource* right = nullptr;     ///< nullptr if side by side, or if there is one camera
     TriggerSource* trigger = nullptr;  ///< nullptr if there is none
     ImuSource* imu = nullptr;
+    RangeQueue* ranges = nullptr;  ///< that a flight controller's link fills; nullptr if there is no range finder
 };
 
 /// Starts threads and collects what the system refuses them. Thread-bound. Heap.

@@ -12,6 +12,7 @@ constexpr Duration kQuestionPeriod = Duration::from_seconds(0.1);
 constexpr Duration kFirstQuestions = Duration::from_seconds(0.02);  // while readings cannot be used without the answers
 constexpr Duration kAutopilotSilence = Duration::from_seconds(5.0);
 constexpr Duration kOriginPeriod = Duration::from_seconds(1.0);
+constexpr double kRangeRate_hz = 50.0;
 constexpr int kReadsAtATime = 16;
 constexpr std::size_t kReadSize = 512;
 
@@ -147,7 +148,10 @@ void MavlinkLink::send_due() {
         encode_status_text(severity_of(state_), change_.text.data(), payload_);
         (void)send_message(MavlinkId::kStatusText);
     }
-    if ((options_.time == MavlinkTime::kAutopilot || imu_message_) && now >= next_question_) {
+    if (hears_ranges() && arming() != Arming::kUnknown && now >= next_range_request_) {
+        ask_for_ranges(now);
+    }
+    if ((options_.time == MavlinkTime::kAutopilot || imu_message_ || hears_ranges()) && now >= next_question_) {
         ask_for_time(now);
     }
     if (options_.origin && arming() != Arming::kUnknown && !has_origin_ && now >= next_origin_) {
@@ -171,13 +175,19 @@ void MavlinkLink::ask_for_time(Timestamp now) {
     }
 }
 
-Status MavlinkLink::ask_for_readings(double rate_hz) {
+Status MavlinkLink::ask_for(MavlinkId message, double rate_hz) {
     MavCommand command{.command = kMavCmdSetMessageInterval,
                        .target = {options_.address.system, options_.autopilot_component}};
-    command.param[0] = static_cast<float>(id_of(*imu_message_));
+    command.param[0] = static_cast<float>(message);
     command.param[1] = static_cast<float>(1e6 / rate_hz);
     encode(command, payload_);
     return send_message(MavlinkId::kCommandLong);
+}
+
+/// While none come.
+void MavlinkLink::ask_for_ranges(Timestamp now) {
+    next_range_request_ = now + kRangeSilence;
+    (void)ask_for(MavlinkId::kDistanceSensor, kRangeRate_hz);  // a failure is counted
 }
 
 bool MavlinkLink::take_reading(MavlinkReading& reading) {

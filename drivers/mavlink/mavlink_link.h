@@ -14,10 +14,12 @@
 #include "drivers/mavlink/mavlink_inertial.h"
 #include "drivers/mavlink/mavlink_messages.h"
 #include "drivers/mavlink/mavlink_parser.h"
+#include "drivers/mavlink/mavlink_range.h"
 #include "drivers/mavlink/mavlink_signing.h"
 #include "drivers/mavlink/timesync_filter.h"
 #include "platform/base/ring_buffer.h"
 #include "platform/port/clock.h"
+#include "platform/port/range_queue.h"
 
 namespace facet {
 
@@ -49,7 +51,8 @@ struct MavlinkOptions {
     std::uint8_t autopilot_component = 1;  ///< MAV_COMP_ID_AUTOPILOT1, of our own system
     std::uint8_t commands_from = 0;        ///< system whose commands are obeyed; 0: none
     std::optional<MavlinkSigningOptions> signing;
-    std::optional<GlobalOrigin> origin;  ///< what a flight controller without GPS is given as its place
+    std::optional<MavlinkRangeOptions> range;  ///< its range finder, whose readings give_ranges_to() wants
+    std::optional<GlobalOrigin> origin;        ///< what a flight controller without GPS is given as its place
     Duration heartbeat_period = Duration::from_seconds(1.0);
     Duration retry_period = Duration::from_seconds(1.0);  ///< pause before a failed serial line is reopened
 };
@@ -70,6 +73,8 @@ struct MavlinkCounters {
     std::uint64_t commands = 0;          ///< obeyed
     std::uint64_t commands_refused = 0;  ///< from the wrong system, or not possible now
     std::uint64_t reads_failed = 0;
+    std::uint64_t ranges = 0;          ///< readings of the range finder that were passed on
+    std::uint64_t ranges_refused = 0;  ///< out of its range, invalid, or while the controller's clock was not known
 };
 
 /// What is sent, what is answered and when: drivers/mavlink/README.md. A channel that is full or gone is no obstacle:
@@ -95,7 +100,7 @@ public:
     /// TIMESYNC is asked for, more often until the offset is known, whatever clock estimates are stamped by.
     void listen_to(MavlinkImuMessage message) { imu_message_ = message; }
     /// Asks for that message at this rate (MAV_CMD_SET_MESSAGE_INTERVAL).
-    Status ask_for_readings(double rate_hz);
+    Status ask_for_readings(double rate_hz) { return ask_for(id_of(*imu_message_), rate_hz); }
     /// What was answered to that; nothing yet.
     std::optional<MavResult> readings_answer() const { return readings_answer_; }
     /// The next one in the order of arrival. @return whether there was one
@@ -107,6 +112,9 @@ public:
         asked_.clear();
         next_question_ = clock_.now();
     }
+
+    /// Readings of the range finder in the options go there from now on; borrowed. TIMESYNC is asked for.
+    void give_ranges_to(RangeQueue* queue) { ranges_ = queue; }
 
     /// Before the first pose: what the reset counter begins at, so that it differs from that of a program before.
     void begin_resets_at(std::uint8_t first) {
@@ -147,7 +155,10 @@ public:
     bool take_reset_request() { return reset_requested_.exchange(false, std::memory_order_relaxed); }
 
 private:
+    static constexpr Duration kRangeSilence = Duration::from_seconds(5.0);  ///< then ranges are asked for again
+
     Status send_message(MavlinkId id);
+    Status ask_for(MavlinkId message, double rate_hz);
     void judge_channel(Status status);
     void send_due();
     void receive();
@@ -155,9 +166,12 @@ private:
     void handle(const MavlinkPacket& packet, Timestamp arrival);
     void handle_timesync(const MavTimesync& timesync, const MavlinkAddress& from, Timestamp arrival);
     void handle_command(const MavCommand& command, const MavlinkPacket& packet);
+    void handle_distance(const MavDistance& distance, Timestamp arrival);
     void handle_answer(const MavCommandAck& ack, const MavlinkAddress& from);
     void ask_for_time(Timestamp now);
+    void ask_for_ranges(Timestamp now);
     void send_origin(Timestamp now);
+    bool hears_ranges() const { return ranges_ != nullptr && options_.range.has_value(); }
     MavResult obey(const MavCommand& command);
     bool is_autopilot(const MavlinkAddress& from) const;
     Timestamp link_time(Timestamp own) const;
@@ -175,6 +189,8 @@ private:
     std::optional<MavlinkImuMessage> imu_message_;
     RingBuffer<MavlinkReading, 256> readings_;  ///< a quarter of a second at 1 kHz
     std::optional<MavResult> readings_answer_;
+    RangeQueue* ranges_ = nullptr;
+    Timestamp next_range_request_;
     MavlinkPayload payload_;
     MavlinkFrame frame_;
     MavlinkPacket packet_;

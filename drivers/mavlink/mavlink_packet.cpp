@@ -9,7 +9,7 @@ namespace {
 
 // CRC_EXTRA and sizes as in the generated headers of MAVLink's `common` set; tests/drivers/mavlink compares them with
 // those of an independent implementation.
-constexpr std::array<MavlinkMessageInfo, 17> kMessages{{
+constexpr std::array<MavlinkMessageInfo, 18> kMessages{{
     {MavlinkId::kHeartbeat, 50, 9},
     {MavlinkId::kScaledImu, 170, 24},
     {MavlinkId::kRawImu, 144, 29},
@@ -24,6 +24,7 @@ constexpr std::array<MavlinkMessageInfo, 17> kMessages{{
     {MavlinkId::kTimesync, 34, 18},
     {MavlinkId::kScaledImu2, 76, 24},
     {MavlinkId::kScaledImu3, 46, 24},
+    {MavlinkId::kDistanceSensor, 85, 39},
     {MavlinkId::kStatusText, 83, 54},
     {MavlinkId::kObstacleDistance, 23, 167},
     {MavlinkId::kOdometry, 91, 233},

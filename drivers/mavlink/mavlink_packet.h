@@ -37,6 +37,7 @@ enum class MavlinkId : std::uint32_t {
     kTimesync = 111,
     kScaledImu2 = 116,
     kScaledImu3 = 129,
+    kDistanceSensor = 132,
     kStatusText = 253,
     kObstacleDistance = 330,
     kOdometry = 331,

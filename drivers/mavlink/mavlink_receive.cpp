@@ -27,6 +27,11 @@ void MavlinkLink::handle(const MavlinkPacket& packet, Timestamp arrival) {
         case MavlinkId::kCommandLong:
         case MavlinkId::kCommandInt: handle_command(decode_command(packet), packet); break;
         case MavlinkId::kCommandAck: handle_answer(decode_command_ack(packet.payload), packet.from); break;
+        case MavlinkId::kDistanceSensor:
+            if (hears_ranges() && is_autopilot(packet.from)) {
+                handle_distance(decode_distance(packet.payload), arrival);
+            }
+            break;
         case MavlinkId::kGpsGlobalOrigin: has_origin_ = has_origin_ || is_autopilot(packet.from); break;
         default:
             if (imu_message_ && packet.id == id_of(*imu_message_) && is_autopilot(packet.from)) {
@@ -60,6 +65,25 @@ void MavlinkLink::handle_timesync(const MavTimesync& timesync, const MavlinkAddr
                        is_for_all ? MavlinkAddress{0, 0} : from},
            payload_);
     (void)send_message(MavlinkId::kTimesync);  // a failure is counted
+}
+
+/// Stamped by the controller's time since boot, to the millisecond; never later than its arrival.
+void MavlinkLink::handle_distance(const MavDistance& distance, Timestamp arrival) {
+    constexpr std::int64_t kMillisecond_ns = 1'000'000;
+    constexpr double kMetresPerCm = 0.01;
+    const MavlinkRangeOptions& range = *options_.range;
+    if (distance.id != range.id) {
+        return;
+    }
+    next_range_request_ = arrival + kRangeSilence;
+    if (!distance.is_of_ground() || !timesync_.ready()) {
+        ++counters_.ranges_refused;
+        return;
+    }
+    const Timestamp stamp = timesync_.to_own({kMillisecond_ns * distance.time_ms});
+    const RangeSample sample{std::min(stamp, arrival) - range.latency,
+                             range.place_B + kMetresPerCm * distance.distance_cm * range.down_B};
+    ++(ok(ranges_->push(sample)) ? counters_.ranges : counters_.ranges_refused);
 }
 
 void MavlinkLink::handle_answer(const MavCommandAck& ack, const MavlinkAddress& from) {

@@ -11,6 +11,7 @@
 #include "estimator/values/gravity.h"
 #include "estimator/values/imu_noise.h"
 #include "estimator/window/calibration_config.h"
+#include "estimator/window/range_config.h"
 #include "estimator/window/regularity_config.h"
 #include "estimator/window/window_config.h"
 
@@ -22,6 +23,7 @@ struct EstimatorConfig {
     WindowConfig window;
     CalibrationConfig calibration;
     RegularityConfig regularity;
+    RangeConfig range;
     StationarityConfig stationarity;
     HealthConfig health;
     ImuLimits imu_limits;

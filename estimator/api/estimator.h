@@ -14,6 +14,7 @@
 #include "estimator/values/keyframe_view.h"
 #include "estimator/values/residuals.h"
 #include "estimator/values/stage.h"
+#include "platform/base/range_sample.h"
 #include "platform/base/samples.h"
 
 namespace facet {
@@ -62,6 +63,12 @@ public:
     /// @return kOutOfOrder or kInvalidArgument (not finite): dropped and counted in Health.
     Status add_imu(const ImuSample& sample, ImuAxisMask clipped);
     Status add_imu(const ImuSample& sample);
+
+    /// Gives one reading of a range finder that looks down, with RangeConfig::enabled; else it is ignored. A keyframe
+    /// uses the newest reading before it, if that is no older than 0.1 s: changes of height over level ground are held
+    /// by it. Edges begin a new level; over a ramp, and once readings stop, Health has kReasonRange.
+    /// @return kOutOfOrder if its stamp does not increase, kInvalidArgument if it is not finite (dropped)
+    Status add_range(const RangeSample& sample);
 
     /// The newest estimate that add_imu() has propagated without frames: DEGRADED with kReasonNoImages at first, LOST
     /// after a while, with growing covariance. A vehicle at rest when the images stopped, whose IMU has shown no motion

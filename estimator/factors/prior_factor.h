@@ -19,9 +19,10 @@ namespace facet {
 /// Thread-bound. No heap; 2.3 MB.
 class PriorFactor {
 public:
-    /// Most globals: the calibration and the planes.
+    /// Most globals: the calibration, heights of levels of the ground, and the planes.
     static constexpr int kMaxCalibration = 44;
-    static constexpr int kMaxGlobals = kMaxCalibration + kPlaneDim * kMaxPlanes;
+    static constexpr int kMaxGround = 3;  ///< a floor, what stands on it, and the next one
+    static constexpr int kMaxGlobals = kMaxCalibration + kMaxGround + kPlaneDim * kMaxPlanes;
     static constexpr int kMaxDim = kMaxGlobals + kMaxKeyframes * kStateDim;
 
     using Matrix = Eigen::Map<Eigen::MatrixXd, Eigen::Aligned64>;

@@ -30,6 +30,8 @@ Status Estimator::add_imu(const ImuSample& sample) {
     return flight_->add_imu(sample, flight_->config().imu_limits.clipped_axes(sample));
 }
 
+Status Estimator::add_range(const RangeSample& sample) { return flight_->add_range(sample); }
+
 Status Estimator::take_carried(Estimate& estimate) { return flight_->take_carried(estimate); }
 
 Status Estimator::add_frame(const StereoFrame& frame, Estimate& estimate) {

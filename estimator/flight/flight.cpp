@@ -48,12 +48,13 @@ Status FlightEstimator::configure(const EstimatorConfig& config, const StereoRig
     cameras_ = CameraRoles(rig);
     s_ = {};
     imu_.clear(config.imu_noise.rate_hz, config.imu_limits);
+    ranges_.clear();
     vibration_.reset();
     imu_.believe(vibration_.share());
     frontend_.reset();
     other_frontend_.reset();
     tracks_ = {};
-    window_.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity);
+    window_.configure(config.window, config.calibration, rig, config.imu_noise, config.regularity, config.range);
     map_.clear();
     monitor_.configure(config.health);
     monitor_.reset();
@@ -113,6 +114,10 @@ Status FlightEstimator::add_imu(const ImuSample& sample, ImuAxisMask clipped) {
         carry_without_frames();
     }
     return Status::kOk;
+}
+
+Status FlightEstimator::add_range(const RangeSample& sample) {
+    return config_.range.enabled ? ranges_.push(sample) : Status::kOk;
 }
 
 Status FlightEstimator::add_frame(const StereoFrame& frame, Estimate& estimate) {

@@ -14,6 +14,7 @@
 #include "estimator/flight/flight_state.h"
 #include "estimator/flight/health_monitor.h"
 #include "estimator/flight/motion_start.h"
+#include "estimator/flight/range_readings.h"
 #include "estimator/flight/waiting_keyframe.h"
 #include "estimator/frontend/frontend.h"
 #include "estimator/imu/vibration.h"
@@ -51,6 +52,7 @@ public:
     Status resume(const KeptState& kept, double elapsed_s);
 
     Status add_imu(const ImuSample& sample, ImuAxisMask clipped);
+    Status add_range(const RangeSample& sample);
     Status add_frame(const StereoFrame& frame, Estimate& estimate);
     Status take_carried(Estimate& estimate);
     void finish_frame();
@@ -235,6 +237,7 @@ private:
     ObservationHook* hook_ = nullptr;
     CameraRoles cameras_;
     ImuBuffer imu_;
+    RangeReadings ranges_;
     VibrationLearner vibration_;
     Frontend frontend_;
     Frontend other_frontend_;  ///< for the cameras in exchanged roles

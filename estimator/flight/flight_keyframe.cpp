@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // A keyframe's turn in the window: at once, or after the estimate of the frame that follows it.
+#include <algorithm>
+#include <cmath>
+
 #include "estimator/flight/flight.h"
 #include "estimator/values/stage_scope.h"
 
@@ -26,6 +29,8 @@ KeyframeInput FlightEstimator::keyframe_input() const {
     if (ok(imu_.interpolate(s_.now.stamp, sample))) {
         input.w_B = sample.w_B - s_.now.state.bias.gyro;
     }
+    input.ground_B = ranges_.ground_B(s_.now.stamp, s_.now.state, input.w_B);
+    input.climb_sigma_m_per_s = std::sqrt(std::max(0.0, s_.newest.covariance(kVel + 2, kVel + 2)));
     return input;
 }
 

@@ -50,6 +50,7 @@ HealthEvidence FlightEstimator::evidence(const StereoFrame& frame, FrameUse use)
     e.solver_failed = summary.solver.solver_failed || summary.marginalization_failed || summary.prior_replaced;
     e.is_finite = is_finite(s_.now);
     e.is_late = s_.is_late;
+    e.lacks_range = window_.doubts_ground() || ranges_.are_missing(s_.now.stamp);
     return e;
 }
 

@@ -127,6 +127,7 @@ void FlightEstimator::begin_on_new_clock() {
         s_.trusted->stamp = offered;
     }
     imu_.restart();
+    ranges_.clear();
 }
 
 void FlightEstimator::move_images(double off_s) {

@@ -76,6 +76,7 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
     raise(std::max(e.vision_chi2, e.imu_chi2) > config_.high_vision_chi2, kReasonHighResidual);
     raise(e.solver_failed || !e.is_finite, kReasonSolverFailed);
     raise(e.is_late, kReasonOverrun);
+    raise(e.lacks_range, kReasonRange);
     raise(e.residual_bias_px > config_.max_residual_bias_px || e.calibration_stretch > config_.max_calibration_stretch,
           kReasonCalibration);
     return bits;

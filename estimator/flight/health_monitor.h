@@ -43,7 +43,8 @@ struct HealthEvidence {
     double calibration_stretch = 0.0;     ///< largest correction of the calibration, in sigmas of what was given
     bool solver_failed = false;
     bool is_finite = true;
-    bool is_late = false;  ///< work was cut because a frame came late
+    bool lacks_range = false;  ///< a range finder is silent, or does not measure level ground
+    bool is_late = false;      ///< work was cut because a frame came late
 };
 
 /// INIT until velocity and gravity are known; then TRACKING, DEGRADED when some sign is bad, and LOST when the estimate

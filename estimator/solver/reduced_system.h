@@ -13,7 +13,7 @@
 
 namespace facet {
 
-/// Parameters shared by all keyframes, first in the system: the rig's calibration, then the planes.
+/// Parameters shared by all keyframes, first in the system: calibration, levels of the ground, planes.
 inline constexpr int kMaxGlobals = PriorFactor::kMaxGlobals;
 /// Largest dimension of the system: the globals and every keyframe's 15 parameters.
 inline constexpr int kMaxSystemDim = kMaxGlobals + kMaxKeyframes * kStateDim;

@@ -48,6 +48,7 @@ enum HealthReason : std::uint32_t {
     kReasonStalled = 1U << 20,            ///< live: the estimator does not answer; poses are carried on without it
     kReasonImuContradicted = 1U << 21,    ///< images contradict inertial readings, and are believed
     kReasonFixedPattern = 1U << 22,       ///< what moves with the vehicle is left out: a part, or every second image
+    kReasonRange = 1U << 23,              ///< the range finder is silent, or does not measure level ground
 };
 
 /// One row of health.csv.

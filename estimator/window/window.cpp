@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "estimator/values/stage_scope.h"
+#include "estimator/window/ground_levels.h"
 #include "estimator/window/local_map.h"
 #include "estimator/window/outlier_removal.h"
 #include "estimator/window/residual_count.h"
@@ -31,16 +32,19 @@ Eigen::Matrix<double, kStateDim, 1> emergency_sigmas() {
 }  // namespace
 
 void Window::configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,
-                       const ImuNoise& noise, const RegularityConfig& regularity) {
+                       const ImuNoise& noise, const RegularityConfig& regularity, const RangeConfig& range) {
     config_ = config;
     calibration_config_ = calibration;
     regularity_config_ = regularity;
+    range_config_ = range;
+    state_.has_ground = range.enabled;
+    ground_doubt_ = 0;
     noise_ = noise;
     left_ = rig.left;
     believe_given(rig);
     is_factorized_ = is_resumed_ = false;
     cameras_.bind(state_, config_, calibration_config_, rig);
-    problem_.bind(state_, cameras_, calibration_config_, regularity_config_);
+    problem_.bind(state_, cameras_, calibration_config_, regularity_config_, range_config_);
     planes_.configure(regularity);
     proposals_.clear();
     state_.clear();
@@ -72,7 +76,7 @@ void Window::change_rig(const StereoRig& rig, const RigCalibration& calibration)
     left_ = rig.left;
     believe_given(rig);
     cameras_.bind(state_, config_, calibration_config_, rig);
-    problem_.bind(state_, cameras_, calibration_config_, regularity_config_);
+    problem_.bind(state_, cameras_, calibration_config_, regularity_config_, range_config_);
     planes_.reset();
     proposals_.clear();
     state_.clear();
@@ -98,11 +102,12 @@ void Window::start(const KeyframeInput& input, const NavState& state,
     keyframe.state = state;
     keyframe.state_lin = state;
     state_.keyframes.push_back(keyframe);
-    state_.prior.reset(1, calibration_config_.dim());
+    state_.prior.reset(1, problem_.plane_row(0));
     state_.prior.h().bottomRightCorner<kStateDim, kStateDim>() = information;
     fill_calibration_prior(calibration_information);
     wandered_ = input.stamp;
     is_factorized_ = false;
+    add_ground(input);
     add_observations(0, input.observations);
 }
 
@@ -125,7 +130,10 @@ void Window::replace_prior() {
         keyframe.state_lin = keyframe.state;
         covered = keyframe.has_imu_factor ? covered : k + 1;
     }
-    state_.prior.reset(covered, calibration_config_.dim());
+    state_.prior.reset(covered, problem_.plane_row(0));
+    for (GroundLevel& level : state_.ground) {
+        level.height_lin_m = level.height_m;
+    }
     for (int k = 0; k < covered; ++k) {
         Keyframe& keyframe = state_.keyframes[static_cast<std::size_t>(k)];
         keyframe.is_bound = covered > 1;
@@ -157,6 +165,7 @@ Status Window::add_keyframe(const KeyframeInput& input, const Preintegration& pr
     make_room();
     let_calibration_wander(input.stamp);
     state_.keyframes.push_back(keyframe);
+    add_ground(input);
     add_observations(static_cast<int>(state_.keyframes.size()) - 1, input.observations);
     return Status::kOk;
 }
@@ -209,6 +218,13 @@ std::span<const LandmarkPrediction> Window::predict_landmarks(const NavState& st
         predictions_.push_back(prediction);
     }
     return {predictions_.data(), predictions_.size()};
+}
+
+void Window::add_ground(const KeyframeInput& input) {
+    ground_doubt_ = std::max(0, ground_doubt_ - 1);
+    if (range_config_.enabled && input.ground_B.has_value() && !doubts_ground()) {
+        add_ground_reading(range_config_, problem_.ground_row(), *input.ground_B, input.climb_sigma_m_per_s, state_);
+    }
 }
 
 void Window::add_observations(int keyframe, std::span<const FeatureObservation> observations) {
@@ -266,6 +282,9 @@ WindowSummary Window::optimize(double effort) {
     summary.marginalization_failed = marginalization_failed_;
     if (regularity_config_.mode == RegularityMode::kSpr) {
         planes_.judge(state_);
+    }
+    if (range_config_.enabled && drop_uneven_ground(range_config_, problem_.ground_row(), state_)) {
+        ground_doubt_ = config_.keyframes;
     }
     remove_outliers(summary);
     summary.fit = problem_.fit();

@@ -2,6 +2,7 @@
 // The fixed-lag window smoother.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "estimator/imu/vibration_share.h"
@@ -32,6 +33,9 @@ struct KeyframeInput {
     /// What the keyframe's own image shows of its state: the optimization begins there, and need not take a second
     /// matrix. nullptr: it begins where inertial samples lead.
     const NavState* guess = nullptr;
+    /// A point of the ground under the vehicle, in B, by a range finder (m).
+    std::optional<Eigen::Vector3d> ground_B = std::nullopt;
+    double climb_sigma_m_per_s = 0.0;  ///< of the vertical speed since the previous keyframe
 };
 
 /// Summary of one optimization.
@@ -58,7 +62,7 @@ enum class CalibrationStart : std::uint8_t {
 class Window {
 public:
     void configure(const WindowConfig& config, const CalibrationConfig& calibration, const StereoRig& rig,
-                   const ImuNoise& noise, const RegularityConfig& regularity = {});
+                   const ImuNoise& noise, const RegularityConfig& regularity = {}, const RangeConfig& range = {});
     void set_stage_observer(StageObserver* observer);
     /// Goes on with the same cameras in other roles: forgets keyframes, landmarks, planes, prior and learned weights,
     /// not the residuals counted so far. start() must follow. No heap.
@@ -92,6 +96,10 @@ public:
     /// Bounded optimization of the whole window, then removal of outliers.
     /// @param effort  scales the configured number of iterations; at least one is made
     WindowSummary optimize(double effort = 1.0);
+
+    /// Whether a range finder's readings were found not to be those of level ground; for as many keyframes as the
+    /// window has, none is used then.
+    bool doubts_ground() const { return ground_doubt_ > 0; }
 
     /// Landmarks whose newest observation optimize() has just rejected.
     std::span<const LandmarkId> rejected() const { return {rejected_.data(), rejected_.size()}; }
@@ -177,12 +185,14 @@ private:
     void replace_prior();
     /// Sets the calibration's share of a new prior, about the present calibration.
     void fill_calibration_prior(const CalibrationMatrix& information);
+    void add_ground(const KeyframeInput& input);
     void add_observations(int keyframe, std::span<const FeatureObservation> observations);
     void remove_outliers(WindowSummary& summary);
 
     WindowConfig config_;
     CalibrationConfig calibration_config_;
     RegularityConfig regularity_config_;
+    RangeConfig range_config_;
     ImuNoise noise_;
     StageObserver* observer_ = nullptr;
     WindowState state_;
@@ -211,6 +221,7 @@ private:
     std::uint64_t dropped_landmarks_ = 0;  ///< since configure(), for want of room
     bool marginalization_failed_ = false;
     bool images_rest_ = false;  ///< at the newest keyframe
+    int ground_doubt_ = 0;      ///< keyframes for which the range finder stays in doubt
     bool is_guessed_ = false;   ///< the newest keyframe began at a guess
 };
 

@@ -3,21 +3,30 @@
 
 #include <algorithm>
 
+#include "estimator/factors/ground_factor.h"
 #include "estimator/factors/rest_factor.h"
 #include "estimator/values/stage_scope.h"
 #include "estimator/window/plane_gravity.h"
 #include "platform/base/assert.h"
 
 namespace facet {
+namespace {
+
+// Keeps definite a plane that has just lost its landmarks, and a level of the ground without readings; this information
+// is negligible otherwise.
+constexpr double kGuard = 1e-4;
+
+}  // namespace
 
 static_assert(PriorFactor::kMaxCalibration == kCalibrationDim, "room for all that keyframes share");
 
 void WindowProblem::bind(WindowState& state, WindowCameras& cameras, const CalibrationConfig& calibration,
-                         const RegularityConfig& regularity) {
+                         const RegularityConfig& regularity, const RangeConfig& range) {
     state_ = &state;
     cameras_ = &cameras;
     calibration_config_ = &calibration;
     regularity_config_ = &regularity;
+    range_config_ = &range;
 }
 
 void WindowProblem::refresh() {
@@ -61,6 +70,14 @@ double WindowProblem::add_all(ReducedSystem& system) {
     for (int k = 1; k < system.keyframes(); ++k) {
         cost += add_link(system, k);
     }
+    if (state_->has_ground) {
+        if (system.has_matrix()) {
+            system.h().diagonal().segment(ground_row(), state_->ground_dim()).array() += kGuard;
+        }
+        for (int k = 0; k < system.keyframes(); ++k) {
+            cost += add_ground(system, k);
+        }
+    }
     return cost;
 }
 
@@ -75,12 +92,12 @@ double WindowProblem::linearize_oldest(ReducedSystem& system, const std::array<b
         }
     }
     end_landmarks(system);
-    return cost + add_prior(system) + add_link(system, 1);
+    return cost + add_prior(system) + add_link(system, 1) + add_ground(system, 0);
 }
 
 double WindowProblem::linearize_inertial(ReducedSystem& system, int keyframe) {
     system.reset(static_cast<int>(state_->keyframes.size()), globals());
-    double cost = add_prior(system);
+    double cost = add_prior(system) + add_ground(system, keyframe);
     for (int k = std::max(1, keyframe); k <= std::min(keyframe + 1, system.keyframes() - 1); ++k) {
         cost += add_link(system, k);
     }
@@ -93,7 +110,7 @@ double WindowProblem::add_prior(ReducedSystem& system) {
     prior_gradient_.resize(prior.dim());
     const int globals = prior.globals();
     FACET_ASSERT(globals == system.globals());
-    state_->globals_displacement(calibration_config_->dim(), prior_displacement_.head(globals));
+    state_->globals_displacement(plane_row(0), prior_displacement_.head(globals));
     for (int k = 0; k < prior.keyframes(); ++k) {
         const Keyframe& keyframe = state_->keyframes[static_cast<std::size_t>(k)];
         prior_displacement_.segment<kStateDim>(system.offset(k)) = keyframe.state_lin.box_minus_to(keyframe.state);
@@ -133,8 +150,6 @@ double WindowProblem::add_given_calibration(ReducedSystem& system) const {
 }
 
 double WindowProblem::add_planes(ReducedSystem& system) const {
-    // Keeps a plane definite that has just lost its landmarks; this information is negligible otherwise.
-    constexpr double kGuard = 1e-4;
     if (state_->planes.empty()) {
         return 0.0;
     }
@@ -143,6 +158,29 @@ double WindowProblem::add_planes(ReducedSystem& system) const {
         system.h().diagonal().segment(plane_row(0), rows).array() += kGuard;
     }
     return add_plane_gravity(state_->planes, plane_row(0), system);
+}
+
+double WindowProblem::add_ground(ReducedSystem& system, int keyframe) const {
+    const Keyframe& k = state_->keyframes[static_cast<std::size_t>(keyframe)];
+    if (k.ground.level == GroundReading::kNone) {
+        return 0.0;
+    }
+    static_assert(kTheta == 0 && kPos == 3, "the pose comes first");
+    const GroundHeight height = linearize_ground_height(k.state, k.linearization_point(), k.ground.p_B);
+    const double ground_m = state_->ground[static_cast<std::size_t>(k.ground.level)].height_m;
+    const double weight = 1.0 / (range_config_->sigma_m * range_config_->sigma_m);
+    const double error_m = height.height_m - ground_m;
+    const Eigen::Matrix<double, 1, 6>& row = height.d_height_d_pose;
+    const int pose = system.offset(keyframe);
+    const int level = ground_row() + k.ground.level;
+    system.g().segment<6>(pose) += weight * error_m * row.transpose();
+    system.g()(level) -= weight * error_m;
+    if (system.has_matrix()) {
+        system.h().block<6, 6>(pose, pose) += weight * row.transpose() * row;
+        system.h().block<6, 1>(pose, level) -= weight * row.transpose();
+        system.h()(level, level) += weight;
+    }
+    return 0.5 * weight * error_m * error_m;
 }
 
 double WindowProblem::add_imu(ReducedSystem& system, int keyframe) {
@@ -215,6 +253,7 @@ void WindowProblem::save() {
     }
     saved_calibration_ = state_->calibration;
     saved_fit_ = fit_;
+    saved_ground_ = state_->ground;
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         saved_landmarks_[static_cast<std::size_t>(i)] = state_->landmarks[i];
     }
@@ -228,6 +267,10 @@ void WindowProblem::apply(const ReducedSolver::Step& step) {
     RigCalibration::Tangent correction = RigCalibration::Tangent::Zero();
     correction.head(calibration_config_->dim()) = step.head(calibration_config_->dim());
     state_->calibration = saved_calibration_.box_plus(correction);
+    for (int l = 0; l < state_->ground_dim(); ++l) {
+        const auto at = static_cast<std::size_t>(l);
+        state_->ground[at].height_m = saved_ground_[at].height_m + step(ground_row() + l);
+    }
     for (std::size_t p = 0; p < state_->planes.size(); ++p) {
         state_->planes[p].plane = saved_planes_[p].box_plus(step.segment<kPlaneDim>(plane_row(static_cast<int>(p))));
     }
@@ -242,6 +285,7 @@ void WindowProblem::restore() {
         state_->keyframes[k].state = saved_[k];
     }
     state_->calibration = saved_calibration_;
+    state_->ground = saved_ground_;
     fit_ = saved_fit_;
     for (int i = 0; i < state_->landmarks.size(); ++i) {
         static_cast<LandmarkFit&>(state_->landmarks[i]) = saved_landmarks_[static_cast<std::size_t>(i)];

@@ -13,6 +13,7 @@
 #include "estimator/values/nav_state.h"
 #include "estimator/values/stage.h"
 #include "estimator/window/calibration_config.h"
+#include "estimator/window/range_config.h"
 #include "estimator/window/regularity_config.h"
 #include "estimator/window/window_cameras.h"
 #include "estimator/window/window_state.h"
@@ -66,7 +67,7 @@ public:
 
     /// The arguments must outlive the problem.
     void bind(WindowState& state, WindowCameras& cameras, const CalibrationConfig& calibration,
-              const RegularityConfig& regularity);
+              const RegularityConfig& regularity, const RangeConfig& range);
     void set_stage_observer(StageObserver* observer) { observer_ = observer; }
 
     /// Decides which landmarks take part: seen by two keyframes or more and triangulated. Call before levenberg().
@@ -93,10 +94,12 @@ public:
 
     /// Of the last linearization of the whole window that was not undone by restore().
     const WindowFit& fit() const { return fit_; }
-    /// Parameters that all keyframes share: calibration and planes.
+    /// Parameters that all keyframes share: calibration, ground and planes.
     int globals() const { return plane_row(static_cast<int>(state_->planes.size())); }
     /// First row of a plane's parameters.
-    int plane_row(int plane) const { return calibration_config_->dim() + kPlaneDim * plane; }
+    int plane_row(int plane) const { return ground_row() + state_->ground_dim() + kPlaneDim * plane; }
+    /// Row of the first level of the ground.
+    int ground_row() const { return calibration_config_->dim(); }
 
 private:
     /// Adds all terms to an empty system. @return the cost
@@ -108,6 +111,8 @@ private:
     double add_plane_height(Landmark& landmark);
     /// Adds the constraints between planes, and between planes and gravity.
     double add_planes(ReducedSystem& system) const;
+    /// Adds what a range finder has found under a keyframe.
+    double add_ground(ReducedSystem& system, int keyframe) const;
     double add_prior(ReducedSystem& system);
     /// Adds what the calibration as given says of its corrections.
     double add_given_calibration(ReducedSystem& system) const;
@@ -133,6 +138,7 @@ private:
     WindowCameras* cameras_ = nullptr;
     const CalibrationConfig* calibration_config_ = nullptr;
     const RegularityConfig* regularity_config_ = nullptr;
+    const RangeConfig* range_config_ = nullptr;
     StageObserver* observer_ = nullptr;
     WindowFit fit_;
     LandmarkSchur schur_;
@@ -141,6 +147,7 @@ private:
     std::array<NavState, kMaxKeyframes> saved_;
     WindowFit saved_fit_;
     RigCalibration saved_calibration_;
+    std::array<GroundLevel, PriorFactor::kMaxGround> saved_ground_;
     std::array<Plane, kMaxPlanes> saved_planes_;
     std::array<LandmarkFit, kMaxLandmarks> saved_landmarks_;
     std::array<ObservationWeights, kMaxLandmarks> saved_weights_;

@@ -74,6 +74,8 @@ public:
     /// See Estimator::add_imu.
     Status add_imu(const ImuSample& sample, ImuAxisMask clipped) { return estimator_.add_imu(sample, clipped); }
     Status add_imu(const ImuSample& sample) { return estimator_.add_imu(sample); }
+    /// See Estimator::add_range.
+    Status add_range(const RangeSample& sample) { return estimator_.add_range(sample); }
 
     /// What the estimator says while frames do not come; ask after each sample. @return whether it said anything
     /// (estimate untouched otherwise)

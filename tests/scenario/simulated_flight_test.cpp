@@ -41,6 +41,7 @@ void simulate_log(const std::string& folder, sim::LensKind camera = sim::LensKin
     options.stand_s = 1.0;
     options.samples = 2;
     options.texture_size = 512;
+    options.range_sigma_m = 0.02;
     REQUIRE(simulate(options).frames == 101);
 }
 
@@ -228,6 +229,30 @@ TEST_CASE("a simulated flight is estimated to millimetres, the same each time, a
     CHECK(damaged.warnings.size() >= 3);
     CHECK(damaged.last.health.imu_gaps == 1);
     CHECK(evaluate_trajectory(log, dir.file("damaged")).se3.translation_m.rmse < kMaxAte_m);  // 0.97 mm
+}
+
+TEST_CASE("a range finder's readings count if they are asked for, the same each time", "[scenario]") {
+    const test::TempDir dir;
+    const std::string log = pinhole_log();
+    const auto fly = [&](const std::string& out, bool enabled) {
+        ReplayOptions options;
+        options.dataset = log;
+        options.out = dir.file(out);
+        options.calibration = load_euroc_calibration(log + "/mav0");
+        options.config.imu_noise = options.calibration.noise;
+        options.config.range.enabled = enabled;
+        options.show_progress = false;
+        return run_replay(options, false);
+    };
+    fly("without", false);
+    const RunSummary with = fly("with", true);
+    fly("again", true);
+    CHECK(with.last.health.state == TrackingState::kTracking);
+    CHECK((with.last.health.reasons & kReasonRange) == 0);
+    CHECK(evaluate_trajectory(log, dir.file("with")).se3.translation_m.rmse < kMaxAte_m);
+    CHECK(bytes(dir.file("with/trajectory.csv")) != bytes(dir.file("without/trajectory.csv")));
+    CHECK(bytes(dir.file("with/trajectory.csv")) == bytes(dir.file("again/trajectory.csv")));
+    CHECK(bytes(dir.file("with/health.csv")) == bytes(dir.file("again/health.csv")));
 }
 
 TEST_CASE("a vibration that images show, too, is another one than that of samples alone, and flown through",

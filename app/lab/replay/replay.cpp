@@ -12,6 +12,7 @@
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/replay/extra_files.h"
 #include "app/lab/replay/faulted_log.h"
+#include "app/lab/replay/range_log.h"
 #include "app/lab/replay/replay_output.h"
 #include "app/lab/replay/turned_truth.h"
 #include "app/lab/replay/waiting_frames.h"
@@ -78,6 +79,7 @@ private:
     LinuxClock clock_;
     ReplayOutput output_;
     FaultedLog log_;
+    RangeLog ranges_;
     Eigen::Vector3d newest_w_B_ = Eigen::Vector3d::Zero();  ///< given to the estimator
     SurfaceSinks surface_;
     FramePipeline pipeline_;
@@ -98,6 +100,9 @@ RecorderLimits Replay::limits(const ReplayOptions& options) {
 
 /// @return false if the frame has to wait for inertial samples, and still may
 bool Replay::offer(const StereoFrame& frame, Timestamp output_stamp, bool is_last_chance) {
+    while (const RangeSample* const sample = ranges_.next_before(frame.stamp)) {
+        pipeline_.add_range(*sample);
+    }
     pipeline_.add_frame(frame, output_stamp, result_);
     if (result_.status == Status::kNotReady && !is_last_chance && newest_fed_ < frame.stamp + kRetry) {
         return false;
@@ -178,6 +183,12 @@ bool Replay::pull(const std::atomic<bool>& stop) {
 void Replay::prepare() {
     log_.open();
     const Calibration given = disturbed(options_);
+    if (options_.config.range.enabled) {
+        ranges_ = RangeLog(options_.dataset, options_.files);
+        if (ranges_.size() == 0) {
+            throw InputError(options_.dataset + ": range.enabled, but there is no range0/data.csv with readings");
+        }
+    }
     pipeline_.configure(options_.config, given);
     pipeline_.stream_to(options_.world);
     for (FlightViewer* const viewer : options_.viewers) {

@@ -21,6 +21,7 @@
 #include "app/lab/faults/calibration_error.h"
 #include "app/lab/sim/asl_writer.h"
 #include "app/lab/sim/parallel.h"
+#include "app/lab/sim/range_finder.h"
 #include "app/lab/sim/renderer.h"
 #include "app/lab/sim/truth.h"
 #include "app/lab/sim/vibration.h"
@@ -82,6 +83,8 @@ Status check_options(const SimOptions& o, std::string& error) {
         error = fmt::format("--contrast: {} is outside 0 to 1", o.contrast);
     } else if (!(o.calibration_error >= 0.0 && o.calibration_error <= 100.0)) {
         error = fmt::format("--calibration-error: {} is outside 0 to 100", o.calibration_error);
+    } else if (!(o.range_sigma_m <= 1.0)) {
+        error = fmt::format("--range-finder: {} m is above 1 m", o.range_sigma_m);
     } else if (o.closed && vibration_of(o) != VibrationKind::kNone) {
         error = "--closed: a flight to be repeated has exact inertial samples; give vibration to the replay (--inject)";
     } else if (o.closed && o.mover) {
@@ -249,6 +252,10 @@ Status write_tables(const SimOptions& o, const World& world, const CoarsePass& c
     const std::string meta = meta_json(o, inspect_flight(world.flight, world.scene));
     std::string path;
     Status status = write_asl(o.out, content, path);
+    if (ok(status) && o.range_sigma_m >= 0.0) {
+        path = o.out + "/mav0/range0/data.csv";
+        status = write_ranges(path, find_ranges(world.scene, imu, o.range_sigma_m, o.seed));
+    }
     if (ok(status)) {
         status = write_truth(o.out, world.scene, coarse.hits, meta, path);
     }

@@ -37,6 +37,7 @@ struct SimOptions {
     double gravity_m_per_s2 = 9.81;    ///< [1, 30]; the flight is the same, the IMU feels it
     double exposure_s = 0.006;         ///< of an image, in which its pixels' samples are spread (0, 1 / rate]
     double contrast = 1.0;             ///< of all surfaces, in units of what the scene has [0, 1]
+    double range_sigma_m = -1.0;       ///< of a range finder that looks down [0, 1]; negative: there is none
     double calibration_error = 0.0;    ///< K of the written cameras, in sigma of a good calibration [0, 100]
 };
 

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <vector>
 
 #include "app/support/input_error.h"
@@ -111,6 +112,9 @@ TEST_CASE("what is logged is read back bit by bit") {
         add_second(log, 1'700'000'000'000'000'000, pictures);
         log.add_edge({{1'700'000'000'000'000'001}, 42, true});
         log.commit();
+        CHECK_FALSE(std::filesystem::exists(dir.file("mav0/range0")));
+        log.add_range({{1'700'000'000'000'000'002}, {0.1, 0.0, -1.53}}, {1'700'000'000'000'000'009});
+        log.commit();
     }
     const ReadLog read(dir.path());
     CHECK(read.warnings == 0);
@@ -127,6 +131,8 @@ TEST_CASE("what is logged is read back bit by bit") {
     CHECK(read.rights == 5);
     CHECK(test::read_file(dir.file("mav0/trigger0/data.csv")) ==
           "#timestamp [ns],sequence,rising\n1700000000000000001,42,1\n");
+    CHECK(test::read_file(dir.file("mav0/range0/data.csv")) ==
+          "#timestamp [ns],x [m],y [m],z [m],given [ns]\n1700000000000000002,0.1,0,-1.53,1700000000000000009\n");
 }
 
 TEST_CASE("a log is not overwritten") {

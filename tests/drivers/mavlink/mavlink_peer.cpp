@@ -12,6 +12,7 @@
 #include "drivers/mavlink/mavlink_inertial.h"
 #include "drivers/mavlink/mavlink_messages.h"
 #include "drivers/mavlink/mavlink_parser.h"
+#include "drivers/mavlink/mavlink_range.h"
 #include "drivers/mavlink/mavlink_signing.h"
 
 namespace facet {
@@ -238,6 +239,13 @@ Json fields_of(const MavlinkPacket& packet) {
                     {"rate", floats(i.w_B)},
                     {"id", i.id},
                     {"complete", i.is_complete}};
+        }
+        case MavlinkId::kDistanceSensor: {
+            const MavDistance d = decode_distance(packet.payload);
+            return {{"timeMs", d.time_ms},  {"minCm", d.min_cm},
+                    {"maxCm", d.max_cm},    {"distanceCm", d.distance_cm},
+                    {"id", d.id},           {"orientation", d.orientation},
+                    {"quality", d.quality}, {"isOfGround", d.is_of_ground()}};
         }
         default: return {};
     }

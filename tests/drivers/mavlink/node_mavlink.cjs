@@ -96,6 +96,10 @@ function write() {
     [fill(new common.CommandAck(), { command: 511, result: 2, targetSystem: 1, targetComponent: 197 }),
       { command: 511, result: 2, targetSystem: 1, targetComponent: 197 }],
     ...inertial(),
+    [fill(new common.DistanceSensor(), { timeBootMs: 7654321, minDistance: 20, maxDistance: 1200, currentDistance: 153,
+      type: 0, id: 3, orientation: 25, covariance: 4, horizontalFov: 0.5, verticalFov: 0.25, quaternion: [1, 0, 0, 0],
+      signalQuality: 80 }),
+      { timeMs: 7654321, minCm: 20, maxCm: 1200, distanceCm: 153, id: 3, orientation: 25, quality: 80, isOfGround: true }],
     [fill(new minimal.Heartbeat(), heartbeat), heartbeat, 'ok'],
     [fill(new common.CommandLong(), command), expectedCommand, 'ok'],
   ]

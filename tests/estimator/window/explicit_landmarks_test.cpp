@@ -29,6 +29,7 @@ struct FlightWindow {
     WindowConfig config;
     CalibrationConfig calibration;
     RegularityConfig regularity;
+    RangeConfig range;
     std::unique_ptr<WindowState> state = std::make_unique<WindowState>();
     std::unique_ptr<ReducedSystem> system = std::make_unique<ReducedSystem>();
     std::unique_ptr<ReducedSolver> solver = std::make_unique<ReducedSolver>();
@@ -46,7 +47,7 @@ struct FlightWindow {
         SyntheticFlight flight(options);
         cameras->bind(*state, config, calibration, flight.rig());
         cameras->set_settled(true);
-        problem->bind(*state, *cameras, calibration, regularity);
+        problem->bind(*state, *cameras, calibration, regularity, range);
         for (int k = 0; k < kKeyframes; ++k) {
             add_keyframe(flight, k);
         }

@@ -21,6 +21,7 @@ struct Fixture {
     WindowConfig config;
     CalibrationConfig calibration;
     RegularityConfig regularity;
+    RangeConfig range;
     std::unique_ptr<WindowState> state = std::make_unique<WindowState>();
     std::unique_ptr<ReducedSystem> system = std::make_unique<ReducedSystem>();
     std::unique_ptr<WindowCameras> cameras = std::make_unique<WindowCameras>();
@@ -37,7 +38,7 @@ struct Fixture {
         SyntheticFlight flight(options);
         config.loss_threshold = 10.0;
         cameras->bind(*state, config, calibration, flight.rig());
-        problem->bind(*state, *cameras, calibration, regularity);
+        problem->bind(*state, *cameras, calibration, regularity, range);
         for (int k = 0; k < kKeyframes; ++k) {
             Keyframe keyframe;
             keyframe.stamp = test::at(kStep_s * k);
