@@ -193,7 +193,7 @@ def write_live(path, modules):
 <canvas class="eye" hidden aria-label="the left image with its landmarks"></canvas>
 <b class="badge" hidden></b><div class="said"></div>
 <div class="chips"><label hidden><input type="checkbox" name="map" checked> Map</label>
-<label hidden><input type="checkbox" name="mesh" checked> Mesh over the horizon</label>
+<label hidden title="over the horizon"><input type="checkbox" name="mesh" checked> Mesh</label>
 <label><input type="checkbox" name="follow" checked> Follow</label></div></div></div>
 <script>{as_script(script)}</script></body></html>
 """, encoding="utf-8")

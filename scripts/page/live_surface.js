@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // The surface of a map that comes in pieces, one for each of its blocks (app/view/live_surface.h).
 import {
-  BufferAttribute, BufferGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, Vector3,
+  BufferAttribute, BufferGeometry, FrontSide, Group, Mesh, MeshBasicMaterial, Vector3,
 } from "three";
 
 const HEAD_BYTES = 8;
@@ -21,7 +21,7 @@ function shaded(grey, normal) {
 export class SurfacePart {
   constructor() {
     this.group = new Group();
-    this.material = new MeshBasicMaterial({ vertexColors: true, side: DoubleSide });
+    this.material = new MeshBasicMaterial({ vertexColors: true, side: FrontSide });
     this.cubes = new Map();
     this.surface = 0;
   }
