@@ -110,9 +110,6 @@ void read_sinks(const YamlNode& node, Vehicle& vehicle) {
     if (const auto world = section.find("world")) {
         vehicle.world = read_world(*world);
     }
-    if (const auto ros2 = section.find("ros2")) {
-        vehicle.ros2_out = read_ros2_out(*ros2);
-    }
     if (const auto log = section.find("log")) {
         YamlSection fields(*log);
         vehicle.log.folder = beside(fields.at("folder"));
@@ -121,6 +118,10 @@ void read_sinks(const YamlNode& node, Vehicle& vehicle) {
         fields.read("mesh_faces", vehicle.log.mesh_faces, 0, 10'000'000);
         fields.read("timed_frames", vehicle.log.timed_frames, 1, 10'000'000);
         fields.finish();
+    }
+    // Last: it ends here in programs without ROS 2, whose reference must have the other keys.
+    if (const auto ros2 = section.find("ros2")) {
+        vehicle.ros2_out = read_ros2_out(*ros2);
     }
     section.finish();
 }
