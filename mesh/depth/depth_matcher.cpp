@@ -14,7 +14,7 @@ constexpr double kLeftRight_px = 1.0;
 constexpr double kUniqueness = 0.7;
 constexpr int kApart = 3;               // px: places farther apart than this are different ones
 constexpr float kSlack = 0.02F;         // what noise and slant take from a true match's correlation
-constexpr int kBackReach = 4;           // px searched to either side on the way back
+constexpr int kBackReach = 12;          // px searched to either side on the way back
 constexpr double kInterpolation = 0.1;  // px
 constexpr double kBesideLine = 0.25;    // px
 

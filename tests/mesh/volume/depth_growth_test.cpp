@@ -101,7 +101,7 @@ TEST_CASE("where nothing matches, most squares are left alone") {
     long places = 0;
     (void)image.grown({}, places);
     const double all = (image.sampler.all_depths().nearest / image.sampler.per_px()) * image.sampler.count();
-    CHECK(static_cast<double>(places) < 0.6 * all);
+    CHECK(static_cast<double>(places) < 0.75 * all);
 }
 
 }  // namespace
