@@ -8,7 +8,7 @@ import hil_compare
 # a BMI088 are interpolated, by stamps that are off by as much.
 MAX_VALUE = {"bmi088": 1e-4}
 MAX_STAMP_NS = 200
-# What a replay of the recording makes again to the byte. Its mesh.ply is of the map, which a flight does not make.
+# What a replay of the recording makes again to the byte. Its mesh.ply is of the map, which depends on the threads.
 SAME_FILES = ("trajectory.csv", "covariance.csv", "mesh_horizon.ply", "planes.json", "residuals.csv")
 # Real time: against the replay's error, as a share; differences below this much are rounding.
 MAX_ATE_SHARE = 0.10
