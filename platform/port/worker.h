@@ -11,9 +11,9 @@
 namespace facet {
 
 struct WorkerOptions {
-    std::string name;       ///< as shown by ps and top; 15 characters at most
-    int cpu = -1;           ///< the core it stays on; -1 for any
-    int fifo_priority = 0;  ///< 1 to 99 for SCHED_FIFO; 0 for the ordinary scheduler
+    std::string name;            ///< as shown by ps and top; 15 characters at most
+    int cpu = -1;                ///< the core it stays on; -1 for any
+    int fifo_priority = 0;       ///< 1 to 99 for SCHED_FIFO; 0 for the ordinary scheduler
     bool is_background = false;  ///< runs only while nothing else wants its core
 };
 
