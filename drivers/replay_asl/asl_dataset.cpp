@@ -214,6 +214,7 @@ void AslDataset::pair_images(std::vector<ImageRow>& left, std::vector<ImageRow>&
     };
     const auto stamps_of = [](const std::vector<ImageRow>& rows) {
         std::vector<Timestamp> stamps;
+        stamps.reserve(rows.size());
         for (const ImageRow& row : rows) {
             stamps.push_back(row.stamp);
         }
