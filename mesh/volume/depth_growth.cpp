@@ -129,7 +129,8 @@ int DepthGrowth::search(int square, const ImagePyramid& left, const ImagePyramid
 int DepthGrowth::match(int square, const DepthRange& range, const ImagePyramid& left, const ImagePyramid& right,
                        std::span<DepthSample> samples) {
     DepthSample& sample = samples[static_cast<std::size_t>(square)];
-    if (!sampler_.find_pixel(square, left, sample)) {
+    const bool has_pixel = !sample.gradient.isZero();  // since an earlier search
+    if (!has_pixel && !sampler_.find_pixel(square, left, sample)) {
         state(square) = State::kLeftOut;
         return 0;
     }

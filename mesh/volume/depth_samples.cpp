@@ -53,15 +53,11 @@ bool DepthSampler::find_pixel(int square, const ImagePyramid& left, DepthSample&
             }
         }
     }
-    DepthMatcher::Ray ray;
-    Eigen::Vector2d xy;
-    if (!is_found || !ok(stereo_.ray_of(uv.cast<double>(), ray, xy))) {
-        return false;
+    if (is_found) {
+        sample.uv = uv;
+        sample.gradient = steepest;
     }
-    sample.uv = uv;
-    sample.gradient = steepest;
-    sample.xy = xy.cast<float>();
-    return true;
+    return is_found;
 }
 
 DepthRange DepthSampler::range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const {
@@ -80,9 +76,10 @@ void DepthSampler::correct(const CameraCorrections& cameras) { stereo_.correct(c
 DepthSample DepthSampler::measure(int square, const ImagePyramid& left, const ImagePyramid& right,
                                   const Mesher* mesher) {
     DepthSample sample;
-    if (find_pixel(square, left, sample)) {
-        (void)match(left, right, mesher == nullptr ? all_depths() : range_of(*mesher, sample.xy.cast<double>()),
-                    sample);
+    DepthMatcher::Ray ray;
+    Eigen::Vector2d xy;
+    if (find_pixel(square, left, sample) && ok(stereo_.ray_of(sample.uv.cast<double>(), ray, xy))) {
+        (void)match(left, right, mesher == nullptr ? all_depths() : range_of(*mesher, xy), sample);
     }
     return sample;
 }
@@ -97,6 +94,7 @@ bool DepthSampler::match(const ImagePyramid& left, const ImagePyramid& right, co
         match.inverse_depth <= kMinRho) {
         return false;
     }
+    sample.xy = xy.cast<float>();
     sample.inverse_depth = static_cast<float>(match.inverse_depth);
     sample.sigma = static_cast<float>(match.sigma);
     return true;
