@@ -15,16 +15,6 @@ std::vector<std::uint8_t> room_for(const CameraIntrinsics& camera) {
     return std::vector<std::uint8_t>(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
 }
 
-/// Copies the image if there is room. @return the copy; empty if there is none
-ImageView copy(const ImageView& image, std::vector<std::uint8_t>& pixels) {
-    if (image.empty() ||
-        static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) > pixels.size()) {
-        return {};
-    }
-    copy_pixels(image, pixels.data());
-    return {pixels.data(), image.width, image.height, image.width};
-}
-
 }  // namespace
 
 MapThread::MapThread(const MapConfig& config, const StereoRig& rig, SurfaceSink& sink) {
@@ -46,8 +36,8 @@ void MapThread::take(const KeyframeView& view, std::uint32_t resets, const Image
     }
     slot->view = view;
     slot->resets = resets;
-    slot->left = copy(left, slot->left_pixels);
-    slot->right = copy(right, slot->right_pixels);
+    slot->left = copy_if_it_fits(left, slot->left_pixels);
+    slot->right = copy_if_it_fits(right, slot->right_pixels);
     FACET_ASSERT(ok(waiting_.push(std::move(slot))));  // there are as many places as slots
     wakeup_.notify();
 }

@@ -15,9 +15,10 @@
 
 namespace facet {
 
-/// Keyframes are copied on the estimator's thread, about 0.2 ms each, and put into the map on another one, in which
-/// all of the map's work is done as fast as there is time. When kSlots keyframes wait, because there is no second core
-/// or no time on it, new ones are dropped and counted. Heap in the constructor only, but for what the sink uses.
+/// Keyframes are copied on the estimator's thread (the view, 350 KB, and two images) and put into the map on another
+/// one, in which all of the map's work is done as fast as there is time. When kSlots keyframes wait, because there is
+/// no second core or no time on it, new ones are dropped and counted. Heap in the constructor only, but for what the
+/// sink uses.
 class MapThread final : public KeyframeSink {
 public:
     static constexpr std::size_t kSlots = 4;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "app/run/sample_recorder.h"
 
-#include <cstring>
 #include <exception>
 #include <utility>
+
+#include "platform/base/image_copy.h"
 
 namespace facet {
 namespace {
@@ -28,17 +29,6 @@ void SampleRecorder::on_range(const RangeSample& sample, Timestamp frame) {
     counters_.samples_dropped.fetch_add(ok(ranges_.push({sample, frame})) ? 0 : 1, kUnordered);
 }
 
-ImageView SampleRecorder::copy(const ImageView& image, std::uint8_t* to) const {
-    if (image.empty() || static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) > pixels_) {
-        return {};
-    }
-    for (int v = 0; v < image.height; ++v) {
-        std::memcpy(to + static_cast<std::ptrdiff_t>(v) * image.width, image.row(v),
-                    static_cast<std::size_t>(image.width));
-    }
-    return {to, image.width, image.height, image.width};
-}
-
 void SampleRecorder::on_pair(const SyncedFrame& pair) {
     Pair kept;
     kept.slot = slots_.take();
@@ -51,8 +41,8 @@ void SampleRecorder::on_pair(const SyncedFrame& pair) {
                    {pair.left.sequence, pair.right.sequence},
                    {pair.left.exposure, pair.right.exposure}};
     std::uint8_t* const buffer = pool_.data() + 2 * pixels_ * static_cast<std::size_t>(kept.slot.slot());
-    kept.left = copy(pair.left.image, buffer);
-    kept.right = copy(pair.right.image, buffer + pixels_);
+    kept.left = copy_if_it_fits(pair.left.image, {buffer, pixels_});
+    kept.right = copy_if_it_fits(pair.right.image, {buffer + pixels_, pixels_});
     counters_.pairs_dropped.fetch_add(ok(pairs_.push(std::move(kept))) ? 0 : 1, kUnordered);
     wakeup_.notify();
 }

@@ -68,7 +68,6 @@ private:
         RangeSample sample;
         Timestamp frame;
     };
-    ImageView copy(const ImageView& image, std::uint8_t* to) const;
     bool write_some();
     void drop_waiting();
 
