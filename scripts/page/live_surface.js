@@ -55,10 +55,12 @@ export class SurfacePart {
         this.cubes.set(key, { mesh, pieces: new Map() });
       }
       const cube = this.cubes.get(key);
-      cube.pieces.set(corner.join(), { view, at: at + PIECE_BYTES, corner, vertices, triangles });
+      const bytes = VERTEX_BYTES * vertices + TRIANGLE_BYTES * triangles;
+      // A copy: a piece that stays must not keep all of its message.
+      const own = new DataView(data.slice(at + PIECE_BYTES, at + PIECE_BYTES + bytes));
+      cube.pieces.set(corner.join(), { own, corner, vertices, triangles });
       changed.add(cube);
-      const bytes = PIECE_BYTES + VERTEX_BYTES * vertices + TRIANGLE_BYTES * triangles;
-      at += 4 * Math.ceil(bytes / 4);
+      at += 4 * Math.ceil((PIECE_BYTES + bytes) / 4);
     }
     changed.forEach((cube) => SurfacePart.build(cube));
     return count;
@@ -74,16 +76,16 @@ export class SurfacePart {
     const normal = new Vector3();
     for (const piece of pieces) {
       const first = vertex;
-      let { at } = piece;
+      let at = 0;
       for (let i = 0; i < piece.vertices; ++i, ++vertex, at += VERTEX_BYTES) {
         for (let axis = 0; axis < 3; ++axis) {
-          places[3 * vertex + axis] = STEP_M * (piece.corner[axis] + piece.view.getInt16(at + 2 * axis, true));
+          places[3 * vertex + axis] = STEP_M * (piece.corner[axis] + piece.own.getInt16(at + 2 * axis, true));
         }
-        normal.set(...[6, 7, 8].map((k) => piece.view.getInt8(at + k) / 127));
-        colours.fill(shaded(piece.view.getUint8(at + 9), normal), 3 * vertex, 3 * vertex + 3);
+        normal.set(...[6, 7, 8].map((k) => piece.own.getInt8(at + k) / 127));
+        colours.fill(shaded(piece.own.getUint8(at + 9), normal), 3 * vertex, 3 * vertex + 3);
       }
       for (let i = 0; i < 3 * piece.triangles; ++i, ++corner, at += 2) {
-        index[corner] = first + piece.view.getUint16(at, true);
+        index[corner] = first + piece.own.getUint16(at, true);
       }
     }
     cube.mesh.geometry.dispose();
