@@ -194,6 +194,11 @@ void FrameRecorder::finish(const FramePipeline& pipeline, const SurfaceMap* map)
         summary_.run_mesh_faces = run_mesh_.faces();
         return;
     }
+    if (surface_.dropped() > 0) {
+        warn("map_left_out",
+             fmt::format("mesh.ply is not all of the map: {} pieces of surface came when it had {} faces",
+                         surface_.dropped(), surface_.triangles()));
+    }
     summary_.warnings = files_->warnings.counts();
     std::remove((folder_ + "/summary.json").c_str());  // that of an earlier run, whose files are replaced now
     files_->trajectory.close();
