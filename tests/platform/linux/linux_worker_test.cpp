@@ -2,8 +2,10 @@
 #include "platform/linux/linux_worker.h"
 
 #include <pthread.h>
+#include <sched.h>
 
 #include <array>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
 
@@ -59,6 +61,19 @@ TEST_CASE("options out of range start no thread") {
     CHECK(worker.start({"a name that is too long", -1, 0}, body, report) == Status::kInvalidArgument);
     CHECK(worker.start({"w", -1, 100}, body, report) == Status::kInvalidArgument);
     CHECK(worker.start({"w", -1, 0}, nullptr, report) == Status::kInvalidArgument);
+    CHECK(worker.start({"w", -1, 1, true}, body, report) == Status::kInvalidArgument);  // both before and behind others
+}
+
+TEST_CASE("a worker in the background has the time that nothing else wants") {
+    LinuxWorker worker;
+    WorkerReport report;
+    std::atomic<int> policy{-1};
+    REQUIRE(worker.start(
+                {.name = "w", .is_background = true}, [&](const std::atomic<bool>&) { policy = sched_getscheduler(0); },
+                report) == Status::kOk);
+    worker.join();
+    CHECK(policy == SCHED_IDLE);
+    CHECK(report.refusals.empty());
 }
 
 }  // namespace
