@@ -26,8 +26,7 @@ struct DepthSample {
     int contradicted = 0;                                ///< and that match it elsewhere
 };
 
-    /// Measures an image in squares of `side_px`. The matcher is that of semi-dense depth, whose points are farther
-    /// apart.
+/// Measures an image in squares of `side_px`. The matcher is that of semi-dense depth, whose points are farther apart.
 /// Heap in the constructor only. Thread-bound. Deterministic.
 class DepthSampler {
 public:
@@ -46,8 +45,8 @@ public:
     /// @param mesher  has taken in this keyframe: between which depths to search; nullptr: at all
     DepthSample measure(int square, const ImagePyramid& left, const ImagePyramid& right, const Mesher* mesher);
 
-    /// The pixel of a square: `uv` and `gradient`, which is not zero. @return false: it has no texture (sample as
-    /// it was)
+    /// The pixel of a square: `uv` and `gradient`, which is not zero. @return false: it has no texture (sample
+    /// as it was)
     bool find_pixel(int square, const ImagePyramid& left, DepthSample& sample) const;
     /// Looks for the depth of such a sample, and where it is on the undistorted plane. @return whether there is one
     /// (sample as it was if not)
@@ -57,8 +56,7 @@ public:
 
     /// The view to compare with from now on. @param T_C_other  its left camera, in the samples' one
     void face(const Se3& T_C_other, const CameraCorrections& cameras);
-    /// Looks for a sample of one left image in another one that was taken from elsewhere, near the depth that is
-    /// known.
+    /// Looks for a sample of one left image in another one that was taken from elsewhere, near the depth that is known.
     /// What agrees makes the sample more certain, by the variances; what is found elsewhere contradicts it.
     void compare(const ImagePyramid& own, const ImagePyramid& other, DepthSample& sample);
 
