@@ -14,7 +14,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::delaunay_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -310,4 +310,4 @@ TEST_CASE("triangulation needs no heap") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::delaunay_test

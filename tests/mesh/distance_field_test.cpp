@@ -12,7 +12,7 @@
 #include "tests/mesh/mesh_world.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::distance_field_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -203,4 +203,4 @@ TEST_CASE("a field that nobody has measured knows nothing, and bad sizes change 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::distance_field_test

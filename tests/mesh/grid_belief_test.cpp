@@ -8,7 +8,7 @@
 
 #include "tests/mesh/grid_watcher.h"
 
-namespace facet {
+namespace facet::grid_belief_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -144,4 +144,4 @@ TEST_CASE("space within the uncertainty of a face is not free, although it has b
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::grid_belief_test

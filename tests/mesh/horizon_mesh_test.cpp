@@ -7,7 +7,7 @@
 
 #include "tests/mesh/mesh_samples.h"
 
-namespace facet {
+namespace facet::horizon_mesh_test {
 namespace {
 
 using Key = std::set<VertexSlot>;
@@ -100,4 +100,4 @@ TEST_CASE("a full mesh refuses faces and takes them again after a removal") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::horizon_mesh_test

@@ -11,7 +11,7 @@
 
 #include "tests/mesh/mesh_world.h"
 
-namespace facet {
+namespace facet::mesh_evidence_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -316,4 +316,4 @@ TEST_CASE("while hovering, what is no longer seen in its place leaves; what is o
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mesh_evidence_test

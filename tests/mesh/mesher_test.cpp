@@ -13,7 +13,7 @@
 #include "tests/mesh/mesh_world.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::mesher_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -434,4 +434,4 @@ TEST_CASE("no landmark at all, and a configuration out of range") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mesher_test

@@ -14,7 +14,7 @@
 
 #include "tests/mesh/grid_watcher.h"
 
-namespace facet {
+namespace facet::occupancy_grid_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -411,4 +411,4 @@ TEST_CASE("two grids with the same keyframes give the same answers") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::occupancy_grid_test

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace facet {
+namespace facet::point_grid_test {
 namespace {
 
 TEST_CASE("a point is near exactly when one of all points is, also across cells and outside the image") {
@@ -42,4 +42,4 @@ TEST_CASE("a point is near exactly when one of all points is, also across cells 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::point_grid_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace facet {
+namespace facet::predicates_test {
 namespace {
 
 using Integer = boost::multiprecision::int1024_t;
@@ -122,4 +122,4 @@ TEST_CASE("in_circle is zero on grids, and exact for coordinates of very differe
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::predicates_test

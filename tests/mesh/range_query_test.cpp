@@ -11,7 +11,7 @@
 #include "tests/mesh/mesh_samples.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::range_query_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -275,4 +275,4 @@ TEST_CASE("queries of a full mesh need no heap") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::range_query_test

@@ -7,7 +7,7 @@
 #include "tests/mesh/mesh_world.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::surface_points_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -123,4 +123,4 @@ TEST_CASE("depth along a ray lies between the corners of the triangle it passes,
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::surface_points_test

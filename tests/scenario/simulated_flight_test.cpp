@@ -16,7 +16,8 @@
 #include "tests/scenario/heap_use.h"
 #include "tests/support/temp_dir.h"
 
-using namespace facet;
+namespace facet::simulated_flight_test {
+
 using test::evaluate_trajectory;
 namespace fs = std::filesystem;
 
@@ -337,3 +338,5 @@ TEST_CASE("a flight behind fisheyes of 160 degrees is estimated to millimetres, 
         CHECK(evaluate_trajectory(log, out).se3.translation_m.rmse < kMaxAte_m);
     }
 }
+
+}  // namespace facet::simulated_flight_test

@@ -18,7 +18,7 @@
 #include "tests/support/still_vehicle.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::start_stop_test {
 namespace {
 
 constexpr int kFrames = 4;  // of one start; the window begins with the first
@@ -172,4 +172,4 @@ TEST_CASE("a hundred live runs, each stopped in flight, leave no memory, file or
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::start_stop_test

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-namespace facet::test {
+namespace facet::test::allocation_guard_test {
 namespace {
 
 /// Runs f and gives its allocations.
@@ -109,4 +109,4 @@ TEST_CASE("the first allocation's call stack is kept", "[allocation_guard]") {
 }
 
 }  // namespace
-}  // namespace facet::test
+}  // namespace facet::test::allocation_guard_test

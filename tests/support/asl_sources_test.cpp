@@ -8,7 +8,7 @@
 #include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::asl_sources_test {
 namespace {
 
 constexpr int kFrames = 30;
@@ -134,4 +134,4 @@ TEST_CASE("a log without a folder is not there, and stamps can be moved to now")
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::asl_sources_test

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet::test {
+namespace facet::test::numeric_jacobian_test {
 namespace {
 
 Eigen::Vector2d polar_to_plane(const Eigen::Vector2d& polar) {
@@ -46,4 +46,4 @@ TEST_CASE("rejects NaN", "[numeric_jacobian][!shouldfail]") {
 }
 
 }  // namespace
-}  // namespace facet::test
+}  // namespace facet::test::numeric_jacobian_test

@@ -5,7 +5,7 @@
 
 #include "tests/port_conformance/source_conformance.h"
 
-namespace facet {
+namespace facet::scripted_source_test {
 namespace {
 
 /// The scripted source with a script that grows as the suite asks.
@@ -82,4 +82,4 @@ TEST_CASE("a manual clock moves when slept on and keeps the wall clock's offset"
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::scripted_source_test

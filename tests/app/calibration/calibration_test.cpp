@@ -9,7 +9,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::calibration_test {
 namespace {
 
 using test::input_error_text;
@@ -294,4 +294,4 @@ TEST_CASE("standard deviations are read if both cameras state them") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::calibration_test

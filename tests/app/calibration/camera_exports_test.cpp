@@ -7,7 +7,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::camera_exports_test {
 namespace {
 
 using test::input_error_text;
@@ -285,4 +285,4 @@ TEST_CASE("OAK: what a file lacks, and lenses that are none here") {
     CHECK(one.rig.left.intrinsics().fx == 1000.0);
 }
 
-}  // namespace facet
+}  // namespace facet::camera_exports_test

@@ -10,7 +10,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::other_programs_test {
 namespace {
 
 using test::input_error_text;
@@ -489,4 +489,4 @@ TEST_CASE("a third camera and whatever else is not used is named") {
           std::vector<std::string>{path + ":17: cam2: is not used", path + ":8: cam0.line_delay: is not used"});
 }
 
-}  // namespace facet
+}  // namespace facet::other_programs_test

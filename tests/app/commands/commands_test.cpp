@@ -9,7 +9,7 @@
 #include "tests/support/asl_folder.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::commands_test {
 namespace {
 
 using test::contains;
@@ -453,4 +453,4 @@ TEST_CASE("ground truth in TUM's format is known by its rows, whatever it is cal
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::commands_test

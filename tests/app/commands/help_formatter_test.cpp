@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-namespace facet {
+namespace facet::help_formatter_test {
 namespace {
 
 TEST_CASE("help: lines that fit stay as they are, blank ones too") {
@@ -38,4 +38,4 @@ TEST_CASE("help: options have metavar, range, default and what is required, but 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::help_formatter_test

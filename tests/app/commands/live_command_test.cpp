@@ -8,7 +8,7 @@
 #include "tests/support/fake_kernel.h"
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::live_command_test {
 namespace {
 
 /// A kernel with a PWM, once it is there.
@@ -54,4 +54,4 @@ TEST_CASE("an output that cannot be opened ends the program on the ground, and i
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::live_command_test

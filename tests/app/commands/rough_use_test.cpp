@@ -9,7 +9,7 @@
 #include "tests/support/asl_folder.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::rough_use_test {
 namespace {
 
 using test::contains;
@@ -128,4 +128,4 @@ TEST_CASE("reports why a log has no estimate, where its accelerometer shows it")
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::rough_use_test

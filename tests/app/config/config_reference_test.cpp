@@ -12,7 +12,7 @@
 #include "app/config/config_table.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::config_reference_test {
 namespace {
 
 TEST_CASE("every key of a vehicle file has a sentence, and every sentence a key") {
@@ -63,4 +63,4 @@ TEST_CASE("the reference in docs is that of this program") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::config_reference_test

@@ -13,7 +13,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::config_test {
 namespace {
 
 using test::input_error_text;
@@ -193,4 +193,4 @@ TEST_CASE("single settings are applied and checked like a file's") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::config_test

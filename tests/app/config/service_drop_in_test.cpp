@@ -6,7 +6,7 @@
 #include "app/config/vehicle_files.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::service_drop_in_test {
 namespace {
 
 Vehicle spi_vehicle() {
@@ -142,4 +142,4 @@ TEST_CASE("the files that a vehicle file names are found, wherever they stand") 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::service_drop_in_test

@@ -7,7 +7,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::vehicle_file_test {
 namespace {
 
 constexpr const char* kCamera =
@@ -497,4 +497,4 @@ TEST_CASE("a parameter that cannot be used is named with the file it is from") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::vehicle_file_test

@@ -5,7 +5,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet {
+namespace facet::vehicle_iio_test {
 namespace {
 
 TEST_CASE("a sensor of the kernel's is one device or two, with what is asked of them") {
@@ -36,4 +36,4 @@ TEST_CASE("a sensor of the kernel's is one device or two, with what is asked of 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::vehicle_iio_test

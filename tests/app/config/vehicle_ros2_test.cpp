@@ -7,7 +7,7 @@
 #include "app/config/vehicle_file.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::vehicle_ros2_test {
 namespace {
 
 constexpr const char* kCamera =
@@ -86,4 +86,4 @@ TEST_CASE("what is wrong with the keys of ROS 2 is said") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::vehicle_ros2_test

@@ -5,7 +5,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet {
+namespace facet::vehicle_serial_test {
 namespace {
 
 TEST_CASE("an inertial sensor on a serial line needs its protocol only") {
@@ -28,4 +28,4 @@ TEST_CASE("an inertial sensor on a serial line needs its protocol only") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::vehicle_serial_test

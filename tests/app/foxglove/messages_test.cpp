@@ -8,7 +8,7 @@
 #include "app/foxglove/schemas.h"
 #include "tests/app/foxglove/schema_check.h"
 
-namespace facet {
+namespace facet::messages_test {
 namespace {
 
 using nlohmann::json;
@@ -107,4 +107,4 @@ TEST_CASE("health, calibration and timing are found under the names of their fil
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::messages_test

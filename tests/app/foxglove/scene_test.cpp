@@ -8,7 +8,7 @@
 #include "app/foxglove/schemas.h"
 #include "tests/app/foxglove/schema_check.h"
 
-namespace facet {
+namespace facet::scene_test {
 namespace {
 
 using nlohmann::json;
@@ -66,4 +66,4 @@ TEST_CASE("planes have colours of their own, also beyond the palette") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::scene_test

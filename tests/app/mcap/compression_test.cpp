@@ -7,8 +7,7 @@
 
 #include "app/mcap/bytes.h"
 
-using namespace facet;
-
+namespace facet::compression_test {
 namespace {
 
 /// More than a step of the decoders, with repetitions and without.
@@ -93,3 +92,5 @@ TEST_CASE("frames are unpacked without knowing their size, up to a bound") {
     CHECK(compression_of(bytes_of(text)) == Compression::kNone);
     CHECK(decompress_frame(bytes_of(text), text.size(), out) == Status::kCorrupt);
 }
+
+}  // namespace facet::compression_test

@@ -5,7 +5,7 @@
 
 #include "app/mcap/bytes.h"
 
-using namespace facet;
+namespace facet::json_fields_test {
 
 TEST_CASE("members are found as they stand, whatever is around them") {
     const std::string_view object =
@@ -64,3 +64,5 @@ TEST_CASE("base64 as RFC 4648 has it") {
         CHECK_FALSE(read_base64(wrong, bytes));
     }
 }
+
+}  // namespace facet::json_fields_test

@@ -13,7 +13,7 @@
 #include "drivers/replay_asl/asl_dataset.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::asl_log_test {
 namespace {
 
 constexpr int kSide = 24;
@@ -183,4 +183,4 @@ TEST_CASE("half an image is no file and no row") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::asl_log_test

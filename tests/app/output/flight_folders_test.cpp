@@ -9,7 +9,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::flight_folders_test {
 namespace {
 
 constexpr std::uint64_t kMegabyte = 1'000'000;
@@ -99,4 +99,4 @@ TEST_CASE("removing stops when asked to, and goes on the next time") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::flight_folders_test

@@ -12,7 +12,7 @@
 #include "tests/mesh/places/textured_room.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::map_file_test {
 namespace {
 
 /// A memory that a short flight has filled.
@@ -148,4 +148,4 @@ TEST_CASE("the log of places has a row for each view compared, and the path in t
     CHECK(std::ranges::count(path, '\n') == 15);
 }
 
-}  // namespace facet
+}  // namespace facet::map_file_test

@@ -12,7 +12,7 @@
 #include "app/output/trajectory_writer.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::output_test {
 namespace {
 
 std::vector<std::string> lines(const std::string& path) {
@@ -277,4 +277,4 @@ TEST_CASE("a run whose sensors contradict each other most of the time says so") 
     CHECK(describe_contradiction({}).empty());
 }
 
-}  // namespace facet
+}  // namespace facet::output_test

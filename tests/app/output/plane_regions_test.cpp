@@ -11,7 +11,7 @@
 #include "app/support/ply_reader.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::plane_regions_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -385,4 +385,4 @@ TEST_CASE("a young plane that its landmarks refute is taken back; an old one, or
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_regions_test

@@ -13,7 +13,7 @@
 #include "tests/mesh/keyframe_samples.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::run_mesh_test {
 namespace {
 
 using Corners = std::array<std::array<float, 3>, 3>;
@@ -97,4 +97,4 @@ TEST_CASE("a mesh without faces is a file without faces, and a folder that is no
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::run_mesh_test

@@ -7,7 +7,7 @@
 #include "app/support/ply_reader.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::run_surface_test {
 namespace {
 
 /// A square of 32 cm at z = 0 that a block has: one quad from corner to corner. `at` is in blocks.
@@ -87,4 +87,4 @@ TEST_CASE("triangles have the plane that they lie on and that reaches there") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::run_surface_test

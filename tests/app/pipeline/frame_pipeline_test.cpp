@@ -10,7 +10,7 @@
 
 #include "tests/support/still_vehicle.h"
 
-namespace facet {
+namespace facet::frame_pipeline_test {
 namespace {
 
 TEST_CASE("an estimate comes before the mesh of its keyframe, and in two steps all is as in one") {
@@ -108,4 +108,4 @@ TEST_CASE("a mesh that comes two frames later is that of its keyframe, whose ima
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::frame_pipeline_test

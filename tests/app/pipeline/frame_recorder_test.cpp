@@ -9,7 +9,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::frame_recorder_test {
 namespace {
 
 FrameResult tracked_frame(int k) {
@@ -138,4 +138,4 @@ TEST_CASE("files are complete after a flush as far as frames were written") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::frame_recorder_test

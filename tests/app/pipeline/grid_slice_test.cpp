@@ -8,7 +8,7 @@
 #include "app/view/flight_viewer.h"
 #include "tests/mesh/grid_watcher.h"
 
-namespace facet {
+namespace facet::grid_slice_test {
 namespace {
 
 TEST_CASE("a slice of the grid has a wall, the space before it, and knows nothing of what is behind") {
@@ -39,4 +39,4 @@ TEST_CASE("a slice of the grid has a wall, the space before it, and knows nothin
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::grid_slice_test

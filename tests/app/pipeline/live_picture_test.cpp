@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-namespace facet {
+namespace facet::live_picture_test {
 namespace {
 
 TEST_CASE("a picture is made of means over the smallest squares that make it small enough") {
@@ -33,4 +33,4 @@ TEST_CASE("an image that is small enough stays as it is") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::live_picture_test

@@ -11,7 +11,7 @@
 #include "tests/support/still_vehicle.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::mask_files_test {
 namespace {
 
 std::string write_mask(const test::TempDir& dir, const std::string& name, int width, int height, int black_columns) {
@@ -70,4 +70,4 @@ TEST_CASE("a mask that cannot be one is an error that names the file") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mask_files_test

@@ -6,7 +6,7 @@
 #include <memory>
 #include <numbers>
 
-namespace facet {
+namespace facet::obstacle_sweep_test {
 namespace {
 
 /// An upright wall 4 m east of the origin, from 1 m south to 1 m north, 2 m high.
@@ -117,4 +117,4 @@ TEST_CASE("with a grid a sector is an obstacle, free or unknown, and old faces d
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::obstacle_sweep_test

@@ -7,7 +7,7 @@
 
 #include "estimator/geometry/so3.h"
 
-namespace facet {
+namespace facet::to_odometry_test {
 namespace {
 
 using Vector12d = Eigen::Matrix<double, 12, 1>;
@@ -104,4 +104,4 @@ TEST_CASE("without a mount of its own no bit changes") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::to_odometry_test

@@ -7,7 +7,7 @@
 
 #include "tests/mesh/mesh_world.h"
 
-namespace facet {
+namespace facet::world_description_test {
 namespace {
 
 TEST_CASE("a face and its vertices are described as shown; what has left is gone") {
@@ -82,4 +82,4 @@ TEST_CASE("the described grid answers as the grid itself, also when it has rolle
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::world_description_test

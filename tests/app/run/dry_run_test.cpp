@@ -11,7 +11,7 @@
 #include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::dry_run_test {
 namespace {
 
 /// Devices by path: what opening gives. What is opened answers no request; SPI transfers return zeros.
@@ -201,4 +201,4 @@ TEST_CASE("threads that could hold up those of the interrupts are doubtful") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::dry_run_test

@@ -10,7 +10,7 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::estimate_queue_test {
 namespace {
 
 ViewState state_at(int frame) {
@@ -88,4 +88,4 @@ TEST_CASE("meshes and calibrations come at their pace, however many there are") 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::estimate_queue_test

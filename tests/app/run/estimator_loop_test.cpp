@@ -9,7 +9,7 @@
 #include "tests/support/asl_folder.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::estimator_loop_test {
 namespace {
 
 constexpr int kWidth = test::kAslWidth;
@@ -243,4 +243,4 @@ TEST_CASE("at the end frames that are covered are used, and what is left goes wi
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::estimator_loop_test

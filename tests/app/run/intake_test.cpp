@@ -8,7 +8,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::intake_test {
 namespace {
 
 constexpr int kWidth = 8;
@@ -103,4 +103,4 @@ TEST_CASE("an intake without a tap empties its queues all the same, and publishe
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::intake_test

@@ -12,7 +12,7 @@
 #include "platform/linux/linux_clock.h"
 #include "tests/app/run/live_flight.h"
 
-namespace facet {
+namespace facet::killed_run_test {
 namespace {
 
 /// Flies with a log folder that has a folder a flight, and waits to be killed once every frame has been written for
@@ -79,4 +79,4 @@ TEST_CASE("a flight that was killed keeps its log when the program starts again"
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::killed_run_test

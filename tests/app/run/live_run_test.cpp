@@ -20,7 +20,7 @@
 #include "tests/support/stereo_as_camera.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::live_run_test {
 namespace {
 
 class CountingSink final : public OdometrySink {
@@ -481,4 +481,4 @@ TEST_CASE("a source that cannot start ends the run before it begins") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::live_run_test

@@ -35,7 +35,7 @@ extern "C" int syncfs(int descriptor) noexcept {
     return sync_calls.error == 0 ? 0 : -1;
 }
 
-namespace facet {
+namespace facet::log_keeper_test {
 namespace {
 
 /// Goes on until a given time, then says stop.
@@ -116,4 +116,4 @@ TEST_CASE("a folder that is not there cannot be kept") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::log_keeper_test

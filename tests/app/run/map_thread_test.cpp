@@ -10,7 +10,7 @@
 #include "tests/mesh/depth/stereo_scene.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::map_thread_test {
 namespace {
 
 /// Counts the triangles that it is given.
@@ -103,4 +103,4 @@ TEST_CASE("a keyframe without one of its images, or of another size, is left out
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::map_thread_test

@@ -6,7 +6,7 @@
 #include "app/run/live_run.h"
 #include "tests/app/run/live_flight.h"
 
-namespace facet {
+namespace facet::mapped_run_test {
 namespace {
 
 TEST_CASE("a run keeps the map on a thread of its own: mesh.ply is its surface, and estimates are the same bytes") {
@@ -35,4 +35,4 @@ TEST_CASE("a run keeps the map on a thread of its own: mesh.ply is its surface, 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mapped_run_test

@@ -8,7 +8,7 @@
 #include "app/pipeline/to_odometry.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::odometry_stream_test {
 namespace {
 
 constexpr std::int64_t kImuStep_ns = 5'000'000;
@@ -234,4 +234,4 @@ TEST_CASE("the angular rate is that of an ideal IMU, its bias taken off") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::odometry_stream_test

@@ -8,7 +8,7 @@
 #include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::output_threads_test {
 namespace {
 
 FrameResult frame_in(TrackingState state, int k) {
@@ -331,4 +331,4 @@ TEST_CASE("a full disk ends the writing, not the run") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::output_threads_test

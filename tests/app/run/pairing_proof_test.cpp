@@ -5,7 +5,7 @@
 
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::pairing_proof_test {
 namespace {
 
 constexpr Duration kPeriod = Duration::from_seconds(0.05);
@@ -101,4 +101,4 @@ TEST_CASE("one gap is a proof, two are none") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::pairing_proof_test

@@ -19,7 +19,7 @@
 #include "tests/support/paced_sources.h"
 #include "tests/support/stereo_as_camera.h"
 
-namespace facet {
+namespace facet::record_run_test {
 namespace {
 
 /// What a log gives: inertial samples and pairs, as text.
@@ -243,4 +243,4 @@ TEST_CASE("a kill in the middle leaves a readable log") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::record_run_test

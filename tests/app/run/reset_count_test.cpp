@@ -6,7 +6,7 @@
 
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::reset_count_test {
 namespace {
 
 TEST_CASE("the reset counter goes on where the last run ended, however that ended") {
@@ -49,4 +49,4 @@ TEST_CASE("a state folder that is missing, spoilt or cannot be written is no obs
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::reset_count_test

@@ -10,7 +10,7 @@
 #include "app/run/state_keeper.h"
 #include "tests/app/run/live_flight.h"
 
-namespace facet {
+namespace facet::resumed_run_test {
 namespace {
 
 /// Where the first run is taken to have been.
@@ -174,4 +174,4 @@ TEST_CASE("without any camera there is nothing to begin with, in flight neither"
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::resumed_run_test

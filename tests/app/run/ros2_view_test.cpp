@@ -6,7 +6,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::ros2_view_test {
 namespace {
 
 constexpr Ros2Wishes kEverything{true, true, true, true};
@@ -133,4 +133,4 @@ TEST_CASE("the path holds all keyframes, is given once a second, and restarts wi
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::ros2_view_test

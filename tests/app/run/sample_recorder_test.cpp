@@ -26,7 +26,7 @@
 #include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::sample_recorder_test {
 namespace {
 
 constexpr int kWidth = 96;
@@ -273,4 +273,4 @@ TEST_CASE("no log is ever overwritten") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::sample_recorder_test

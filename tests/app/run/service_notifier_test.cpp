@@ -13,7 +13,7 @@
 #include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::service_notifier_test {
 namespace {
 
 /// The receiving end, as systemd has it.
@@ -101,4 +101,4 @@ TEST_CASE("another process's watchdog, no socket and a dead one are no business 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::service_notifier_test

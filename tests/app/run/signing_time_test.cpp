@@ -8,7 +8,7 @@
 #include "tests/support/scripted_source.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::signing_time_test {
 namespace {
 
 MavlinkFrame signed_heartbeat(MavlinkSigner& signer, Timestamp realtime) {
@@ -68,4 +68,4 @@ TEST_CASE("a time that cannot be kept is said once") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::signing_time_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::sink_news_test {
 namespace {
 
 class ListeningSink final : public OdometrySink {
@@ -74,4 +74,4 @@ TEST_CASE("ranges are passed on, and sinks are serviced as often as they ask for
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::sink_news_test

@@ -6,7 +6,7 @@
 #include "platform/base/spsc_queue.h"
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::source_thread_test {
 namespace {
 
 /// Starts at an attempt; then it gives a sample and ends.
@@ -68,4 +68,4 @@ TEST_CASE("a thread whose source is awaited stops at once") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::source_thread_test

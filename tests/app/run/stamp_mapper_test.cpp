@@ -7,7 +7,7 @@
 
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::stamp_mapper_test {
 namespace {
 
 TEST_CASE("monotonic stamps pass as they are") {
@@ -110,4 +110,4 @@ TEST_CASE("a hardware clock that jumps ahead or back permanently costs a few sam
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::stamp_mapper_test

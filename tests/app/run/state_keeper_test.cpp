@@ -8,7 +8,7 @@
 #include "tests/support/synthetic_flight.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::state_keeper_test {
 namespace {
 
 Calibration calibration_of(double fx) {
@@ -151,4 +151,4 @@ TEST_CASE("reports a folder that cannot be written once; no folder is not an err
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::state_keeper_test

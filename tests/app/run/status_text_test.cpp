@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-namespace facet {
+namespace facet::status_text_test {
 namespace {
 
 RunStatus example() {
@@ -45,4 +45,4 @@ TEST_CASE("the line says the same in short") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::status_text_test

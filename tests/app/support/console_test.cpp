@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet {
+namespace facet::console_test {
 namespace {
 
 TEST_CASE("names with commands for a terminal become text, others stay as they are") {
@@ -25,4 +25,4 @@ TEST_CASE("names with commands for a terminal become text, others stay as they a
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::console_test

@@ -13,7 +13,7 @@
 
 #include "app/support/ply_reader.h"
 
-namespace facet {
+namespace facet::ply_writer_test {
 namespace {
 
 std::string temporary_path() {
@@ -128,4 +128,4 @@ TEST_CASE("Contradictions and unwritable paths are refused") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::ply_writer_test

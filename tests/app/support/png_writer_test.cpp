@@ -8,7 +8,7 @@
 
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::png_writer_test {
 namespace {
 
 TEST_CASE("a PNG in memory is that of the file") {
@@ -45,4 +45,4 @@ TEST_CASE("runs of one value and the noise of a camera are both compressed") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::png_writer_test

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet {
+namespace facet::statistics_test {
 namespace {
 
 /// n, n-1, ... 1: the sample of rank r is r + 1.
@@ -65,4 +65,4 @@ TEST_CASE("one sample is every statistic of itself, and no sample gives zero") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::statistics_test

@@ -12,7 +12,7 @@
 #include "tests/app/foxglove/schema_check.h"
 #include "tests/app/view/view_client.h"
 
-namespace facet {
+namespace facet::foxglove_view_test {
 namespace {
 
 using Client = test::ViewClient;
@@ -284,4 +284,4 @@ TEST_CASE("a client that reads nothing holds up nobody and loses old messages on
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::foxglove_view_test

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace facet {
+namespace facet::live_surface_test {
 namespace {
 
 /// A piece of the block at (x, 0, 0) with `triangles` times the same triangle.
@@ -130,4 +130,4 @@ TEST_CASE("memory is bounded: new blocks are left out when it is full, known one
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::live_surface_test

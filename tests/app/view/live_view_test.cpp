@@ -15,7 +15,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::live_view_test {
 namespace {
 
 namespace http = boost::beast::http;
@@ -230,4 +230,4 @@ TEST_CASE("a port in use and a page that is not there are refused") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::live_view_test

@@ -8,7 +8,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::view_place_test {
 namespace {
 
 using test::input_error_text;
@@ -114,4 +114,4 @@ TEST_CASE("on this computer a token is asked for all the same if there is one") 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::view_place_test

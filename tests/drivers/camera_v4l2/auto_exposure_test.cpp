@@ -9,7 +9,7 @@
 #include "drivers/camera_v4l2/camera_v4l2.h"
 #include "tests/drivers/camera_v4l2/fake_camera.h"
 
-namespace facet {
+namespace facet::auto_exposure_test {
 namespace {
 
 AutoExposureOptions options() {
@@ -228,4 +228,4 @@ TEST_CASE("a camera sets what the rig decides, and stamps the middle of each fra
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::auto_exposure_test

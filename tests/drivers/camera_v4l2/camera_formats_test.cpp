@@ -6,7 +6,7 @@
 #include "tests/drivers/camera_v4l2/camera_harness.h"
 #include "tests/support/jpeg_images.h"
 
-namespace facet {
+namespace facet::camera_formats_test {
 namespace {
 
 CameraV4l2Options any_format(double rate_hz) {
@@ -131,4 +131,4 @@ TEST_CASE("a damaged JPEG is one bad frame, and a camera that sends no others is
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::camera_formats_test

@@ -4,7 +4,7 @@
 
 #include "tests/drivers/camera_v4l2/camera_harness.h"
 
-namespace facet {
+namespace facet::camera_silence_test {
 namespace {
 
 TEST_CASE("one frame stamped in the future is refused and does not keep out the frames after it") {
@@ -114,4 +114,4 @@ TEST_CASE("a node that is there but gives no more images is reopened, also when 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::camera_silence_test

@@ -4,7 +4,7 @@
 #include "drivers/camera_v4l2/camera_v4l2.h"
 #include "tests/drivers/camera_v4l2/camera_harness.h"
 
-namespace facet {
+namespace facet::camera_v4l2_test {
 namespace {
 
 /// Exposes what was offered, a few at a time, whenever the camera is asked.
@@ -370,4 +370,4 @@ TEST_CASE("waiting for a buffer lasts as long as asked") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::camera_v4l2_test

@@ -6,7 +6,7 @@
 #include "drivers/camera_v4l2/camera_v4l2.h"
 #include "tests/drivers/camera_v4l2/fake_media.h"
 
-namespace facet {
+namespace facet::media_graph_test {
 namespace {
 
 struct Bridge {
@@ -103,4 +103,4 @@ TEST_CASE("streaming that is refused says where to look") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::media_graph_test

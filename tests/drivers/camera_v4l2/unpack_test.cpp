@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace facet {
+namespace facet::unpack_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -143,4 +143,4 @@ TEST_CASE("formats by name and code") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::unpack_test

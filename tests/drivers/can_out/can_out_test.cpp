@@ -10,7 +10,7 @@
 #include "tests/drivers/imu_can/fake_can_bus.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::can_out_test {
 namespace {
 
 constexpr std::uint32_t kFirst = 0x3A0;
@@ -265,4 +265,4 @@ TEST_CASE("sending uses no heap") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::can_out_test

@@ -13,7 +13,7 @@
 #include "drivers/imu_can/dbc_file.h"
 #include "tests/drivers/can_out/random_odometry.h"
 
-namespace facet {
+namespace facet::estimate_frames_test {
 namespace {
 
 const DbcFile& database() {
@@ -178,4 +178,4 @@ TEST_CASE("DroneCAN's node status has the bytes of its definition") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::estimate_frames_test

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet {
+namespace facet::axis_map_test {
 namespace {
 
 TEST_CASE("an axis map says which sensor axis each body axis is") {
@@ -26,4 +26,4 @@ TEST_CASE("what is no rotation is refused, and the map stays as it was") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::axis_map_test

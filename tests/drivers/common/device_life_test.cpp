@@ -5,7 +5,7 @@
 
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::device_life_test {
 namespace {
 
 /// A device that opens unless the test says otherwise.
@@ -227,4 +227,4 @@ TEST_CASE("stop forgets an outage: what works after the next start has not recov
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::device_life_test

@@ -5,7 +5,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::imu_assembler_test {
 namespace {
 
 const Eigen::Vector3d kZero = Eigen::Vector3d::Zero();
@@ -115,4 +115,4 @@ TEST_CASE("when forces stay away, the oldest rates are dropped and counted") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::imu_assembler_test

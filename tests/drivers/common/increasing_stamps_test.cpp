@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet {
+namespace facet::increasing_stamps_test {
 namespace {
 
 TEST_CASE("samples whose stamps do not increase are refused and counted") {
@@ -48,4 +48,4 @@ TEST_CASE("a clock that was set back is followed once enough samples increase; t
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::increasing_stamps_test

@@ -7,7 +7,7 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/jpeg_images.h"
 
-namespace facet {
+namespace facet::mjpeg_decoder_test {
 namespace {
 
 using test::Jpeg;
@@ -99,4 +99,4 @@ TEST_CASE("whatever the bytes, nothing is overrun and a good image is decoded af
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mjpeg_decoder_test

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet {
+namespace facet::retry_gate_test {
 namespace {
 
 TEST_CASE("a retry gate opens once a period") {
@@ -17,4 +17,4 @@ TEST_CASE("a retry gate opens once a period") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::retry_gate_test

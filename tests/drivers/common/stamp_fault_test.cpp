@@ -7,7 +7,7 @@
 
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::stamp_fault_test {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -43,4 +43,4 @@ TEST_CASE("the most extreme stamps are refused as any other") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::stamp_fault_test

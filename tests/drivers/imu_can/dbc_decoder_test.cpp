@@ -7,7 +7,7 @@
 #include "drivers/imu_can/openimu300.h"
 #include "tests/drivers/imu_can/fake_can_bus.h"
 
-namespace facet {
+namespace facet::dbc_decoder_test {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180.0;
@@ -148,4 +148,4 @@ TEST_CASE("a map that does not fit the database is refused in words") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::dbc_decoder_test

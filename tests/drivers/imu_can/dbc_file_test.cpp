@@ -6,7 +6,7 @@
 #include <cstring>
 #include <random>
 
-namespace facet {
+namespace facet::dbc_file_test {
 namespace {
 
 DbcFile parse(const std::string& text) {
@@ -199,4 +199,4 @@ TEST_CASE("a damaged file never crashes the reader, and a failed parse keeps the
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::dbc_file_test

@@ -8,7 +8,7 @@
 
 #include "tests/drivers/imu_can/fake_can_bus.h"
 
-namespace facet {
+namespace facet::dronecan_test {
 namespace {
 
 constexpr std::uint32_t kId = (16U << 24) | (1003U << 8) | 42U;
@@ -152,4 +152,4 @@ TEST_CASE("a transfer that never ends does not overrun the buffer") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::dronecan_test

@@ -16,7 +16,7 @@
 #include "tests/drivers/imu_can/fake_can_bus.h"
 #include "tests/port_conformance/source_conformance.h"
 
-namespace facet {
+namespace facet::imu_can_test {
 namespace {
 
 constexpr std::int64_t kPeriodNs = 5'000'000;
@@ -304,4 +304,4 @@ TEST_CASE("waiting lasts as long as asked and no longer") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::imu_can_test

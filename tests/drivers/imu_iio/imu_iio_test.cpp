@@ -15,7 +15,7 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::imu_iio_test {
 namespace {
 
 constexpr std::int64_t kPeriodNs = 5'000'000;
@@ -478,4 +478,4 @@ TEST_CASE("a folder and a pipe stand in for the kernel's, and neither reading no
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::imu_iio_test

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace facet {
+namespace facet::scan_format_test {
 namespace {
 
 ScanType type_of(const std::string& text) {
@@ -150,4 +150,4 @@ TEST_CASE("scans that cannot be are refused") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::scan_format_test

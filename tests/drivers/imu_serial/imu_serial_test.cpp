@@ -13,7 +13,7 @@
 #include "tests/drivers/imu_serial/serial_packets.h"
 #include "tests/port_conformance/source_conformance.h"
 
-namespace facet {
+namespace facet::imu_serial_test {
 namespace {
 
 using test::SerialBytes;
@@ -190,4 +190,4 @@ TEST_CASE("over a pseudo-terminal of the kernel every packet arrives; a line tha
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::imu_serial_test

@@ -7,7 +7,7 @@
 #include "drivers/imu_serial/xsens.h"
 #include "tests/drivers/imu_serial/serial_packets.h"
 
-namespace facet {
+namespace facet::serial_protocols_test {
 namespace {
 
 using test::from_hex;
@@ -150,4 +150,4 @@ TEST_CASE("MicroStrain's example packet is read, and its times") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::serial_protocols_test

@@ -6,7 +6,7 @@
 #include "tests/drivers/imu_spi/fake_adis.h"
 #include "tests/drivers/imu_spi/spi_harness.h"
 
-namespace facet {
+namespace facet::adis16_test {
 namespace {
 
 using test::FakeAdis;
@@ -269,4 +269,4 @@ TEST_CASE("without a data-ready line the chip is polled at the period") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::adis16_test

@@ -6,7 +6,7 @@
 
 #include "tests/drivers/imu_spi/spi_harness.h"
 
-namespace facet {
+namespace facet::bmi088_test {
 namespace {
 
 /// The accelerometer's die: needs a first read to come up in SPI mode, has a dummy byte, keeps its own time.
@@ -214,4 +214,4 @@ TEST_CASE("lost edges are counted") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::bmi088_test

@@ -6,7 +6,7 @@
 
 #include "tests/drivers/imu_spi/spi_harness.h"
 
-namespace facet {
+namespace facet::icm42688_test {
 namespace {
 
 using Packet = std::array<std::uint8_t, IcmPacket::kSize>;
@@ -346,4 +346,4 @@ TEST_CASE("a bus that comes loose gives corrupt readings, not samples") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::icm42688_test

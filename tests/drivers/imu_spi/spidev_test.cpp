@@ -10,7 +10,7 @@
 
 #include "tests/support/fake_kernel.h"
 
-namespace facet {
+namespace facet::spidev_test {
 namespace {
 
 /// /dev/spidev0.0 with a loop from output to input.
@@ -93,4 +93,4 @@ TEST_CASE("spidev failures have words") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::spidev_test

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-namespace facet {
+namespace facet::frd_test {
 namespace {
 
 using Eigen::AngleAxisd;
@@ -234,4 +234,4 @@ TEST_CASE("numbers that a flight controller must not get are refused") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::frd_test

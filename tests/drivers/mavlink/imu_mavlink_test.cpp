@@ -8,7 +8,7 @@
 #include "tests/port_conformance/source_conformance.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::imu_mavlink_test {
 namespace {
 
 constexpr Duration kPeriod{5'000'000};
@@ -379,4 +379,4 @@ TEST_CASE("estimates go out by the same link, and all of it without heap") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::imu_mavlink_test

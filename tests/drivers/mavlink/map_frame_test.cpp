@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet {
+namespace facet::map_frame_test {
 namespace {
 
 constexpr double kQuarter = 1.5707963267948966;
@@ -61,4 +61,4 @@ TEST_CASE("while the pose in the map is unknown again the last correction stays"
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::map_frame_test

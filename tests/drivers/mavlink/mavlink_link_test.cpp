@@ -13,7 +13,7 @@
 #include "tests/drivers/mavlink/link_scene.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::mavlink_link_test {
 namespace {
 
 using test::Bytes;
@@ -497,4 +497,4 @@ TEST_CASE("a port that could not be opened is tried again, unless its address is
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mavlink_link_test

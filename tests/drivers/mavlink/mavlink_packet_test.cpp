@@ -9,7 +9,7 @@
 
 #include "drivers/mavlink/mavlink_messages.h"
 
-namespace facet {
+namespace facet::mavlink_packet_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -159,4 +159,4 @@ TEST_CASE("a long text is cut, and a payload read beyond its end is zero") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mavlink_packet_test

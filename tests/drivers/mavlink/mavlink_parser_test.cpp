@@ -9,7 +9,7 @@
 #include "drivers/mavlink/mavlink_messages.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::mavlink_parser_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -216,4 +216,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mavlink_parser_test

@@ -6,7 +6,7 @@
 
 #include "tests/drivers/mavlink/link_scene.h"
 
-namespace facet {
+namespace facet::mavlink_range_test {
 namespace {
 
 using test::Scene;
@@ -143,4 +143,4 @@ TEST_CASE("without the option the message is skipped, and nothing is asked for")
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mavlink_range_test

@@ -16,7 +16,7 @@
 #include "platform/linux/linux_kernel_io.h"
 #include "tests/drivers/mavlink/link_scene.h"
 
-namespace facet {
+namespace facet::mavlink_serial_test {
 namespace {
 
 using test::Bytes;
@@ -142,4 +142,4 @@ TEST_CASE("a serial line that is not one, is missing, or vanishes") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mavlink_serial_test

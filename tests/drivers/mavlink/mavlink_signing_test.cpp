@@ -8,7 +8,7 @@
 #include "drivers/mavlink/mavlink_messages.h"
 #include "drivers/mavlink/sha256.h"
 
-namespace facet {
+namespace facet::mavlink_signing_test {
 namespace {
 
 std::string hex_digest(const std::string& text, std::size_t piece) {
@@ -98,4 +98,4 @@ TEST_CASE("streams beyond the sixteenth are refused") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mavlink_signing_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace facet {
+namespace facet::timesync_filter_test {
 namespace {
 
 /// Another machine's clock, and a link to it.
@@ -127,4 +127,4 @@ TEST_CASE("round trips that are none, or too long, are refused") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::timesync_filter_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/asl_folder.h"
 
-namespace facet {
+namespace facet::asl_dataset_test {
 namespace {
 
 using test::asl_image_name;
@@ -440,4 +440,4 @@ TEST_CASE("a missing dataset or table is one error that names the path") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::asl_dataset_test

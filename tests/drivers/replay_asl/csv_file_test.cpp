@@ -9,7 +9,7 @@
 #include "drivers/replay_asl/increasing_rows.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::csv_file_test {
 namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
@@ -136,4 +136,4 @@ TEST_CASE("IncreasingRows costs one row for one bad stamp") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::csv_file_test

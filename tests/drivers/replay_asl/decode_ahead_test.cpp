@@ -8,7 +8,7 @@
 #include "drivers/replay_asl/asl_dataset.h"
 #include "tests/support/asl_folder.h"
 
-namespace facet {
+namespace facet::decode_ahead_test {
 namespace {
 
 constexpr int kFrames = 20;
@@ -112,4 +112,4 @@ TEST_CASE("no more frames are asked for than there is room for") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::decode_ahead_test

@@ -5,7 +5,7 @@
 
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::ground_truth_test {
 namespace {
 
 TEST_CASE("ground truth of 17 columns has pose and motion, of 8 columns only the pose") {
@@ -78,4 +78,4 @@ TEST_CASE("ground truth without a valid row is an error naming the path") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::ground_truth_test

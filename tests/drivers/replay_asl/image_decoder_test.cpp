@@ -12,8 +12,7 @@
 #include "tests/support/asl_folder.h"
 #include "tests/support/temp_dir.h"
 
-using namespace facet;
-
+namespace facet::image_decoder_test {
 namespace {
 
 constexpr int kWidth = 20;
@@ -183,3 +182,5 @@ TEST_CASE("a log may be read as that of one camera") {
         }
     }
 }
+
+}  // namespace facet::image_decoder_test

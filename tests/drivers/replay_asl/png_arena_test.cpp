@@ -9,7 +9,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::png_arena_test {
 namespace {
 
 TEST_CASE("pieces of an arena are aligned and do not overlap, from the heap or not") {
@@ -59,4 +59,4 @@ TEST_CASE("what an image needed once is there for the next, up to a limit") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::png_arena_test

@@ -10,7 +10,7 @@
 #include "tests/support/asl_folder.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::png_decoder_test {
 namespace {
 
 constexpr int kWidth = 37;  // odd, so that no row is padded by luck
@@ -151,4 +151,4 @@ TEST_CASE("missing files, folders and wrong sizes are distinguished") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::png_decoder_test

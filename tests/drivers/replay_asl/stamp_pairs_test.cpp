@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-namespace facet {
+namespace facet::stamp_pairs_test {
 namespace {
 
 /// Stamps in milliseconds.
@@ -60,4 +60,4 @@ TEST_CASE("skews have their median and their range") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::stamp_pairs_test

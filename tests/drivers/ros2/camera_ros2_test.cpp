@@ -10,7 +10,7 @@
 #include "tests/support/jpeg_images.h"
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::camera_ros2_test {
 namespace {
 
 constexpr Duration kRealtimeOffset = Duration::from_seconds(1.7e9);
@@ -168,4 +168,4 @@ TEST_CASE("messages that the middleware lost are counted, also across an outage"
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::camera_ros2_test

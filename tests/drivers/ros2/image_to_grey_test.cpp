@@ -9,7 +9,7 @@
 #include "drivers/ros2/ros2_node.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::image_to_grey_test {
 namespace {
 
 struct Converted {
@@ -145,4 +145,4 @@ TEST_CASE("topics are named by the rules of ROS 2") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::image_to_grey_test

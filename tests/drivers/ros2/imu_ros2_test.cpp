@@ -9,7 +9,7 @@
 #include "tests/port_conformance/source_conformance.h"
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::imu_ros2_test {
 namespace {
 
 constexpr Duration kImuPeriod = Duration::from_seconds(0.005);
@@ -91,4 +91,4 @@ TEST_CASE("rates and forces that come apart are refused in words") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::imu_ros2_test

@@ -13,7 +13,7 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::ros2_output_test {
 namespace {
 
 constexpr Duration kOffset = Duration::from_seconds(1.7e9);
@@ -180,4 +180,4 @@ TEST_CASE("mesh, planes, landmarks, path and grid are published to who listens")
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::ros2_output_test

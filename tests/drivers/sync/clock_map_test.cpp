@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace facet {
+namespace facet::clock_map_test {
 namespace {
 
 constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
@@ -178,4 +178,4 @@ TEST_CASE("a source that was reset starts a new epoch") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::clock_map_test

@@ -5,7 +5,7 @@
 #include "drivers/sync/synchroniser.h"
 #include "tests/drivers/sync/sync_world.h"
 
-namespace facet {
+namespace facet::single_view_test {
 namespace {
 
 using test::check_no_wrong_pair;
@@ -107,4 +107,4 @@ TEST_CASE("counts of frames and edges go on across the end of their 32 bits") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::single_view_test

@@ -5,7 +5,7 @@
 
 #include "tests/drivers/sync/sync_world.h"
 
-namespace facet {
+namespace facet::synchroniser_order_test {
 namespace {
 
 using test::check_no_wrong_pair;
@@ -102,4 +102,4 @@ TEST_CASE("an estimated offset of about half a period is reported once, and agai
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::synchroniser_order_test

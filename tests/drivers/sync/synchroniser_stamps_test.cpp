@@ -7,7 +7,7 @@
 #include "drivers/sync/synchroniser.h"
 #include "tests/drivers/sync/sync_world.h"
 
-namespace facet {
+namespace facet::synchroniser_stamps_test {
 namespace {
 
 using test::check_no_wrong_pair;
@@ -88,4 +88,4 @@ TEST_CASE("cameras that expose at different times are no stereo pair, with or wi
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::synchroniser_stamps_test

@@ -9,7 +9,7 @@
 
 #include "tests/drivers/sync/sync_world.h"
 
-namespace facet {
+namespace facet::synchroniser_test {
 namespace {
 
 using test::check_no_wrong_pair;
@@ -313,4 +313,4 @@ TEST_CASE("another epoch, wrong order and a dead trigger are named") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::synchroniser_test

@@ -10,7 +10,7 @@
 #include "tests/drivers/trigger_gpio/fake_gpio.h"
 #include "tests/port_conformance/source_conformance.h"
 
-namespace facet {
+namespace facet::trigger_gpio_test {
 namespace {
 
 using test::FakeGpio;
@@ -328,4 +328,4 @@ TEST_CASE("a PWM is set up in an order that it accepts") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::trigger_gpio_test

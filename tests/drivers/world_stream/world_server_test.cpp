@@ -21,7 +21,7 @@
 #include "tests/drivers/world_stream/changing_world.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::world_server_test {
 namespace {
 
 using test::ChangingWorld;
@@ -242,4 +242,4 @@ TEST_CASE("a path is served once; what a dead program left is replaced, a file i
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::world_server_test

@@ -9,7 +9,7 @@
 #include "drivers/world_stream/world_reader.h"
 #include "tests/drivers/world_stream/changing_world.h"
 
-namespace facet {
+namespace facet::world_stream_test {
 namespace {
 
 using Message = std::vector<std::uint8_t>;
@@ -157,4 +157,4 @@ TEST_CASE("a point's space is found by its cell, unknown outside") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::world_stream_test

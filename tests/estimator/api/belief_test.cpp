@@ -5,7 +5,8 @@
 
 #include "estimator/geometry/so3.h"
 
-using namespace facet;
+namespace facet::belief_test {
+
 using Catch::Matchers::WithinAbs;
 
 namespace {
@@ -62,3 +63,5 @@ TEST_CASE("what is not known of the heading alone makes the velocity no less cer
     belief.covariance(kTheta, kTheta) += 0.01;  // of the attitude, without the velocity's
     CHECK(velocity_sigma(belief) > 0.1);
 }
+
+}  // namespace facet::belief_test

@@ -9,7 +9,8 @@
 
 #include "tests/support/still_vehicle.h"
 
-using namespace facet;
+namespace facet::estimator_test {
+
 using facet::test::StillVehicle;
 
 TEST_CASE("a still vehicle is tracked as soon as a second image confirms it, and stays where it is", "[estimator]") {
@@ -333,3 +334,5 @@ TEST_CASE("after an overrun less is begun up to the next keyframe, and health sa
     CHECK(detected_at_start(false) == 60);
     CHECK(detected_at_start(true) == 40);
 }
+
+}  // namespace facet::estimator_test

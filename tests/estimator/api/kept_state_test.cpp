@@ -6,7 +6,8 @@
 
 #include "tests/support/still_vehicle.h"
 
-using namespace facet;
+namespace facet::kept_state_test {
+
 using facet::test::StillVehicle;
 
 namespace {
@@ -126,3 +127,5 @@ TEST_CASE("what is not fit to go on from is refused, and the start is the usual 
     CHECK(program.estimate.health.reset_counter == 0);
     CHECK(program.estimate.state.p_W_B.norm() < 0.05);
 }
+
+}  // namespace facet::kept_state_test

@@ -7,7 +7,8 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::state_carrier_test {
+
 using facet::test::at;
 using facet::test::SyntheticFlight;
 
@@ -193,3 +194,5 @@ TEST_CASE("samples that go on in the past begin a new history, single ones do no
     REQUIRE(ok(c.carrier->correct(belief)));
     CHECK(c.carrier->stamp() == at(1.0 + kPeriod_s * 199));
 }
+
+}  // namespace facet::state_carrier_test

@@ -5,8 +5,7 @@
 
 #include "tests/support/numeric_jacobian.h"
 
-using namespace facet;
-
+namespace facet::coplanarity_factor_test {
 namespace {
 
 constexpr double kSigma = 0.02;
@@ -85,3 +84,5 @@ TEST_CASE("co-planarity: a point at infinity is refused", "[coplanarity]") {
     CoplanarityLinearization l;
     CHECK(linearize_coplanarity(s.plane, s.plane, s.host, s.point, kSigma, kNoLoss, l) == Status::kDegenerate);
 }
+
+}  // namespace facet::coplanarity_factor_test

@@ -6,8 +6,7 @@
 
 #include "tests/support/numeric_jacobian.h"
 
-using namespace facet;
-
+namespace facet::ground_factor_test {
 namespace {
 
 using Vector1 = Eigen::Matrix<double, 1, 1>;
@@ -56,3 +55,5 @@ TEST_CASE("height of the ground: neither yaw nor a step sideways matters, at any
     CHECK(linearize_ground_height(state, lin, kGround_B).height_m ==
           linearize_ground_height(state, state, kGround_B).height_m);
 }
+
+}  // namespace facet::ground_factor_test

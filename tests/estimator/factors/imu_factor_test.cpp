@@ -9,7 +9,7 @@
 
 #include "tests/support/numeric_jacobian.h"
 
-namespace facet {
+namespace facet::imu_factor_test {
 namespace {
 
 using Vector15 = Eigen::Matrix<double, 15, 1>;
@@ -268,4 +268,4 @@ TEST_CASE("an inertial factor over a single short step has a bounded, finite wei
     CHECK(r.norm() > 0.5);
 }
 
-}  // namespace facet
+}  // namespace facet::imu_factor_test

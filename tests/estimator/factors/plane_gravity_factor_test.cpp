@@ -5,8 +5,7 @@
 
 #include "tests/support/numeric_jacobian.h"
 
-using namespace facet;
-
+namespace facet::plane_gravity_factor_test {
 namespace {
 
 constexpr double kSigma = 0.01;
@@ -43,3 +42,5 @@ TEST_CASE("planes and gravity: level floors, ceilings and upright walls have no 
     CHECK(linearize(&linearize_level, turned(ceiling, {kSigma, 0.0})).cost == Approx(0.5).epsilon(1e-4));
     CHECK(linearize(&linearize_level, turned(floor, {0.0, kSigma})).cost == Approx(0.5).epsilon(1e-4));
 }
+
+}  // namespace facet::plane_gravity_factor_test

@@ -7,8 +7,7 @@
 #include <memory>
 #include <random>
 
-using namespace facet;
-
+namespace facet::prior_factor_test {
 namespace {
 
 Eigen::MatrixXd random_matrix(int rows, int cols, std::mt19937& generator) {
@@ -116,3 +115,5 @@ TEST_CASE("prior: a global that wanders is the Schur complement over what it was
     CHECK(grown(global, global) == Approx(kVariance).epsilon(1e-6));
     CHECK(std::abs(grown.trace() - kVariance) < 1e-6);
 }
+
+}  // namespace facet::prior_factor_test

@@ -6,8 +6,7 @@
 
 #include "tests/support/numeric_jacobian.h"
 
-using namespace facet;
-
+namespace facet::rest_factor_test {
 namespace {
 
 using Vector15 = Eigen::Matrix<double, kStateDim, 1>;
@@ -57,3 +56,5 @@ TEST_CASE("rest factor takes Jacobians at the first estimates", "[rest_factor]")
     CHECK(mixed.r.isApprox(linearize(i, j).r));
     CHECK(mixed.d_r_d_i.isApprox(linearize(i_lin, j).d_r_d_i));
 }
+
+}  // namespace facet::rest_factor_test

@@ -8,8 +8,7 @@
 #include "tests/support/numeric_jacobian.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
-
+namespace facet::stereo_factor_test {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -193,3 +192,5 @@ TEST_CASE("stereo factor refuses points behind a camera", "[stereo_factor]") {
     CHECK(linearize_stereo(s.z, s.geometry, view, view, beyond.R().transpose(), s.point, RobustLoss{}, nullptr, l) ==
           Status::kDegenerate);
 }
+
+}  // namespace facet::stereo_factor_test

@@ -6,8 +6,7 @@
 
 #include "estimator/geometry/so3.h"
 
-using namespace facet;
-
+namespace facet::camera_roles_test {
 namespace {
 
 Timestamp at_ms(std::int64_t ms) { return Timestamp{ms * 1'000'000}; }
@@ -89,3 +88,5 @@ TEST_CASE("corrections keep both cameras where they are, and the IMU's axes, whe
     CHECK(corrections.imu.box_minus_to(other.imu).norm() == 0.0);
     CHECK(corrections.box_minus_to(roles.as_given(other)).norm() < 1e-9);
 }
+
+}  // namespace facet::camera_roles_test

@@ -6,7 +6,8 @@
 
 #include "tests/support/still_vehicle.h"
 
-using namespace facet;
+namespace facet::estimator_clock_test {
+
 using facet::test::at;
 using facet::test::StillVehicle;
 
@@ -141,3 +142,5 @@ TEST_CASE("without frames nothing shows that a clock is right", "[estimator_cloc
     CHECK(flight.estimate.health.state == TrackingState::kTracking);
     CHECK(flight.estimate.stamp.seconds() > 10'000.0);
 }
+
+}  // namespace facet::estimator_clock_test

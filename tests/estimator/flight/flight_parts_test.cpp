@@ -9,8 +9,7 @@
 #include "estimator/flight/reset_counter.h"
 #include "estimator/flight/stereo_evidence.h"
 
-using namespace facet;
-
+namespace facet::flight_parts_test {
 namespace {
 
 Timestamp at_ms(std::int64_t ms) { return Timestamp{ms * 1'000'000}; }
@@ -213,3 +212,5 @@ TEST_CASE("frames that come late are waited for, up to a second", "[frame_times]
     CHECK_FALSE(frames.are_missing(at_ms(1400)));
     CHECK(frames.are_missing(at_ms(1600)));
 }
+
+}  // namespace facet::flight_parts_test

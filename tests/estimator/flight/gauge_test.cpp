@@ -5,7 +5,7 @@
 
 #include "estimator/geometry/so3.h"
 
-using namespace facet;
+namespace facet::gauge_test {
 
 TEST_CASE("a yaw is uncertain of a place as far away as it is about its origin", "[gauge]") {
     Gauge gauge;
@@ -40,3 +40,5 @@ TEST_CASE("gauges add up about the newer one's origin", "[gauge]") {
     CHECK(sum.origin_W == more.origin_W);
     CHECK((sum.covariance.diagonal() - Eigen::Vector4d(0.0, 4.0, 3.0, 2.0)).norm() < 1e-12);
 }
+
+}  // namespace facet::gauge_test

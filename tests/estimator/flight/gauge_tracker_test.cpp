@@ -3,8 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace facet;
-
+namespace facet::gauge_tracker_test {
 namespace {
 
 Timestamp at_ms(std::int64_t ms) { return Timestamp{ms * 1'000'000}; }
@@ -76,3 +75,5 @@ TEST_CASE("a window that ends leaves its position and yaw to the gauge", "[gauge
     CHECK(place_sigma(tracker) == Approx(0.2));
     CHECK(tracker.drift().covariance(1, 1) == Approx(0.04));
 }
+
+}  // namespace facet::gauge_tracker_test

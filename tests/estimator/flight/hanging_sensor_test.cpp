@@ -4,7 +4,8 @@
 
 #include "tests/support/still_vehicle.h"
 
-using namespace facet;
+namespace facet::hanging_sensor_test {
+
 using facet::test::at;
 using facet::test::StillVehicle;
 
@@ -106,3 +107,5 @@ TEST_CASE("a sensor that hangs is suspected as long as it hangs, and believed so
     flight.fly(3.5);
     CHECK_FALSE(flight.is_replaced());
 }
+
+}  // namespace facet::hanging_sensor_test

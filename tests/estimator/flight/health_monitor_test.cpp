@@ -3,8 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace facet;
-
+namespace facet::health_monitor_test {
 namespace {
 
 Timestamp at(double t) { return Timestamp{} + Duration::from_seconds(100.0 + t); }
@@ -368,3 +367,5 @@ TEST_CASE("inertial readings that images contradict degrade, and halve the quali
     CHECK_FALSE(f.has(kReasonImuContradicted));
     CHECK(f.health.quality == 25);
 }
+
+}  // namespace facet::health_monitor_test

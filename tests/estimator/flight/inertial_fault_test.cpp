@@ -9,7 +9,8 @@
 #include "estimator/imu/inertial_error.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::inertial_fault_test {
+
 using facet::test::at;
 using facet::test::SyntheticFlight;
 
@@ -253,3 +254,5 @@ TEST_CASE("a steady motion goes on at the rate of the last two frames", "[inerti
     CHECK((steady.w_B - right.flight.rate(1.01)).norm() < 1e-3);
     CHECK((right.state(1.02).q_W_B * steady.a_B - Eigen::Vector3d(0.0, 0.0, kGravity)).norm() < 1e-9);
 }
+
+}  // namespace facet::inertial_fault_test

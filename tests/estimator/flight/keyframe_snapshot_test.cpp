@@ -11,7 +11,8 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::keyframe_snapshot_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -197,3 +198,5 @@ TEST_CASE("the covariance of a snapshot says how far the landmark is off", "[lan
     CHECK(depth_ratio2 / count > 0.6);
     CHECK(depth_ratio2 / count < 3.0);
 }
+
+}  // namespace facet::keyframe_snapshot_test

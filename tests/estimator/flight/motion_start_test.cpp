@@ -9,7 +9,8 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::motion_start_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -198,3 +199,5 @@ TEST_CASE("too few keyframes give no answer", "[motion_start]") {
     Fixture pair(Fixture::options(1), 3, true);
     CHECK(pair.start->solve({}, pair.solved, pair.information) == Status::kNotReady);
 }
+
+}  // namespace facet::motion_start_test

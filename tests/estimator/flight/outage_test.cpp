@@ -6,7 +6,8 @@
 
 #include "tests/support/still_vehicle.h"
 
-using namespace facet;
+namespace facet::outage_test {
+
 using facet::test::StillVehicle;
 
 namespace {
@@ -287,3 +288,5 @@ TEST_CASE("suspected readings are all there is when the images go, and as uncert
         CHECK(error < 3.0 * sigma);
     }
 }
+
+}  // namespace facet::outage_test

@@ -3,8 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace facet;
-
+namespace facet::phase_test {
 namespace {
 
 /// A keyframe in normal flight.
@@ -127,3 +126,5 @@ TEST_CASE("the end of a rest wants a keyframe if the last one is old", "[phase]"
     e.keyframe_age_s = 0.4;
     CHECK_FALSE(wants_keyframe(e));
 }
+
+}  // namespace facet::phase_test

@@ -6,8 +6,7 @@
 
 #include "estimator/geometry/so3.h"
 
-using namespace facet;
-
+namespace facet::range_readings_test {
 namespace {
 
 Timestamp ms(int time) { return {1'000'000'000 + time * 1'000'000LL}; }
@@ -74,3 +73,5 @@ TEST_CASE("silence is noticed only after readings", "[range]") {
     CHECK_FALSE(with_reading_at(0).are_missing(ms(900)));
     CHECK(with_reading_at(0).are_missing(ms(1100)));
 }
+
+}  // namespace facet::range_readings_test

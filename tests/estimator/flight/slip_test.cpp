@@ -9,7 +9,7 @@
 #include "estimator/api/estimator.h"
 #include "tests/support/still_vehicle.h"
 
-namespace facet {
+namespace facet::slip_test {
 namespace {
 
 using test::StillVehicle;
@@ -124,4 +124,4 @@ TEST_CASE("images that stay odd up to a keyframe leave the place as uncertain as
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::slip_test

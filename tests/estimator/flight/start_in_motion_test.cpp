@@ -6,7 +6,8 @@
 
 #include "tests/support/still_vehicle.h"
 
-using namespace facet;
+namespace facet::start_in_motion_test {
+
 using facet::test::StillVehicle;
 
 namespace {
@@ -144,3 +145,5 @@ TEST_CASE("a state that has run away restarts from gravity, where the vehicle wa
     CHECK(e.state.p_W_B.norm() < place_sigma.norm());
     CHECK(place_sigma.norm() > 1.0);  // what may have been flown meanwhile is said
 }
+
+}  // namespace facet::start_in_motion_test

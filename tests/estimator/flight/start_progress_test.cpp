@@ -3,8 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace facet;
-
+namespace facet::start_progress_test {
 namespace {
 
 Timestamp at_ms(std::int64_t ms) { return Timestamp{ms * 1'000'000}; }
@@ -83,3 +82,5 @@ TEST_CASE("a window without velocity awaits an answer, unless it begins from one
     start.confirm();
     CHECK_FALSE(start.is_open());
 }
+
+}  // namespace facet::start_progress_test

@@ -6,7 +6,7 @@
 #include "estimator/api/estimator.h"
 #include "tests/support/still_vehicle.h"
 
-namespace facet {
+namespace facet::waiting_keyframe_test {
 namespace {
 
 using test::StillVehicle;
@@ -171,4 +171,4 @@ TEST_CASE("without frames the estimate is carried on from the window that has ta
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::waiting_keyframe_test

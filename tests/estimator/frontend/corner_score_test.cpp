@@ -6,8 +6,7 @@
 
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
-
+namespace facet::corner_score_test {
 namespace {
 
 /// The definition, pixel by pixel.
@@ -55,3 +54,5 @@ TEST_CASE("corner score is the least eigenvalue of the gradient matrix", "[front
         CHECK(score.best() == best);
     }
 }
+
+}  // namespace facet::corner_score_test

@@ -5,8 +5,7 @@
 
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
-
+namespace facet::detector_test {
 namespace {
 
 constexpr int kWidth = 320;
@@ -169,3 +168,5 @@ TEST_CASE("corners keep off a mask, drawn or found, and come back when that is f
     detector.detect(image.view(), {}, 60, later, &mask, now + Duration::from_seconds(PixelMask::kMemory_s));
     CHECK(later == corners);
 }
+
+}  // namespace facet::detector_test

@@ -5,8 +5,7 @@
 
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
-
+namespace facet::epipolar_geometry_test {
 namespace {
 
 constexpr double kInverseDepth = 0.4;
@@ -133,3 +132,5 @@ TEST_CASE("the sigma of the line is how far one sigma of a parameter moves it", 
         });
     }
 }
+
+}  // namespace facet::epipolar_geometry_test

@@ -8,8 +8,7 @@
 #include "estimator/frontend/patch_aligner.h"
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
-
+namespace facet::epipolar_scan_test {
 namespace {
 
 constexpr int kWidth = 200;
@@ -144,3 +143,5 @@ TEST_CASE("a scan refuses places that are not about a pixel apart", "[frontend]"
     const float nan = std::nanf("");
     CHECK(!EpipolarScan::suits({{0.0F, 0.0F}, {16.0F, nan}, {32.0F, 0.0F}, I, 32}));
 }
+
+}  // namespace facet::epipolar_scan_test

@@ -7,7 +7,7 @@
 #include "tests/estimator/frontend/synthetic.h"
 #include "tests/support/allocation_guard.h"
 
-using namespace facet;
+namespace facet::frontend_heap_test {
 
 TEST_CASE("front-end allocates nothing: keyframes, tracked frames, darkness, recall, dropping", "[frontend]") {
     const StereoRig rig = synthetic::make_rig();
@@ -63,3 +63,5 @@ TEST_CASE("front-end allocates nothing: keyframes, tracked frames, darkness, rec
     CHECK(keyframes >= 3);
     CHECK(recalled > 0);
 }
+
+}  // namespace facet::frontend_heap_test

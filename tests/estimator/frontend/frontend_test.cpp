@@ -13,7 +13,8 @@
 #include "tests/estimator/frontend/plane_flight.h"
 #include "tests/estimator/frontend/same_output.h"
 
-using namespace facet;
+namespace facet::frontend_test {
+
 using synthetic::Image;
 using test::flight;
 using test::Flight;
@@ -424,3 +425,5 @@ TEST_CASE("front-end refuses configurations out of range", "[frontend]") {
     CHECK(frontend.configure(small_config(), same_place) == Status::kInvalidArgument);
     CHECK(ok(frontend.configure(small_config(), rig)));
 }
+
+}  // namespace facet::frontend_test

@@ -5,7 +5,8 @@
 
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
+namespace facet::image_check_test {
+
 using synthetic::Image;
 
 namespace {
@@ -50,3 +51,5 @@ TEST_CASE("relative contrast is that of the scene, whatever gain and exposure", 
     }
     CHECK(relative_contrast(dots.view()) > 1.5 * usual);
 }
+
+}  // namespace facet::image_check_test

@@ -5,7 +5,7 @@
 
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
+namespace facet::image_pyramid_test {
 
 TEST_CASE("pyramid refuses sizes it cannot halve", "[frontend]") {
     ImagePyramid pyramid;
@@ -90,3 +90,5 @@ TEST_CASE("pyramid keeps no reference to the image", "[frontend]") {
     REQUIRE(pyramid.level(0).at(10, 10) == 100);
     REQUIRE(pyramid.level(1).at(10, 10) == 100);
 }
+
+}  // namespace facet::image_pyramid_test

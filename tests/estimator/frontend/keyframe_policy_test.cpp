@@ -4,8 +4,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-using namespace facet;
-
+namespace facet::keyframe_policy_test {
 namespace {
 
 Timestamp at(double s) { return Timestamp{} + Duration::from_seconds(s); }
@@ -63,3 +62,5 @@ TEST_CASE("standing still, keyframes come once a second", "[frontend]") {
     policy.reset();
     CHECK(policy.decide({at(0.0), 300, 300, 0.0, true}));
 }
+
+}  // namespace facet::keyframe_policy_test

@@ -6,7 +6,8 @@
 
 #include "tests/estimator/frontend/plane_flight.h"
 
-using namespace facet;
+namespace facet::movers_test {
+
 using test::Flight;
 
 namespace {
@@ -193,3 +194,5 @@ TEST_CASE("a mask keeps tracks and stereo matches out of it", "[frontend]") {
     CHECK(out.observations.size() > 20);
     CHECK(matched > 10);
 }
+
+}  // namespace facet::movers_test

@@ -8,8 +8,7 @@
 #include "estimator/frontend/corner_score.h"
 #include "estimator/frontend/image_pyramid.h"
 
-using namespace facet;
-
+namespace facet::opencv_reference_test {
 namespace {
 
 /// Smooth random texture with some hard edges.
@@ -69,3 +68,5 @@ TEST_CASE("the corner score is OpenCV's least eigenvalue", "[corner_score]") {
     CHECK(worst < 1e-4 * double{score.best()});
     CHECK(double{score.best()} > 0.01);
 }
+
+}  // namespace facet::opencv_reference_test

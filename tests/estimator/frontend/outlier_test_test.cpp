@@ -7,8 +7,7 @@
 
 #include "estimator/geometry/so3.h"
 
-using namespace facet;
-
+namespace facet::outlier_test_test {
 namespace {
 
 constexpr double kFocal = 458.0;
@@ -198,3 +197,5 @@ TEST_CASE("outlier tests are deterministic", "[frontend]") {
     REQUIRE(ok(other.stereo(world.stereo, kNoTurn, second)));
     CHECK(first == second);
 }
+
+}  // namespace facet::outlier_test_test

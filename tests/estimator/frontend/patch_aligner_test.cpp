@@ -5,7 +5,8 @@
 
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
+namespace facet::patch_aligner_test {
+
 using synthetic::Texture;
 
 namespace {
@@ -152,3 +153,5 @@ TEST_CASE("correlation is one at the same place and low elsewhere", "[frontend]"
     CHECK(aligner.correlate(patch, image, 0, {Eigen::Matrix2f::Identity(), {85.0, 70.0}}) < 0.6F);
     CHECK(aligner.correlate(patch, image, 0, {Eigen::Matrix2f::Identity(), {2.0, 60.0}}) == -1.0F);
 }
+
+}  // namespace facet::patch_aligner_test

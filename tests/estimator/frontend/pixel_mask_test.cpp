@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace facet {
+namespace facet::pixel_mask_test {
 namespace {
 
 constexpr int kWide = 50;  // neither is a multiple of a block
@@ -76,4 +76,4 @@ TEST_CASE("pixels at and beyond the border are the border's", "[frontend]") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::pixel_mask_test

@@ -6,7 +6,7 @@
 #include "estimator/frontend/image_pyramid.h"
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
+namespace facet::simd_test {
 
 TEST_CASE("sampling interpolates bilinearly up to the last pixels", "[frontend]") {
     const int width = 37;
@@ -123,3 +123,5 @@ TEST_CASE("vectors load, store, add up and compare like their lanes", "[frontend
     }
     CHECK(!simd::any(v > 250.0F));
 }
+
+}  // namespace facet::simd_test

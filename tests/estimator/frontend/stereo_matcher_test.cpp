@@ -6,7 +6,8 @@
 #include "estimator/frontend/detector.h"
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
+namespace facet::stereo_matcher_test {
+
 using synthetic::Texture;
 
 namespace {
@@ -265,3 +266,5 @@ TEST_CASE("stereo follows what is known of the calibration", "[frontend]") {
     sure.lens[1](3) = -2.5;
     CHECK(match_grid(pair, &sure).found < 0.1 * right.found);
 }
+
+}  // namespace facet::stereo_matcher_test

@@ -6,7 +6,8 @@
 #include "estimator/values/capacity.h"
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
+namespace facet::tracker_test {
+
 using synthetic::Texture;
 
 namespace {
@@ -134,3 +135,5 @@ TEST_CASE("tracker has a fixed number of templates and takes freed ones again", 
     scene.tracker.reset();
     CHECK(ok(scene.tracker.start(scene.images[0], {150.0, 120.0}, refused)));
 }
+
+}  // namespace facet::tracker_test

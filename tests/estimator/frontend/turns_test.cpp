@@ -8,7 +8,8 @@
 #include "estimator/frontend/frontend.h"
 #include "tests/estimator/frontend/plane_flight.h"
 
-using namespace facet;
+namespace facet::turns_test {
+
 using test::flight;
 using test::Flight;
 
@@ -85,3 +86,5 @@ TEST_CASE("all tracks are followed in a frame that is not like those before it, 
     CHECK(out.observations.size() > 150);
     CHECK(static_cast<int>(out.observations.size()) == out.tracked);
 }
+
+}  // namespace facet::turns_test

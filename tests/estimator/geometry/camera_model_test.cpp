@@ -10,7 +10,7 @@
 
 #include "tests/support/numeric_jacobian.h"
 
-namespace facet {
+namespace facet::camera_model_test {
 namespace {
 
 CameraIntrinsics pinhole() { return {640, 480, 400.0, 410.0, 320.5, 239.5, Distortion::kNone, {}}; }
@@ -420,4 +420,4 @@ TEST_CASE("intrinsics are validated") {
     }
 }
 
-}  // namespace facet
+}  // namespace facet::camera_model_test

@@ -3,8 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace facet;
-
+namespace facet::lens_correction_test {
 namespace {
 
 CameraIntrinsics pinhole(Distortion distortion) {
@@ -97,3 +96,5 @@ TEST_CASE("on the axis of a fisheye the coefficients have no effect", "[lens_cor
     CHECK(jacobian.allFinite());
     CHECK(jacobian.rightCols<4>().norm() == 0.0F);
 }
+
+}  // namespace facet::lens_correction_test

@@ -5,7 +5,8 @@
 
 #include "tests/support/numeric_jacobian.h"
 
-using namespace facet;
+namespace facet::plane_test {
+
 using Tangent = Plane::Tangent;
 
 namespace {
@@ -43,3 +44,5 @@ TEST_CASE("plane: derivative of the normal matches central differences", "[plane
         },
         Eigen::Vector2d::Zero().eval());
 }
+
+}  // namespace facet::plane_test

@@ -9,8 +9,7 @@
 #include "estimator/geometry/plane_chart.h"
 #include "tests/support/numeric_jacobian.h"
 
-using namespace facet;
-
+namespace facet::relative_view_test {
 namespace {
 
 const CameraPose kHost = CameraPose::from(Se3{so3_exp({0.2, -0.4, 0.7}), {0.3, 1.2, -0.5}});
@@ -78,3 +77,5 @@ TEST_CASE("the 3x3 Cholesky factor solves and whitens; indefinite and non-finite
     CHECK(cholesky.factorize(bad) == Status::kDegenerate);
     CHECK(cholesky.factorize(Eigen::Matrix3d::Zero()) == Status::kDegenerate);
 }
+
+}  // namespace facet::relative_view_test

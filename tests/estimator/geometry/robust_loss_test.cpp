@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-namespace facet {
+namespace facet::robust_loss_test {
 
 TEST_CASE("a loss's weight is the derivative of twice its cost, and small residuals keep theirs", "[robust_loss]") {
     const bool is_redescending = GENERATE(false, true);
@@ -48,4 +48,4 @@ TEST_CASE("far residuals pull with constant force under Huber's loss, and less a
     CHECK(pull(CauchyLoss{1.5}, 1000.0) < 0.02 * pull(CauchyLoss{1.5}, 10.0));
 }
 
-}  // namespace facet
+}  // namespace facet::robust_loss_test

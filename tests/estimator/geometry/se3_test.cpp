@@ -8,7 +8,7 @@
 
 #include "estimator/geometry/stereo_rig.h"
 
-namespace facet {
+namespace facet::se3_test {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -63,4 +63,4 @@ TEST_CASE("the rig's right-from-left transform and baseline follow from the extr
     CHECK(rig.baseline_m() == Approx(0.11).epsilon(1e-12));
 }
 
-}  // namespace facet
+}  // namespace facet::se3_test

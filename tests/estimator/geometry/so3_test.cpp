@@ -9,7 +9,7 @@
 
 #include "tests/support/numeric_jacobian.h"
 
-namespace facet {
+namespace facet::so3_test {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -93,4 +93,4 @@ TEST_CASE("inverse of the right Jacobian is its inverse, also across the Taylor 
     }
 }
 
-}  // namespace facet
+}  // namespace facet::so3_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-using namespace facet;
+namespace facet::square_histogram_test {
 
 TEST_CASE("the median of squares is right to a few percent, at any scale", "[square_histogram]") {
     std::mt19937 random(5);
@@ -56,3 +56,5 @@ TEST_CASE("a histogram of squares survives whatever comes", "[square_histogram]"
     histogram.clear();
     CHECK(histogram.count() == 0);
 }
+
+}  // namespace facet::square_histogram_test

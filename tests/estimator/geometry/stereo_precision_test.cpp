@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace facet {
+namespace facet::stereo_precision_test {
 namespace {
 
 constexpr double kFocal = 300.0;
@@ -58,4 +58,4 @@ TEST_CASE("beyond the lens a point is as uncertain as it is far", "[stereo_preci
     CHECK(c.isApprox(behind.squaredNorm() * Eigen::Matrix3d::Identity(), 1e-9));
 }
 
-}  // namespace facet
+}  // namespace facet::stereo_precision_test

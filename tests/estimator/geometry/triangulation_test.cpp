@@ -6,8 +6,7 @@
 #include <random>
 #include <vector>
 
-using namespace facet;
-
+namespace facet::triangulation_test {
 namespace {
 
 struct Scene {
@@ -101,3 +100,5 @@ TEST_CASE("triangulation refuses what it cannot determine", "[triangulation]") {
     CHECK(too_near.rho == 20.0);
     CHECK(point.rho == 0.123);
 }
+
+}  // namespace facet::triangulation_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace facet {
+namespace facet::delay_search_test {
 namespace {
 
 const Eigen::Vector3d kBias(0.02, -0.01, 0.03);  // rad/s
@@ -160,4 +160,4 @@ TEST_CASE("turns that do not follow each other begin a new series", "[imu]") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::delay_search_test

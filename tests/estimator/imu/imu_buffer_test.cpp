@@ -13,7 +13,7 @@
 
 #include "tests/estimator/imu/ramp_history.h"
 
-namespace facet {
+namespace facet::imu_buffer_test {
 namespace {
 
 using test::filled;
@@ -410,4 +410,4 @@ TEST_CASE("counts of samples go on beyond 32 bits: three weeks at 2 kHz") {
     CHECK(health.imu_clipped == 0x100000001U);
 }
 
-}  // namespace facet
+}  // namespace facet::imu_buffer_test

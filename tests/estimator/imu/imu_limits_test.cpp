@@ -6,7 +6,7 @@
 
 #include "tests/support/check_fields.h"
 
-namespace facet {
+namespace facet::imu_limits_test {
 
 TEST_CASE("an axis is clipped from 90 % of its range on, either way") {
     ImuLimits limits;
@@ -18,4 +18,4 @@ TEST_CASE("an axis is clipped from 90 % of its range on, either way") {
 
 TEST_CASE("the limits are validated field by field") { test::check_fields(kImuLimitFields); }
 
-}  // namespace facet
+}  // namespace facet::imu_limits_test

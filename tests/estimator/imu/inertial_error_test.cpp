@@ -6,7 +6,8 @@
 
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::inertial_error_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -57,3 +58,5 @@ TEST_CASE("right readings have no error, and neither has an empty interval", "[i
     CHECK(none.gyro == Eigen::Vector3d::Zero());
     CHECK(none.accel == Eigen::Vector3d::Zero());
 }
+
+}  // namespace facet::inertial_error_test

@@ -10,7 +10,7 @@
 
 #include "tests/support/numeric_jacobian.h"
 
-namespace facet {
+namespace facet::preintegration_test {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -337,4 +337,4 @@ TEST_CASE("steps backwards or of no length are refused and leave the sums alone;
     CHECK(delta_difference(Preintegration{}, pre).norm() == 0.0);
 }
 
-}  // namespace facet
+}  // namespace facet::preintegration_test

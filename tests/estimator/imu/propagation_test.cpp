@@ -7,8 +7,7 @@
 #include <cmath>
 #include <random>
 
-using namespace facet;
-
+namespace facet::propagation_test {
 namespace {
 
 using Vector15 = Eigen::Matrix<double, kStateDim, 1>;
@@ -117,3 +116,5 @@ TEST_CASE("the biases' walk over seconds is that of many short intervals", "[pro
     // It is most of what is not known of place and velocity by then.
     CHECK(whole.covariance()(kPos, kPos) < 0.3 * at_once(kPos, kPos));
 }
+
+}  // namespace facet::propagation_test

@@ -5,7 +5,7 @@
 
 #include "tests/estimator/imu/ramp_history.h"
 
-namespace facet {
+namespace facet::replaced_readings_test {
 namespace {
 
 using test::filled;
@@ -137,4 +137,4 @@ TEST_CASE("a sample that comes again is distinguished from one of another time",
     CHECK_FALSE(buffer->has(ramp(50 * kStep_ns)));
 }
 
-}  // namespace facet
+}  // namespace facet::replaced_readings_test

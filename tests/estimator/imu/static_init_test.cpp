@@ -13,7 +13,7 @@
 
 #include "tests/support/check_fields.h"
 
-namespace facet {
+namespace facet::static_init_test {
 namespace {
 
 using Matrix15 = Eigen::Matrix<double, 15, 15>;
@@ -335,4 +335,4 @@ TEST_CASE("shaken: the sigmas of gravity and bias are cautious, but not three ti
     CHECK(claims < 9.0 * squares);
 }
 
-}  // namespace facet
+}  // namespace facet::static_init_test

@@ -11,7 +11,7 @@
 
 #include "tests/support/check_fields.h"
 
-namespace facet {
+namespace facet::stationarity_test {
 namespace {
 
 constexpr double kRate = 200.0;
@@ -173,4 +173,4 @@ TEST_CASE("too little data is not ready, broken data shows nothing") {
 
 TEST_CASE("the stationarity config is validated field by field") { test::check_fields(kStationarityFields); }
 
-}  // namespace facet
+}  // namespace facet::stationarity_test

@@ -8,7 +8,7 @@
 #include <memory>
 #include <random>
 
-namespace facet {
+namespace facet::stretch_test {
 namespace {
 
 constexpr std::int64_t kStep_ns = 5'000'000;
@@ -118,4 +118,4 @@ TEST_CASE("tapered means need a whole stretch of some length") {
     CHECK(tapered_means(*buffer, at_step(50), at_step(200), means) == Status::kNotReady);
 }
 
-}  // namespace facet
+}  // namespace facet::stretch_test

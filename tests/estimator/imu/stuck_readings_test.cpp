@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace facet {
+namespace facet::stuck_readings_test {
 namespace {
 
 constexpr ImuAxisMask kNone = 0;
@@ -102,4 +102,4 @@ TEST_CASE("nothing is known of the sample after a restart, and habits stay", "[s
     CHECK(sensor.give(1, false, false) == (kGyroAxes | kAccelAxes));
 }
 
-}  // namespace facet
+}  // namespace facet::stuck_readings_test

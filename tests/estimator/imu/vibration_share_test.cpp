@@ -12,7 +12,7 @@
 
 #include "estimator/imu/imu_buffer.h"
 
-namespace facet {
+namespace facet::vibration_share_test {
 namespace {
 
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
@@ -150,4 +150,4 @@ TEST_CASE("tones that do not accumulate leave an error at the ends, whatever the
     }
 }
 
-}  // namespace facet
+}  // namespace facet::vibration_share_test

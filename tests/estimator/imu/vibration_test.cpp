@@ -11,7 +11,7 @@
 
 #include "estimator/imu/imu_buffer.h"
 
-namespace facet {
+namespace facet::vibration_test {
 namespace {
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
@@ -240,4 +240,4 @@ TEST_CASE(
     CHECK(span.accel_noise_ratio > 10.0);
 }
 
-}  // namespace facet
+}  // namespace facet::vibration_test

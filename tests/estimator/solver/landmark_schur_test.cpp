@@ -9,8 +9,7 @@
 #include <random>
 #include <vector>
 
-using namespace facet;
-
+namespace facet::landmark_schur_test {
 namespace {
 
 constexpr int kKeyframes = 4;
@@ -296,3 +295,5 @@ TEST_CASE("reduced solver refuses an indefinite system", "[reduced_system]") {
     system->h()(3, 3) = -1.0;
     CHECK(solver->solve(*system, 0.0) == Status::kDegenerate);
 }
+
+}  // namespace facet::landmark_schur_test

@@ -5,8 +5,7 @@
 #include <catch2/catch.hpp>
 #include <memory>
 
-using namespace facet;
-
+namespace facet::levenberg_test {
 namespace {
 
 /// Rosenbrock's valley in the first two parameters of one keyframe, a bowl in the others. Minimum 0 at (1, 1, 0, ...).
@@ -198,3 +197,5 @@ TEST_CASE("levenberg says where the matrix of the final states is, whatever ends
     }
     CHECK(refused > 0);  // some budgets end with a step that is taken back
 }
+
+}  // namespace facet::levenberg_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/check_fields.h"
 
-namespace facet {
+namespace facet::gravity_test {
 
 TEST_CASE("normal gravity has the published values of the WGS84 ellipsoid", "[gravity]") {
     CHECK(normal_gravity_m_per_s2(0.0, 0.0) == Approx(9.7803253359).epsilon(1e-11));
@@ -37,4 +37,4 @@ TEST_CASE("gravity is the magnitude given, or that of the latitude", "[gravity]"
 
 TEST_CASE("the gravity config is validated field by field", "[gravity]") { test::check_fields(kGravityFields); }
 
-}  // namespace facet
+}  // namespace facet::gravity_test

@@ -3,8 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace facet;
-
+namespace facet::refused_run_test {
 namespace {
 
 Timestamp at_ms(std::int64_t ms) { return Timestamp{ms * 1'000'000}; }
@@ -48,3 +47,5 @@ TEST_CASE("a clock begins after the last step that is none of a clock", "[refuse
     CHECK(run.is_clock());
     CHECK(run.clock_begin() == at_ms(3000));
 }
+
+}  // namespace facet::refused_run_test

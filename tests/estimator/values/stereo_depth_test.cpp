@@ -6,7 +6,7 @@
 
 #include "tests/support/synthetic_flight.h"
 
-namespace facet {
+namespace facet::stereo_depth_test {
 namespace {
 
 /// The inverse depth in C0 of the point whose pixels a rig sees: that whose right image is nearest.
@@ -65,4 +65,4 @@ TEST_CASE("a turn of the right camera offsets inverse depths by the angle over t
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::stereo_depth_test

@@ -10,7 +10,8 @@
 #include "estimator/window/window.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::calibration_prior_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -170,3 +171,5 @@ TEST_CASE("the scale of the IMU's axes is found in lively flight", "[calibration
     CHECK(window->calibration_sigma(kImuScale + 8) < 1e-3);
     CHECK(std::abs(found(8) - truth(8)) < 2e-3);
 }
+
+}  // namespace facet::calibration_prior_test

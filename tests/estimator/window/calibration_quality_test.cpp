@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace facet {
+namespace facet::calibration_quality_test {
 namespace {
 
 using Correction = CalibrationQuality::Correction;
@@ -110,4 +110,4 @@ TEST_CASE("the scale is that of the cameras' deviations, not of the time offset 
     CHECK(but_pair(kRightPos, kRightPos) == Approx(information(kRightPos, kRightPos) / squared));
 }
 
-}  // namespace facet
+}  // namespace facet::calibration_quality_test

@@ -9,7 +9,8 @@
 #include "estimator/window/window.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::degenerate_motion_test {
+
 using facet::test::SyntheticFlight;
 using facet::test::SyntheticMotion;
 
@@ -157,3 +158,5 @@ TEST_CASE("parameters that a motion does not reveal stay at their prior", "[wind
         }
     }
 }
+
+}  // namespace facet::degenerate_motion_test

@@ -15,7 +15,7 @@
 #include "estimator/window/window_problem.h"
 #include "tests/support/synthetic_flight.h"
 
-namespace facet {
+namespace facet::explicit_landmarks_test {
 namespace {
 
 constexpr int kKeyframes = 6;
@@ -313,4 +313,4 @@ TEST_CASE("iterated, both end at the same states") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::explicit_landmarks_test

@@ -10,7 +10,8 @@
 #include "estimator/window/window.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::failure_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -119,3 +120,5 @@ TEST_CASE("a store without room for landmarks rejects new ones, and the window g
     CHECK(run.covariance_is_finite);
     CHECK(run.error_m < 0.3);
 }
+
+}  // namespace facet::failure_test

@@ -13,7 +13,8 @@
 #include "tests/support/numeric_jacobian.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::frame_update_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -365,3 +366,5 @@ TEST_CASE("the newest keyframe given the others' poses is what the whole system 
     const StateCovariance expected = inverse.bottomRightCorner<kStateDim, kStateDim>().inverse();
     CHECK((information - expected).norm() < 1e-8 * expected.norm());
 }
+
+}  // namespace facet::frame_update_test

@@ -11,7 +11,8 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::ground_levels_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -208,3 +209,5 @@ TEST_CASE("without the option readings change no bit", "[ground]") {
     CHECK(a.last_m == b.last_m);
     CHECK(a.sigma_m == b.sigma_m);
 }
+
+}  // namespace facet::ground_levels_test

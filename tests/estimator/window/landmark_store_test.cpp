@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <memory>
 
-using namespace facet;
+namespace facet::landmark_store_test {
 
 TEST_CASE("landmarks are found by id and iterate in order of ids", "[landmark_store]") {
     const auto store = std::make_unique<LandmarkStore>();
@@ -68,3 +68,5 @@ TEST_CASE("a full store rejects and takes again after a removal, with fresh cont
     CHECK(landmark->observations.empty());
     CHECK_FALSE(landmark->has_point);
 }
+
+}  // namespace facet::landmark_store_test

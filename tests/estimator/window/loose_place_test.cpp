@@ -7,7 +7,8 @@
 #include "estimator/window/window.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::loose_place_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -85,3 +86,5 @@ TEST_CASE("exact data keep a window that hardly knows its place on the true path
         t += kStep_s;
     }
 }
+
+}  // namespace facet::loose_place_test

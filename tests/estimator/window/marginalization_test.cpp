@@ -9,8 +9,7 @@
 #include <memory>
 #include <random>
 
-using namespace facet;
-
+namespace facet::marginalization_test {
 namespace {
 
 Eigen::MatrixXd random_matrix(int rows, int cols, std::mt19937& generator) {
@@ -92,3 +91,5 @@ TEST_CASE("moving a single-keyframe prior to another linearization point leaves 
     const double after = cost(x_1, x_1.box_plus(small)) - cost(x_1, x_1);
     CHECK(after == Approx(before).epsilon(1e-3));
 }
+
+}  // namespace facet::marginalization_test

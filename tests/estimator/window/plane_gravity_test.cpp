@@ -6,8 +6,7 @@
 #include <memory>
 #include <numbers>
 
-using namespace facet;
-
+namespace facet::plane_gravity_test {
 namespace {
 
 constexpr double kRad = std::numbers::pi / 180.0;
@@ -118,3 +117,5 @@ TEST_CASE("planes are aligned only if configured", "[plane_gravity]") {
         CHECK_FALSE(plane.is_aligned);
     }
 }
+
+}  // namespace facet::plane_gravity_test

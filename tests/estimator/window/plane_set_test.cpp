@@ -13,7 +13,8 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::plane_set_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -350,3 +351,5 @@ TEST_CASE("planes: no heap", "[plane_set]") {
         CHECK(guard.allocations() == 0);
     }
 }
+
+}  // namespace facet::plane_set_test

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-using namespace facet;
+namespace facet::residual_bias_test {
 
 TEST_CASE("the bias of residuals is the largest weighted mean, once enough is known", "[window]") {
     ResidualBias bias;
@@ -34,3 +34,5 @@ TEST_CASE("the bias of residuals ignores sums that are NaN, and one camera alone
     bias.reset();
     CHECK(bias.largest_px() == 0.0);
 }
+
+}  // namespace facet::residual_bias_test

@@ -8,7 +8,8 @@
 #include "estimator/window/window.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::standing_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -126,3 +127,5 @@ TEST_CASE("dropping a keyframe keeps every observation at its keyframe", "[stand
     CHECK(state.prior.keyframes() == keyframes - 1);  // the newest came after
     CHECK(state.keyframes.back().has_imu_factor);
 }
+
+}  // namespace facet::standing_test

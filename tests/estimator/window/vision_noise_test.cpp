@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace facet {
+namespace facet::vision_noise_test {
 namespace {
 
 /// Residuals of this deviation, all in the loss's core: an observation's weight is that of a mean.
@@ -120,4 +120,4 @@ TEST_CASE("a configured sigma that is not to be learned stays", "[window]") {
     CHECK(noise.cautious_px() == 0.5);
 }
 
-}  // namespace facet
+}  // namespace facet::vision_noise_test

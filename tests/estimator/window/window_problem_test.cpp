@@ -9,7 +9,8 @@
 #include "estimator/window/outlier_removal.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::window_problem_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -264,3 +265,5 @@ TEST_CASE("a change of scale costs nothing that images tell, however far it move
     // THEN the points follow at once
     CHECK(image_cost() < 1.1 * cost);
 }
+
+}  // namespace facet::window_problem_test

@@ -9,7 +9,8 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/synthetic_flight.h"
 
-using namespace facet;
+namespace facet::window_test {
+
 using facet::test::SyntheticFlight;
 
 namespace {
@@ -377,3 +378,5 @@ TEST_CASE("Monte Carlo: the newest pose is as uncertain as the window says", "[w
     CHECK(nees_last > 3.5);  // one instant alone: rather cautious than too sure
     CHECK(nees_last < 8.5);
 }
+
+}  // namespace facet::window_test

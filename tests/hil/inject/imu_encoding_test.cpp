@@ -8,7 +8,7 @@
 #include "platform/base/angle.h"
 #include "tests/hil/inject/fault_plan.h"
 
-namespace facet::hil {
+namespace facet::hil::imu_encoding_test {
 namespace {
 
 constexpr Duration kInterval{5'000'000};
@@ -85,4 +85,4 @@ TEST_CASE("A plan of faults is read, and distinguished from nonsense") {
 }
 
 }  // namespace
-}  // namespace facet::hil
+}  // namespace facet::hil::imu_encoding_test

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <numeric>
 
-namespace facet::hil {
+namespace facet::hil::pixel_packing_test {
 namespace {
 
 TEST_CASE("Every format that is sent is the grey image again once the driver has unpacked it") {
@@ -33,4 +33,4 @@ TEST_CASE("Every format that is sent is the grey image again once the driver has
 }
 
 }  // namespace
-}  // namespace facet::hil
+}  // namespace facet::hil::pixel_packing_test

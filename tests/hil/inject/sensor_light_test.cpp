@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace facet::hil {
+namespace facet::hil::sensor_light_test {
 namespace {
 
 const std::vector<std::uint8_t> kImage{10, 20, 30, 40, 50};
@@ -32,4 +32,4 @@ TEST_CASE("light swings by its factor either way, and what is too bright saturat
 }
 
 }  // namespace
-}  // namespace facet::hil
+}  // namespace facet::hil::sensor_light_test

@@ -8,7 +8,7 @@
 #include "estimator/frontend/image_pyramid.h"
 #include "tests/mesh/depth/stereo_scene.h"
 
-namespace facet {
+namespace facet::depth_matcher_test {
 namespace {
 
 using test::ScenePair;
@@ -168,4 +168,4 @@ TEST_CASE("the best place must lie within the depths searched") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::depth_matcher_test

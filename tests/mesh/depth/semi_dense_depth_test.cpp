@@ -10,7 +10,7 @@
 #include "tests/mesh/depth/stereo_scene.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::semi_dense_depth_test {
 namespace {
 
 using test::ScenePair;
@@ -154,4 +154,4 @@ TEST_CASE("two keyframes of points make free space and an obstacle, one makes ne
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::semi_dense_depth_test

@@ -8,8 +8,7 @@
 #include "tests/support/allocation_guard.h"
 #include "tests/support/still_vehicle.h"
 
-using namespace facet;
-
+namespace facet::mapping_test {
 namespace {
 
 constexpr double kFrame_s = 0.05;
@@ -129,3 +128,5 @@ TEST_CASE("parameters and rigs out of range are refused", "[mapping]") {
     config.grid.cell_m = -1.0;
     CHECK(mapping->configure(config, vehicle.rig) == Status::kInvalidArgument);
 }
+
+}  // namespace facet::mapping_test

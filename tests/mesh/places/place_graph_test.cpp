@@ -8,7 +8,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::place_graph_test {
 namespace {
 
 /// Stations on a circle of 5 m, flown round twice, with odometry whose heading drifts.
@@ -170,4 +170,4 @@ TEST_CASE("two hundred loops in an hour of noise bring the path to its least err
     }
 }
 
-}  // namespace facet
+}  // namespace facet::place_graph_test

@@ -9,7 +9,7 @@
 #include "tests/mesh/places/textured_room.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::place_memory_test {
 namespace {
 
 using test::looking;
@@ -217,4 +217,4 @@ TEST_CASE("images of another size, and keyframes of the right camera, are passed
     CHECK(flight.memory->counters().nodes == 0);
 }
 
-}  // namespace facet
+}  // namespace facet::place_memory_test

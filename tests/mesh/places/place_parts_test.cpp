@@ -9,7 +9,7 @@
 #include "mesh/places/place_pose.h"
 #include "tests/mesh/places/textured_room.h"
 
-namespace facet {
+namespace facet::place_parts_test {
 namespace {
 
 using test::looking;
@@ -227,4 +227,4 @@ TEST_CASE("a correction is believed after three stations, and not while a twin h
     CHECK(votes.is_settled(3));
 }
 
-}  // namespace facet
+}  // namespace facet::place_parts_test

@@ -5,7 +5,7 @@
 
 #include "mesh/places/sighting_fit.h"
 
-namespace facet {
+namespace facet::sighting_fit_test {
 namespace {
 
 constexpr double kPixel = 0.3 / 460.0;
@@ -120,4 +120,4 @@ TEST_CASE("wrong sightings are outliers") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::sighting_fit_test

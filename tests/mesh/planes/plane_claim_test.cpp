@@ -11,7 +11,7 @@
 
 #include "estimator/geometry/so3.h"
 
-namespace facet {
+namespace facet::plane_claim_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -195,4 +195,4 @@ TEST_CASE("what both lenses have in common does not move a plane straight ahead,
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_claim_test

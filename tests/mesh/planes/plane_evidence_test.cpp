@@ -13,7 +13,7 @@
 #include "tests/mesh/planes/plane_worlds.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::plane_evidence_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -129,4 +129,4 @@ TEST_CASE("the landmarks of a candidate are those that a plain search over all f
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_evidence_test

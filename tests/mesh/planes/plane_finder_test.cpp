@@ -12,7 +12,7 @@
 #include "tests/mesh/planes/plane_worlds.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::plane_finder_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -424,4 +424,4 @@ TEST_CASE("an empty view and an empty mesh give no planes; parameters out of ran
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_finder_test

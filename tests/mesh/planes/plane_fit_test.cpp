@@ -10,7 +10,7 @@
 
 #include "mesh/planes/plane_config.h"
 
-namespace facet {
+namespace facet::plane_fit_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -180,4 +180,4 @@ TEST_CASE("sums taken in blocks are those of a plain loop, whatever the number o
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_fit_test

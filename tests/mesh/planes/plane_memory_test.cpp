@@ -14,7 +14,7 @@
 #include "tests/mesh/planes/plane_worlds.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::plane_memory_test {
 namespace {
 
 using Eigen::Matrix4d;
@@ -334,4 +334,4 @@ TEST_CASE("a plane given up because its landmarks formed none any more is known 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_memory_test

@@ -7,7 +7,7 @@
 #include "mesh/planes/plane_finder.h"
 #include "tests/mesh/planes/plane_worlds.h"
 
-namespace facet {
+namespace facet::plane_mesh_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -138,4 +138,4 @@ TEST_CASE("vertices are drawn to a plane that the estimator holds, and let go wi
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_mesh_test

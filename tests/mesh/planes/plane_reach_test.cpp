@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace facet {
+namespace facet::plane_reach_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -79,4 +79,4 @@ TEST_CASE("what has never been seen is nowhere") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_reach_test

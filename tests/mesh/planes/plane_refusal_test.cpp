@@ -9,7 +9,7 @@
 
 #include "tests/mesh/planes/plane_worlds.h"
 
-namespace facet {
+namespace facet::plane_refusal_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -111,4 +111,4 @@ TEST_CASE("neighbours too uncertain to be on a plane are no evidence against one
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_refusal_test

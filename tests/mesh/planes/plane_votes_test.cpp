@@ -9,7 +9,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::plane_votes_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -114,4 +114,4 @@ TEST_CASE("votes for azimuths are the same at every bin of the full turn") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_votes_test

@@ -9,7 +9,7 @@
 #include "platform/base/angle.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::slant_votes_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -104,4 +104,4 @@ TEST_CASE("more slanted surfaces than there is room for: some of them, and nothi
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::slant_votes_test

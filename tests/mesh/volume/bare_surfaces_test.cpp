@@ -11,7 +11,7 @@
 #include "tests/mesh/volume/whole_surface.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::bare_surfaces_test {
 namespace {
 
 constexpr SquareLayout kLayout{4, test::kSceneWidth / 4, test::kSceneHeight / 4, 1.0 / 80.0};
@@ -146,4 +146,4 @@ TEST_CASE("an inferred surface is one, and sees through nothing; nor do far ones
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::bare_surfaces_test

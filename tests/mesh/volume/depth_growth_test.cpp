@@ -8,7 +8,7 @@
 #include "tests/mesh/volume/scene_pyramid.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::depth_growth_test {
 namespace {
 
 /// A keyframe at the origin, before a surface.
@@ -105,4 +105,4 @@ TEST_CASE("where nothing matches, most squares are left alone") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::depth_growth_test

@@ -8,7 +8,7 @@
 
 #include "tests/mesh/volume/scene_pyramid.h"
 
-namespace facet {
+namespace facet::depth_samples_test {
 namespace {
 
 /// A keyframe at the origin, whose mesher knows nothing.
@@ -109,4 +109,4 @@ TEST_CASE("motion along a pixel's own ray shows nothing about it") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::depth_samples_test

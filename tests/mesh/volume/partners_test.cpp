@@ -6,7 +6,7 @@
 
 #include "tests/mesh/depth/stereo_scene.h"
 
-namespace facet {
+namespace facet::partners_test {
 namespace {
 
 /// A camera that flies along x, all of them looking along z.
@@ -54,4 +54,4 @@ TEST_CASE("a step of one pixel in stereo is several between partners, though nea
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::partners_test

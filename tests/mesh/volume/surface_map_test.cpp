@@ -14,7 +14,7 @@
 #include "tests/mesh/depth/stereo_scene.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::surface_map_test {
 namespace {
 
 /// Keeps the newest vertices of each block.
@@ -245,4 +245,4 @@ TEST_CASE("parameters out of range are refused") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::surface_map_test

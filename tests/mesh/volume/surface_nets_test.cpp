@@ -14,7 +14,7 @@
 #include "tests/mesh/volume/whole_surface.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::surface_nets_test {
 namespace {
 
 constexpr int kSquare = 4;
@@ -210,4 +210,4 @@ TEST_CASE("poses and patches that are NaN leave no trace") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::surface_nets_test

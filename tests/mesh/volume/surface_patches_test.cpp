@@ -8,7 +8,7 @@
 
 #include "tests/mesh/depth/stereo_scene.h"
 
-namespace facet {
+namespace facet::surface_patches_test {
 namespace {
 
 constexpr int kSquare = 4;
@@ -116,4 +116,4 @@ TEST_CASE("a sample that disagrees with all around it has no patch") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::surface_patches_test

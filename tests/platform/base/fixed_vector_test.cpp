@@ -9,7 +9,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::fixed_vector_test {
 namespace {
 
 int sum(std::span<const int> values) { return std::accumulate(values.begin(), values.end(), 0); }
@@ -82,4 +82,4 @@ TEST_CASE("a fixed vector uses no heap", "[fixed_vector]") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::fixed_vector_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/check_fields.h"
 
-namespace facet {
+namespace facet::parameter_field_test {
 namespace {
 
 struct LampConfig {
@@ -69,4 +69,4 @@ TEST_CASE("a condition between fields refuses what each range allows") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::parameter_field_test

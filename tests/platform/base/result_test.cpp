@@ -8,7 +8,7 @@
 
 #include "platform/base/status.h"
 
-namespace facet {
+namespace facet::result_test {
 namespace {
 
 Result<int> half(int x) {
@@ -62,4 +62,4 @@ TEST_CASE("every status has a name of its own", "[status]") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::result_test

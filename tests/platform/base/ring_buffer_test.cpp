@@ -7,7 +7,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::ring_buffer_test {
 namespace {
 
 TEST_CASE("a full ring buffer drops the oldest and counts it", "[ring_buffer]") {
@@ -61,4 +61,4 @@ TEST_CASE("a ring buffer uses no heap", "[ring_buffer]") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::ring_buffer_test

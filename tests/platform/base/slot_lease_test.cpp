@@ -9,7 +9,7 @@
 #include "platform/base/spsc_queue.h"
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::slot_lease_test {
 namespace {
 
 static_assert(!std::is_copy_constructible_v<SlotLease> && !std::is_copy_assignable_v<SlotLease>);
@@ -149,4 +149,4 @@ TEST_CASE("leases use no heap", "[slot_lease]") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::slot_lease_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::slot_pool_test {
 namespace {
 
 using Pool = SlotPool<LandmarkId, int, 50>;
@@ -107,4 +107,4 @@ TEST_CASE("a slot pool uses no heap", "[slot_pool]") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::slot_pool_test

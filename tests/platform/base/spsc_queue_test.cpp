@@ -7,7 +7,7 @@
 
 #include "tests/support/allocation_guard.h"
 
-namespace facet {
+namespace facet::spsc_queue_test {
 namespace {
 
 TEST_CASE("a full queue rejects and counts", "[spsc_queue]") {
@@ -92,4 +92,4 @@ TEST_CASE("a queue uses no heap", "[spsc_queue]") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::spsc_queue_test

@@ -9,7 +9,7 @@
 #include "platform/base/timestamp.h"
 #include "platform/base/typed_id.h"
 
-namespace facet {
+namespace facet::values_test {
 namespace {
 
 TEST_CASE("stamps of this century keep their nanoseconds", "[timestamp]") {
@@ -51,4 +51,4 @@ TEST_CASE("an image view walks rows by its stride", "[image_view]") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::values_test

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 
-namespace facet {
+namespace facet::linux_clock_test {
 namespace {
 
 TEST_CASE("the Linux clock is the steady clock, and its pairs are taken at one instant") {
@@ -37,4 +37,4 @@ TEST_CASE("sleeping lasts at least as long as asked, and not at all for the past
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::linux_clock_test

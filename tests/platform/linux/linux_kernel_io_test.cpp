@@ -13,7 +13,7 @@
 
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::linux_kernel_io_test {
 namespace {
 
 TEST_CASE("failures come back as negative errno values") {
@@ -79,4 +79,4 @@ TEST_CASE("waiting for a pipe ends when there is something to read") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::linux_kernel_io_test

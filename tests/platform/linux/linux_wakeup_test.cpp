@@ -7,7 +7,7 @@
 
 #include "platform/linux/linux_clock.h"
 
-namespace facet {
+namespace facet::linux_wakeup_test {
 namespace {
 
 TEST_CASE("notifications before a wait are taken as one, and without any the wait ends in time") {
@@ -38,4 +38,4 @@ TEST_CASE("a notification from another thread ends the wait") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::linux_wakeup_test

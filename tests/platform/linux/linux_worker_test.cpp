@@ -9,7 +9,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 
-namespace facet {
+namespace facet::linux_worker_test {
 namespace {
 
 TEST_CASE("a worker runs under its name until it is asked to stop, and again after that") {
@@ -77,4 +77,4 @@ TEST_CASE("a worker in the background has the time that nothing else wants") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::linux_worker_test

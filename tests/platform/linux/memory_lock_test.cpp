@@ -12,7 +12,7 @@
 
 #include "tests/support/sanitizers.h"
 
-namespace facet {
+namespace facet::memory_lock_test {
 namespace {
 
 long minor_faults() {
@@ -92,4 +92,4 @@ TEST_CASE("a stack that was touched before faults no more") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::memory_lock_test

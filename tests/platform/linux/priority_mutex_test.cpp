@@ -14,7 +14,7 @@
 #include <string>
 #include <thread>
 
-namespace facet {
+namespace facet::priority_mutex_test {
 namespace {
 
 /// The priority that the kernel runs a thread at now: below -1 for the real-time scheduler.
@@ -82,4 +82,4 @@ TEST_CASE("who holds it runs at the priority of who waits for it") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::priority_mutex_test

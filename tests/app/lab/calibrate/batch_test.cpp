@@ -12,7 +12,7 @@
 #include "app/support/rng.h"
 #include "tests/support/synthetic_flight.h"
 
-namespace facet {
+namespace facet::batch_test {
 namespace {
 
 constexpr double kPixelSigma = 0.05;
@@ -218,4 +218,4 @@ TEST_CASE("the sighting's projection is the camera model's, for every lens") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::batch_test

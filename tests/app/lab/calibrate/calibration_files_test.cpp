@@ -9,7 +9,7 @@
 #include "drivers/replay_asl/png_decoder.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::calibration_files_test {
 namespace {
 
 RefinedCalibration some_calibration(Distortion distortion) {
@@ -132,4 +132,4 @@ TEST_CASE("a residual picture has grey lines and a black mean") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::calibration_files_test

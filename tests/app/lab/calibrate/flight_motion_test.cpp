@@ -8,7 +8,7 @@
 #include "tests/support/synthetic_flight.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::flight_motion_test {
 namespace {
 
 /// Keyframes of states that a function of time gives.
@@ -82,4 +82,4 @@ TEST_CASE("a principal point or a rotation that stays unseen is named") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::flight_motion_test

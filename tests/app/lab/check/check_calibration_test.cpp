@@ -9,7 +9,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::check_calibration_test {
 namespace {
 
 const CheckVerdict& named(const std::vector<CheckVerdict>& verdicts, const std::string& name) {
@@ -75,4 +75,4 @@ TEST_CASE("a calibration of other images is wrong, one camera is checked against
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::check_calibration_test

@@ -6,7 +6,7 @@
 
 #include "tests/app/lab/check/shifted_pattern.h"
 
-namespace facet {
+namespace facet::free_matches_test {
 namespace {
 
 using test::kPatternHeight;
@@ -54,4 +54,4 @@ TEST_CASE("images that are too small are refused") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::free_matches_test

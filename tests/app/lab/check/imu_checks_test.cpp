@@ -6,7 +6,7 @@
 
 #include "app/support/rng.h"
 
-namespace facet {
+namespace facet::imu_checks_test {
 namespace {
 
 constexpr double kRateHz = 200.0;
@@ -94,4 +94,4 @@ TEST_CASE("the rate is compared with the file's") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::imu_checks_test

@@ -6,7 +6,7 @@
 
 #include "tests/app/lab/check/shifted_pattern.h"
 
-namespace facet {
+namespace facet::start_check_test {
 namespace {
 
 /// Two equal cameras side by side, the right one 0.1 m to the right: in front of the wall, points lie farther left in
@@ -68,4 +68,4 @@ TEST_CASE("images without a right one, or of two sizes, are not judged") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::start_check_test

@@ -9,7 +9,7 @@
 #include "app/lab/sim/default_rig.h"
 #include "app/support/rng.h"
 
-namespace facet {
+namespace facet::stereo_check_test {
 namespace {
 
 /// Points in front of a rig, as both of its cameras see them.
@@ -102,4 +102,4 @@ TEST_CASE("too few points, and one image twice") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::stereo_check_test

@@ -8,7 +8,7 @@
 #include "app/support/rng.h"
 #include "estimator/geometry/so3.h"
 
-namespace facet {
+namespace facet::turn_check_test {
 namespace {
 
 constexpr double kDegPerRad = 57.29577951308232;
@@ -133,4 +133,4 @@ TEST_CASE("the rotation between two images is found beside a translation, with o
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::turn_check_test

@@ -15,8 +15,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-using namespace facet;
-
+namespace facet::bag_test {
 namespace {
 
 std::string field(const std::string& name, const std::string& value) {
@@ -221,3 +220,5 @@ TEST_CASE("rows are put in order, late and repeated ones dropped") {
     rows.finish();
     CHECK(given == "1a 2b 3c 9d ");
 }
+
+}  // namespace facet::bag_test

@@ -11,7 +11,8 @@
 #include "tests/support/asl_folder.h"
 #include "tests/support/input_error_text.h"
 
-using namespace facet;
+namespace facet::convert_test {
+
 namespace fs = std::filesystem;
 
 namespace {
@@ -223,3 +224,5 @@ TEST_CASE("an interrupted conversion leaves no file") {
     options.folder = dir.file("missing");
     CHECK(test::input_error_text([&] { pack_log(options, kGoOn); }).find("no such folder") != std::string::npos);
 }
+
+}  // namespace facet::convert_test

@@ -18,7 +18,8 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-using namespace facet;
+namespace facet::field_bags_test {
+
 using test::RecordedMessage;
 namespace fs = std::filesystem;
 
@@ -293,7 +294,7 @@ TEST_CASE("images of 10 and 12 bits in 16 keep their light, by the brightest pix
     });
     CHECK((pixels_of(image_path(folder + "_told", 0, 2))[100] <= 16) == (bits < 16));
 }
-}
+}  // namespace facet::field_bags_test
 
 TEST_CASE("two images side by side in one become two") {
     const test::TempDir dir;
@@ -444,3 +445,5 @@ TEST_CASE("PX4: SensorCombined is an IMU, VehicleOdometry the truth with z upwar
     CHECK(std::vector<double>(truth[0].begin() + 1, truth[0].end()) ==
           std::vector<double>{1.0, -2.0, 3.0, -0.5, 0.5, -0.5, -0.5});
 }
+
+}  // namespace facet::field_bags_test

@@ -7,8 +7,7 @@
 #include "drivers/replay_asl/jpeg_decoder.h"
 #include "tests/support/asl_folder.h"
 
-using namespace facet;
-
+namespace facet::grey_image_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -126,3 +125,5 @@ TEST_CASE("JPEG images are decoded, damaged ones refused") {
     CHECK(read(bytes) == Status::kCorrupt);
     CHECK(error.find("damaged JPEG") != std::string::npos);
 }
+
+}  // namespace facet::grey_image_test

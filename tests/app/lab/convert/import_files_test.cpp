@@ -18,7 +18,8 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-using namespace facet;
+namespace facet::import_files_test {
+
 using test::input_error_text;
 namespace fs = std::filesystem;
 
@@ -409,3 +410,5 @@ TEST_CASE("a video, with the container's stamps or a table's, one camera, two, o
     CHECK(is_image_source(both));
     CHECK_FALSE(is_image_source(dir.write("noise.bin", std::string("\0\1\2\3\4\5\6\7", 8))));
 }
+
+}  // namespace facet::import_files_test

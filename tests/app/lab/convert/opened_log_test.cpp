@@ -13,7 +13,8 @@
 #include "tests/support/asl_folder.h"
 #include "tests/support/input_error_text.h"
 
-using namespace facet;
+namespace facet::opened_log_test {
+
 namespace fs = std::filesystem;
 
 namespace {
@@ -168,3 +169,5 @@ TEST_CASE("refuses what is not a log in one line") {
     dir.write("pictures/1.png", "");
     CHECK(open(dir.file("pictures")).find("has neither cam0/data.csv nor mav0/cam0/data.csv") != std::string::npos);
 }
+
+}  // namespace facet::opened_log_test

@@ -5,8 +5,7 @@
 
 #include "tests/support/temp_dir.h"
 
-using namespace facet;
-
+namespace facet::raw_table_test {
 namespace {
 
 /// Header, then stamp and fields of each row, joined by |, then whether the table is regular.
@@ -55,3 +54,5 @@ TEST_CASE("what is no file is no table") {
     CHECK_FALSE(table.open(dir.path()));
     CHECK_FALSE(table.open("/dev/zero"));
 }
+
+}  // namespace facet::raw_table_test

@@ -10,7 +10,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::consistency_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -235,4 +235,4 @@ TEST_CASE("the reports and the table of errors have the figures") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::consistency_test

@@ -11,7 +11,7 @@
 #include "app/lab/eval/evaluation.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::details_test {
 namespace {
 
 /// Numbers of a CSV file, its header aside.
@@ -100,4 +100,4 @@ TEST_CASE("distances of a mesh are those of its corners and sides, in the true w
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::details_test

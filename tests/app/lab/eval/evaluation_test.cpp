@@ -8,7 +8,7 @@
 
 #include "app/lab/eval/report.h"
 
-namespace facet {
+namespace facet::evaluation_test {
 namespace {
 
 constexpr double kDeg = std::numbers::pi / 180.0;
@@ -245,4 +245,4 @@ TEST_CASE("both reports name the alignment and carry the same figures") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::evaluation_test

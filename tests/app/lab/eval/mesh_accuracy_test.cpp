@@ -12,7 +12,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::mesh_accuracy_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -252,4 +252,4 @@ TEST_CASE("the tree finds the nearest point and what is in the way, as brute for
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mesh_accuracy_test

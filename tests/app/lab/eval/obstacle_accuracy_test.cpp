@@ -11,7 +11,7 @@
 #include "app/support/input_error.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::obstacle_accuracy_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -126,4 +126,4 @@ TEST_CASE("rays.csv is read, and a wrong row is named") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::obstacle_accuracy_test

@@ -12,7 +12,7 @@
 #include "app/support/input_error.h"
 #include "tests/support/ideal_camera.h"
 
-namespace facet {
+namespace facet::plane_accuracy_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -163,4 +163,4 @@ TEST_CASE("planes.csv is read by its columns' names, and a broken row is named")
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_accuracy_test

@@ -8,7 +8,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::plane_file_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -107,4 +107,4 @@ TEST_CASE("what cannot be used is reported with file and entry") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::plane_file_test

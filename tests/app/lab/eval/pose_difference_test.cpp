@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace facet {
+namespace facet::pose_difference_test {
 namespace {
 
 using Eigen::Quaterniond;
@@ -48,4 +48,4 @@ TEST_CASE("the nearest turn about z is found under a tilt and in a sum") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::pose_difference_test

@@ -8,7 +8,7 @@
 #include "app/support/input_error.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::strict_planes_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -170,4 +170,4 @@ TEST_CASE("regions that cannot be used are refused; a run without planes.json ha
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::strict_planes_test

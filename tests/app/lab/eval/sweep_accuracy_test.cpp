@@ -11,7 +11,7 @@
 #include "app/support/input_error.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::sweep_accuracy_test {
 namespace {
 
 constexpr double kFree = std::numeric_limits<double>::infinity();
@@ -94,4 +94,4 @@ TEST_CASE("sweeps.csv is read, and a wrong row is named") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::sweep_accuracy_test

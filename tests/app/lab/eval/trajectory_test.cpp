@@ -7,7 +7,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::trajectory_test {
 namespace {
 
 TEST_CASE("TUM stamps are read to the nanosecond") {
@@ -94,4 +94,4 @@ TEST_CASE("the ground truth is interpolated at the estimate's stamps") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::trajectory_test

@@ -8,7 +8,7 @@
 
 #include "estimator/geometry/so3.h"
 
-namespace facet {
+namespace facet::truth_fit_test {
 namespace {
 
 const Eigen::Vector3d kLeverArm(0.02, -0.01, 0.03);  // m
@@ -146,4 +146,4 @@ TEST_CASE("a truth with its fit is that of the estimate's body") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::truth_fit_test

@@ -6,7 +6,7 @@
 
 #include "app/lab/sim/default_rig.h"
 
-namespace facet {
+namespace facet::calibration_error_test {
 namespace {
 
 struct Errors {
@@ -98,4 +98,4 @@ TEST_CASE("without error the rig stays, and one that cannot be used is refused")
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::calibration_error_test

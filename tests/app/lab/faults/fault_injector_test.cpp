@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace facet {
+namespace facet::fault_injector_test {
 namespace {
 
 constexpr std::int64_t kBegin = 1'000'000'000'000;  // ns, first frame
@@ -380,4 +380,4 @@ TEST_CASE("the clock of one sensor jumps, and the other's does not") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::fault_injector_test

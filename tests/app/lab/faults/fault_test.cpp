@@ -6,7 +6,7 @@
 
 #include "tests/support/input_error_text.h"
 
-namespace facet {
+namespace facet::fault_test {
 namespace {
 
 std::string complaint(const std::string& spec) {
@@ -122,4 +122,4 @@ TEST_CASE("the table has each kind once, and help names all") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::fault_test

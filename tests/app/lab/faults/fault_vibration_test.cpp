@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace facet {
+namespace facet::fault_vibration_test {
 namespace {
 
 Duration after(double t_s) { return Duration::from_seconds(t_s); }
@@ -64,4 +64,4 @@ TEST_CASE("the angle is the same in any order of times, and begins at zero where
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::fault_vibration_test

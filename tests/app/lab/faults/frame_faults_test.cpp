@@ -6,7 +6,7 @@
 
 #include "app/lab/sim/default_rig.h"
 
-namespace facet {
+namespace facet::frame_faults_test {
 namespace {
 
 constexpr std::int64_t kBegin = 1'000'000'000'000;
@@ -168,4 +168,4 @@ TEST_CASE("the board is drawn into both images, and slides with time") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::frame_faults_test

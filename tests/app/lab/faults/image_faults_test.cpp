@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace facet {
+namespace facet::image_faults_test {
 namespace {
 
 GreyImage ramp(int width, int height) {
@@ -128,4 +128,4 @@ TEST_CASE("a copy drops the padding of rows and keeps the size") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::image_faults_test

@@ -7,7 +7,7 @@
 #include "app/lab/sim/default_rig.h"
 #include "estimator/geometry/stereo_rig.h"
 
-namespace facet {
+namespace facet::image_turn_test {
 namespace {
 
 /// Black, with a bright spot of 3 px that is centred here.
@@ -111,4 +111,4 @@ TEST_CASE("outside a fisheye's circle nothing moves") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::image_turn_test

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace facet {
+namespace facet::inertial_faults_test {
 namespace {
 
 constexpr std::int64_t kBegin = 1'000'000'000'000;
@@ -92,4 +92,4 @@ TEST_CASE("rotors shake as many times as strong as they are asked to") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::inertial_faults_test

@@ -6,7 +6,7 @@
 
 #include "app/lab/sim/default_rig.h"
 
-namespace facet {
+namespace facet::moving_board_test {
 namespace {
 
 constexpr std::uint8_t kBackground = 5;  // no texture is as dark
@@ -90,4 +90,4 @@ TEST_CASE("an image of another size stays") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::moving_board_test

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-namespace facet {
+namespace facet::rotor_vibration_test {
 namespace {
 
 constexpr double kRate_hz = 200.0;
@@ -108,4 +108,4 @@ TEST_CASE("Rotors never repeat, are the same for the same seed, and can be had i
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::rotor_vibration_test

@@ -12,7 +12,7 @@
 #include "app/support/ply_reader.h"
 #include "tests/mesh/depth/stereo_scene.h"
 
-namespace facet {
+namespace facet::mesh_fusion_test {
 namespace {
 
 /// Keyframes in front of a surface, all looking along z, with a window of two.
@@ -100,4 +100,4 @@ TEST_CASE("exchanged cameras and missing images give nothing, and no keyframe is
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::mesh_fusion_test

@@ -13,8 +13,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-using namespace facet;
-
+namespace facet::mcap_file_test {
 namespace {
 
 constexpr int kMessages = 60;
@@ -229,3 +228,5 @@ TEST_CASE("other files are refused in one line") {
     CHECK_FALSE(McapFile::recognises(dir.file("text")));
     CHECK_FALSE(McapFile::recognises("/dev/zero"));
 }
+
+}  // namespace facet::mcap_file_test

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <memory>
 
-namespace facet {
+namespace facet::grid_picture_test {
 namespace {
 
 TEST_CASE("sections show what the grid says of their points") {
@@ -49,4 +49,4 @@ TEST_CASE("sections show what the grid says of their points") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::grid_picture_test

@@ -7,7 +7,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::range_log_test {
 namespace {
 
 std::vector<std::int64_t> given_before(RangeLog& log, std::int64_t frame) {
@@ -54,4 +54,4 @@ TEST_CASE("a log without a range finder has no readings, and a damaged table is 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::range_log_test

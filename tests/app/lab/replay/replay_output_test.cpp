@@ -7,7 +7,7 @@
 
 #include "tests/support/scripted_source.h"
 
-namespace facet {
+namespace facet::replay_output_test {
 namespace {
 
 class CountingSink final : public OdometrySink {
@@ -85,4 +85,4 @@ TEST_CASE("a sink gets what is estimated from the start on, and every change of 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::replay_output_test

@@ -13,7 +13,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::replay_test {
 namespace {
 
 constexpr int kFrames = 20;
@@ -312,4 +312,4 @@ TEST_CASE("a reading is clipped by what the sensor gave, not by what is made of 
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::replay_test

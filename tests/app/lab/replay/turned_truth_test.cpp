@@ -9,7 +9,7 @@
 #include "estimator/geometry/so3.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::turned_truth_test {
 namespace {
 
 constexpr std::int64_t kBegin = 1'000'000'000'000;
@@ -57,4 +57,4 @@ TEST_CASE("without turned images, or without a truth, none is written") {
 }
 
 }  // namespace
-}  // namespace facet
+}  // namespace facet::turned_truth_test

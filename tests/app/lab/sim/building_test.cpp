@@ -11,7 +11,7 @@
 #include "app/support/rng.h"
 #include "platform/base/angle.h"
 
-namespace facet::sim {
+namespace facet::sim::building_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -165,4 +165,4 @@ TEST_CASE("Relief and pictures belong to their wall's plane, and planes face the
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::building_test

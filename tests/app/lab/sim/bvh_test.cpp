@@ -9,7 +9,7 @@
 #include "app/support/rng.h"
 #include "tests/app/lab/sim/draft_scene.h"
 
-namespace facet::sim {
+namespace facet::sim::bvh_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -112,4 +112,4 @@ TEST_CASE("Scenes are closed: every ray hits something, on the surface it names"
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::bvh_test

@@ -11,7 +11,7 @@
 #include "estimator/geometry/so3.h"
 #include "tests/app/lab/sim/draft_scene.h"
 
-namespace facet::sim {
+namespace facet::sim::flight_test {
 namespace {
 
 Flight planned(std::string_view scene, std::uint64_t seed, double duration_s) {
@@ -209,4 +209,4 @@ TEST_CASE("A plan that no flight can keep is refused") {
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::flight_test

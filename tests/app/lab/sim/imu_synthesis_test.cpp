@@ -8,7 +8,7 @@
 #include "app/support/rng.h"
 #include "estimator/geometry/so3.h"
 
-namespace facet::sim {
+namespace facet::sim::imu_synthesis_test {
 namespace {
 
 /// A lively flight: control points at random, accelerations of metres per second squared, rates around 1 rad/s.
@@ -102,4 +102,4 @@ TEST_CASE("Noise and bias walk have the densities asked for") {
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::imu_synthesis_test

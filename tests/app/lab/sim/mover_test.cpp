@@ -11,7 +11,7 @@
 #include "app/lab/sim/renderer.h"
 #include "tests/app/lab/sim/draft_scene.h"
 
-namespace facet::sim {
+namespace facet::sim::mover_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -138,4 +138,4 @@ TEST_CASE("Its turn during the exposure is that of its pose a moment later") {
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::mover_test

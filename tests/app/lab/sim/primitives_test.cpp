@@ -8,7 +8,7 @@
 
 #include "app/support/rng.h"
 
-namespace facet::sim {
+namespace facet::sim::primitives_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -120,4 +120,4 @@ TEST_CASE("Ray intersections agree with sphere tracing") {
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::primitives_test

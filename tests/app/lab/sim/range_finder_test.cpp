@@ -6,7 +6,8 @@
 
 #include "tests/app/lab/sim/draft_scene.h"
 
-using namespace facet;
+namespace facet::range_finder_test {
+
 using namespace facet::sim;
 
 namespace {
@@ -41,3 +42,5 @@ TEST_CASE("a range finder reads the distance to what is below, along the body's 
     }
     CHECK(std::sqrt(sum_m2 / static_cast<double>(noisy.size())) == Approx(0.05).epsilon(0.3));
 }
+
+}  // namespace facet::range_finder_test

@@ -8,7 +8,7 @@
 #include "app/lab/sim/default_rig.h"
 #include "tests/app/lab/sim/draft_scene.h"
 
-namespace facet::sim {
+namespace facet::sim::renderer_test {
 namespace {
 
 Flight standing(const Scene& scene, double rate) {
@@ -249,4 +249,4 @@ TEST_CASE("Noise has the stated strength and depends on its key alone") {
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::renderer_test

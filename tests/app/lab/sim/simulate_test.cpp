@@ -16,7 +16,7 @@
 
 #include "app/lab/sim/default_rig.h"
 
-namespace facet::sim {
+namespace facet::sim::simulate_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -385,4 +385,4 @@ TEST_CASE("A folder that is not empty is kept unless forced; forcing keeps what 
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::simulate_test

@@ -6,7 +6,7 @@
 
 #include "app/support/rng.h"
 
-namespace facet::sim {
+namespace facet::sim::spline_test {
 namespace {
 
 QuinticSpline<3> random_spline(std::uint64_t seed) {
@@ -62,4 +62,4 @@ TEST_CASE("Spline of points on a line at equal distances is that uniform motion"
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::spline_test

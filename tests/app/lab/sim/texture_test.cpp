@@ -6,7 +6,7 @@
 
 #include "app/lab/sim/patterns.h"
 
-namespace facet::sim {
+namespace facet::sim::texture_test {
 namespace {
 
 TEST_CASE("A texture interpolates between texel centres and repeats") {
@@ -57,4 +57,4 @@ TEST_CASE("Patterns do not depend on the number of threads and differ by seed") 
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::texture_test

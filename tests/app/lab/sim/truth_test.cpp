@@ -9,7 +9,7 @@
 #include "tests/app/lab/sim/draft_scene.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet::sim {
+namespace facet::sim::truth_test {
 namespace {
 
 TEST_CASE("Vertices of the tessellation lie on the surfaces, facets within the sagitta") {
@@ -115,4 +115,4 @@ TEST_CASE("The planes that are written are read back as they are") {
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::truth_test

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace facet::sim {
+namespace facet::sim::vibration_test {
 namespace {
 
 constexpr double kRate_hz = 200.0;
@@ -47,4 +47,4 @@ TEST_CASE("Rotors idle before take-off and turn as in flight after it, or idle t
 }
 
 }  // namespace
-}  // namespace facet::sim
+}  // namespace facet::sim::vibration_test

@@ -11,7 +11,7 @@
 #include "tests/support/input_error_text.h"
 #include "tests/support/temp_dir.h"
 
-namespace facet {
+namespace facet::truth_injector_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -198,4 +198,4 @@ TEST_CASE("what the truth lacks is named") {
                Catch::Contains("scene.ply"));
 }
 
-}  // namespace facet
+}  // namespace facet::truth_injector_test
