@@ -11,8 +11,10 @@
 
 #include "app/commands/build_info.h"
 #include "app/commands/build_version.h"
+#include "app/commands/help_formatter.h"
 #include "app/commands/run_guarded.h"
 #include "app/config/config_file.h"
+#include "app/lab/faults/fault.h"
 #include "app/lab/sim/default_rig.h"
 #include "app/support/console.h"
 #include "estimator/api/estimator.h"
@@ -73,8 +75,14 @@ void add_info_command(CLI::App& app, int& exit_code) {
         app.add_subcommand("info", "Print version, build, library versions, capacities and default parameters");
     auto only_config = std::make_shared<bool>(false);
     command->add_flag("--config", *only_config, "Print only the default parameters, as a YAML file for --config");
-    command->callback([only_config, &exit_code] {
+    auto only_faults = std::make_shared<bool>(false);
+    command->add_flag("--faults", *only_faults, "Print only the faults that facet replay --inject knows");
+    command->callback([only_config, only_faults, &exit_code] {
         exit_code = run_guarded([&] {
+            if (*only_faults) {
+                print_out("{}\n", fit_help(fault_help()));
+                return kExitDone;
+            }
             if (!*only_config) {
                 print_build();
                 print_memory();

@@ -299,8 +299,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->type_name("FILE")
         ->expected(1, 2);
     command
-        ->add_option("--inject", args->faults,
-                     "NAME[=VALUE][@START[+LENGTH]]: a fault between log and estimator, see below; may be repeated")
+        ->add_option(
+            "--inject", args->faults,
+            "NAME[=VALUE][@START[+LENGTH]]: a fault between log and estimator; may be repeated. 'facet info --faults' "
+            "lists them")
         ->type_name("FAULT")
         ->allow_extra_args(false);
     command
@@ -350,9 +352,10 @@ void add_replay_command(CLI::App& app, int& exit_code) {
         ->type_name("FILE");
     command->add_flag("--realtime", args->in_real_time, "No faster than the log was recorded");
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
-    command->footer(fault_help() +
-                    "\nExit codes: 0 done; 1 too few frames with an estimate, sensors that contradict each other, lost "
-                    "at the end, not finite, or interrupted; 2 bad usage or input.");
+    command->footer(
+        "Exit codes: 0 done; 1 too few frames with an estimate, sensors that contradict each other, lost at the end, "
+        "not "
+        "finite, or interrupted; 2 bad usage or input.");
     command->callback([args, duration, &exit_code] {
         exit_code = run_guarded([&] { return replay(*args, duration->count() > 0); });
     });

@@ -138,6 +138,10 @@ TEST_CASE("help, version and info explain the program") {
         INFO(part);
         CHECK(contains(info.out, part));
     }
+    const Outcome faults = run(dir, "info --faults");
+    CHECK(faults.code == 0);
+    CHECK(contains(faults.out, "\n  blackout[=CAMERA] "));
+    CHECK(!contains(faults.out, "max_features"));
 }
 
 TEST_CASE("report is the script of the source tree") {
