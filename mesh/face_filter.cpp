@@ -57,7 +57,7 @@ double squared(double x) { return x * x; }
 /// Extents along and across the ray are compared as products with the centroid c, all multiplied by |c|: this needs no
 /// square root.
 /// @param least_cosine  between normal and ray
-FaceVerdict judge_shape(const MeshConfig& config, double least_cosine, const Corners& c) {
+FaceVerdict judge_shape(const FaceRules& rules, double least_cosine, const Corners& c) {
     const Eigen::Vector3d centroid = (c.at(0) + c.at(1) + c.at(2)) / 3.0;
     const double centroid2 = centroid.squaredNorm();
     const std::array<double, 3> along{centroid.dot(c.at(0)), centroid.dot(c.at(1)), centroid.dot(c.at(2))};
@@ -71,13 +71,13 @@ FaceVerdict judge_shape(const MeshConfig& config, double least_cosine, const Cor
         across2 = std::max(across2, length2 * centroid2 - squared(along[(k + 1) % 3] - along[k]));
     }
     const double depth = std::max({along[0], along[1], along[2]}) - std::min({along[0], along[1], along[2]});
-    if (longest2 > squared(config.longest_side_m())) {
+    if (longest2 > squared(rules.max_flat_side_m)) {
         return FaceVerdict::kSideLength;
     }
-    if (shortest2 < squared(config.min_side_ratio) * longest2) {
+    if (shortest2 < squared(rules.min_side_ratio) * longest2) {
         return FaceVerdict::kSideRatio;
     }
-    if (across2 < squared(config.min_elongation * depth)) {
+    if (across2 < squared(rules.min_elongation * depth)) {
         return FaceVerdict::kElongation;
     }
     const Eigen::Vector3d cross = (c.at(1) - c.at(0)).cross(c.at(2) - c.at(0));
@@ -86,7 +86,7 @@ FaceVerdict judge_shape(const MeshConfig& config, double least_cosine, const Cor
                : FaceVerdict::kAccepted;
 }
 
-FaceVerdict judge_steps(const MeshConfig& config, const Corners& c, const ImageView& image) {
+FaceVerdict judge_steps(const FaceRules& rules, const Corners& c, const ImageView& image) {
     FaceVerdict verdict = FaceVerdict::kAccepted;
     for (std::size_t k = 0; k < 3; ++k) {
         const MeshPoint& a = *c.p[k];
@@ -97,10 +97,10 @@ FaceVerdict judge_steps(const MeshConfig& config, const Corners& c, const ImageV
         }
         const double lateral =
             std::min(a.p_C.z(), b.p_C.z()) * (a.p_C.head<2>() / a.p_C.z() - b.p_C.head<2>() / b.p_C.z()).norm();
-        if (gap > config.max_step_slope * lateral) {
+        if (gap > rules.max_step_slope * lateral) {
             return FaceVerdict::kDepthStep;
         }
-        if (gap > config.gradient_step_slope * lateral && crosses_gradient(image, a.pixel, b.pixel, kStrongGradient)) {
+        if (gap > rules.gradient_step_slope * lateral && crosses_gradient(image, a.pixel, b.pixel, kStrongGradient)) {
             verdict = FaceVerdict::kGradient;
         }
     }
@@ -108,8 +108,8 @@ FaceVerdict judge_steps(const MeshConfig& config, const Corners& c, const ImageV
 }
 
 /// Neighbours whose far corner lies in the triangle's plane.
-int coplanar_neighbours(const MeshConfig& config, std::span<const Triangle> triangles,
-                        std::span<const MeshPoint> points, std::span<const FaceVerdict> shapes, std::size_t index) {
+int coplanar_neighbours(const FaceRules& rules, std::span<const Triangle> triangles, std::span<const MeshPoint> points,
+                        std::span<const FaceVerdict> shapes, std::size_t index) {
     const Triangle& t = triangles[index];
     const Corners c = corners_of(t, points);
     const Eigen::Vector3d normal = c.normal();
@@ -121,7 +121,7 @@ int coplanar_neighbours(const MeshConfig& config, std::span<const Triangle> tria
         const Triangle& other = triangles[static_cast<std::size_t>(t.neighbour[k])];
         for (const std::uint16_t p : other.point) {
             if (p != t.point[0] && p != t.point[1] && p != t.point[2]) {
-                coplanar += std::abs(normal.dot(points[p].p_C - c.at(0))) < config.coplanar_m ? 1 : 0;
+                coplanar += std::abs(normal.dot(points[p].p_C - c.at(0))) < rules.coplanar_m ? 1 : 0;
             }
         }
     }
@@ -130,14 +130,14 @@ int coplanar_neighbours(const MeshConfig& config, std::span<const Triangle> tria
 
 }  // namespace
 
-void filter_faces(const MeshConfig& config, std::span<const Triangle> triangles, std::span<const MeshPoint> points,
+void filter_faces(const FaceRules& rules, std::span<const Triangle> triangles, std::span<const MeshPoint> points,
                   const ImageView& image, std::span<FaceVerdict> verdicts) {
-    const double least_cosine = std::cos(config.max_grazing_deg * std::numbers::pi / 180.0);
+    const double least_cosine = std::cos(rules.max_grazing_deg * std::numbers::pi / 180.0);
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         const Corners c = corners_of(triangles[i], points);
         verdicts[i] = FaceVerdict::kLandmark;
         if (c.p[0]->is_usable && c.p[1]->is_usable && c.p[2]->is_usable) {
-            verdicts[i] = judge_shape(config, least_cosine, c);
+            verdicts[i] = judge_shape(rules, least_cosine, c);
         }
     }
     for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -149,18 +149,18 @@ void filter_faces(const MeshConfig& config, std::span<const Triangle> triangles,
             {(c.at(1) - c.at(0)).squaredNorm(), (c.at(2) - c.at(1)).squaredNorm(), (c.at(0) - c.at(2)).squaredNorm()});
         const bool is_large = longest2 > kLonelySide_m * kLonelySide_m;
         const FaceVerdict doubt =
-            longest2 > config.max_side_m * config.max_side_m ? FaceVerdict::kSideLength : judge_steps(config, c, image);
+            longest2 > rules.max_side_m * rules.max_side_m ? FaceVerdict::kSideLength : judge_steps(rules, c, image);
         if (doubt == FaceVerdict::kAccepted && !is_large) {
             continue;
         }
-        const int support = coplanar_neighbours(config, triangles, points, verdicts, i);
+        const int support = coplanar_neighbours(rules, triangles, points, verdicts, i);
         if (doubt != FaceVerdict::kAccepted && support < 2) {
             verdicts[i] = doubt;
-        } else if (is_large && support < config.lonely_neighbours) {
+        } else if (is_large && support < rules.lonely_neighbours) {
             verdicts[i] = FaceVerdict::kLonely;
         }
     }
-    for (std::size_t i = 0; i < triangles.size() && config.lonely_neighbours > 0; ++i) {
+    for (std::size_t i = 0; i < triangles.size() && rules.lonely_neighbours > 0; ++i) {
         const auto is_face = [&](std::int16_t n) {
             return n >= 0 && (verdicts[static_cast<std::size_t>(n)] == FaceVerdict::kAccepted ||
                               verdicts[static_cast<std::size_t>(n)] == FaceVerdict::kLonely);

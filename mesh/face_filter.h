@@ -8,7 +8,6 @@
 #include <span>
 
 #include "mesh/delaunay.h"
-#include "mesh/mesh_config.h"
 #include "platform/base/image_view.h"
 
 namespace facet {
@@ -51,9 +50,22 @@ struct MeshPoint {
     bool is_usable = false;                           ///< may be a corner of a face
 };
 
+/// By which triangles are judged; see filter_faces().
+struct FaceRules {
+    double min_side_ratio = 0.1;       ///< [Rosinol19] has 0.2
+    double min_elongation = 0.2;       ///< that of [Rosinol19]
+    double max_side_m = 1.2;           ///< [Rosinol19] has 2 m for all faces
+    double max_flat_side_m = 3.0;      ///< with two neighbours in its plane, as on bare walls; at least max_side_m
+    double max_grazing_deg = 80.0;     ///< in (0, 90]
+    double max_step_slope = 2.0;       ///< depth step over lateral distance along a side
+    double gradient_step_slope = 0.8;  ///< the same of a side that crosses a strong image gradient
+    double coplanar_m = 0.03;          ///< distance of a neighbour's far corner from the face's plane
+    int lonely_neighbours = 1;         ///< in its plane that a large face needs
+};
+
 /// Judges all triangles of one image.
-///   side ratio   shortest / longest side >= min_side_ratio                                  [Rosinol19]
-///   elongation   extent across the mean ray / extent along it >= min_elongation              [Rosinol19]
+///   side ratio   shortest / longest side >= min_side_ratio
+///   elongation   extent across the mean ray / extent along it >= min_elongation
 ///   grazing      angle(normal, ray to the centroid) <= max_grazing_deg
 ///   depth step   for each side: gap = |z_i - z_j|, lateral = min(z_i, z_j) |xy_i - xy_j|; if gap exceeds kStepSigmas
 ///                of its standard deviations, gap / lateral <= max_step_slope, or <= gradient_step_slope if the image
@@ -67,7 +79,7 @@ struct MeshPoint {
 /// Reentrant. No heap.
 /// @param image     left image, or empty: then the gradient test is left out
 /// @param verdicts  as many as triangles; filled
-void filter_faces(const MeshConfig& config, std::span<const Triangle> triangles, std::span<const MeshPoint> points,
+void filter_faces(const FaceRules& rules, std::span<const Triangle> triangles, std::span<const MeshPoint> points,
                   const ImageView& image, std::span<FaceVerdict> verdicts);
 
 }  // namespace facet

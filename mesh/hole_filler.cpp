@@ -142,7 +142,7 @@ bool HoleFiller::flatten(const HorizonMesh& mesh, const Hole& hole, std::array<E
 }
 
 /// Ear clipping. A hole that cannot be closed within the limits stays as far open as it is.
-int HoleFiller::triangulate(const MeshConfig& config, std::uint32_t update, const Hole& hole,
+int HoleFiller::triangulate(double max_side_m, std::uint32_t update, const Hole& hole,
                             const std::array<Eigen::Vector2d, kMaxRing>& flat, HorizonMesh& mesh) {
     FixedVector<std::size_t, kMaxRing> left;
     for (std::size_t i = 0; i < hole.ring.size(); ++i) {
@@ -177,7 +177,7 @@ int HoleFiller::triangulate(const MeshConfig& config, std::uint32_t update, cons
         bool short_enough = true;
         for (std::size_t k = 0; k < 3; ++k) {
             const Eigen::Vector3d side = mesh.vertex(vertex[k]).shown_W() - mesh.vertex(vertex[(k + 1) % 3]).shown_W();
-            short_enough = short_enough && side.norm() <= config.max_side_m;
+            short_enough = short_enough && side.norm() <= max_side_m;
         }
         if (short_enough) {
             if (const auto face = mesh.add_face(vertex); face.ok()) {
@@ -194,12 +194,12 @@ int HoleFiller::triangulate(const MeshConfig& config, std::uint32_t update, cons
     return added;
 }
 
-HoleFiller::Filled HoleFiller::fill(const MeshConfig& config, std::uint32_t update, HorizonMesh& mesh) {
+HoleFiller::Filled HoleFiller::fill(double max_side_m, std::uint32_t update, HorizonMesh& mesh) {
     Filled filled;
     for (const Hole& hole : holes_) {
         std::array<Eigen::Vector2d, kMaxRing> flat;
         if (is_open(mesh, hole) && flatten(mesh, hole, flat)) {
-            const int faces = triangulate(config, update, hole, flat, mesh);
+            const int faces = triangulate(max_side_m, update, hole, flat, mesh);
             filled.holes += faces > 0 ? 1 : 0;
             filled.faces += faces;
         }

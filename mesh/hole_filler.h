@@ -8,7 +8,6 @@
 #include <span>
 
 #include "mesh/horizon_mesh.h"
-#include "mesh/mesh_config.h"
 
 namespace facet {
 
@@ -32,7 +31,7 @@ public:
     };
     /// Fills the rings that still bound a hole, then forgets all rings.
     /// @param update  number of the current update, for the new faces
-    Filled fill(const MeshConfig& config, std::uint32_t update, HorizonMesh& mesh);
+    Filled fill(double max_side_m, std::uint32_t update, HorizonMesh& mesh);
 
 private:
     static constexpr std::size_t kMaxRing = 24;
@@ -49,7 +48,7 @@ private:
     static bool close_ring(const HorizonMesh& mesh, const Sides& sides, Hole& hole);
     static bool is_open(const HorizonMesh& mesh, const Hole& hole);
     static bool flatten(const HorizonMesh& mesh, const Hole& hole, std::array<Eigen::Vector2d, kMaxRing>& flat);
-    static int triangulate(const MeshConfig& config, std::uint32_t update, const Hole& hole,
+    static int triangulate(double max_side_m, std::uint32_t update, const Hole& hole,
                            const std::array<Eigen::Vector2d, kMaxRing>& flat, HorizonMesh& mesh);
 
     FixedVector<Hole, kMaxHoles> holes_;

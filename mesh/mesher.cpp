@@ -10,6 +10,12 @@ namespace {
 
 // A landmark out of sight gives faces only if no other point is nearer to it in the image than this (px).
 constexpr double kRecentDistance_px = 12.0;
+// Nor if it has been out of sight for more keyframes than this.
+constexpr int kRecentKeyframes = 4;
+// Landmarks give no new faces if their standard deviation along the ray is larger (m), or their squared residuals per
+// degree of freedom: then their observations contradict each other.
+constexpr double kMaxDepthSigma_m = 0.32;
+constexpr double kMaxChi2 = 4.0;
 
 }  // namespace
 
@@ -30,9 +36,8 @@ void Mesher::reset() {
     departed_.clear();
 }
 
-bool Mesher::is_usable(const LandmarkSnapshot& s, double slack) const {
-    return s.depth_sigma_m <= slack * config_.max_depth_sigma_m && s.chi2 <= slack * config_.max_chi2 &&
-           (config_.use_stereo_points || s.keyframes >= 2);
+bool Mesher::is_usable(const LandmarkSnapshot& s, double slack) {
+    return s.depth_sigma_m <= slack * kMaxDepthSigma_m && s.chi2 <= slack * kMaxChi2;
 }
 
 void Mesher::update(const KeyframeView& view, const ImageView& left) {
@@ -62,10 +67,11 @@ void Mesher::update(const KeyframeView& view, const ImageView& left) {
     insert_recent();
     counters_.duplicate_points += static_cast<std::uint64_t>(delaunay_.duplicates());
     const std::span<const Triangle> triangles = delaunay_.triangles();
-    filter_faces(config_, triangles, {points_.data(), points_.size()}, left, {verdicts_.data(), triangles.size()});
+    filter_faces(config_.faces, triangles, {points_.data(), points_.size()}, left,
+                 {verdicts_.data(), triangles.size()});
     merge();
     weigh_evidence(since_last_s);
-    const HoleFiller::Filled filled = holes_.fill(config_, update_, mesh_);
+    const HoleFiller::Filled filled = holes_.fill(config_.faces.max_side_m, update_, mesh_);
     counters_.holes_filled += static_cast<std::uint64_t>(filled.holes);
     counters_.fill_faces += static_cast<std::uint64_t>(filled.faces);
     prune_vertices();
@@ -86,7 +92,7 @@ DepartedFace Mesher::describe(const MeshFace& face) const {
 
 /// Geometry of all faces where their vertices are now; those that broke a limit go.
 void Mesher::refresh_faces() {
-    const double limit = config_.longest_side_m() * config_.longest_side_m();
+    const double limit = config_.faces.max_flat_side_m * config_.faces.max_flat_side_m;
     for (int i = 0; i < mesh_.face_end(); ++i) {
         if (!mesh_.is_face(i)) {
             continue;
@@ -156,7 +162,7 @@ void Mesher::collect_tracked(const KeyframeView& view) {
 /// Landmarks that tracking lost a few keyframes ago, into the triangulation of the tracked ones.
 void Mesher::collect_recent(const KeyframeView& view) {
     for (const LandmarkSnapshot& s : view.landmarks) {
-        if (s.is_tracked || s.unseen_keyframes > config_.recent_keyframes || s.keyframes < 2 || landmarks_.full()) {
+        if (s.is_tracked || s.unseen_keyframes > kRecentKeyframes || s.keyframes < 2 || landmarks_.full()) {
             continue;
         }
         const Eigen::Vector3d p_C = R_C_W_ * (s.p_W - p_W_C_);
@@ -186,7 +192,7 @@ bool Mesher::is_hidden(const LandmarkSnapshot& s, const Eigen::Vector3d& p_C) co
         low = std::min(low, points_[p].p_C.z());
         high = std::max(high, points_[p].p_C.z());
     }
-    const double margin = 3.0 * s.depth_sigma_m + config_.conflict_margin_m;
+    const double margin = 3.0 * s.depth_sigma_m + kConflictMargin_m;
     return p_C.z() < low - margin || p_C.z() > high + margin;
 }
 

@@ -113,8 +113,10 @@ private:
 
     /// A landmark in use may be this much worse than a new one.
     static constexpr double kHysteresis = 1.5;
+    /// A point contradicts what is in front of it, or behind it, by more than this, uncertainties added (m).
+    static constexpr double kConflictMargin_m = 0.05;
 
-    bool is_usable(const LandmarkSnapshot& s, double slack) const;
+    static bool is_usable(const LandmarkSnapshot& s, double slack);
     void leave_all();
     void move_vertices(const KeyframeView& view);
     const KeyframePose* find_host(const KeyframeView& view, MeshVertex& vertex);

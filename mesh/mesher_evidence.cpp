@@ -15,6 +15,12 @@ constexpr double kInnerShare = 0.05;      // least barycentric coordinate of a p
 constexpr double kMaxCoarser = 2.5;       // a face is superseded by one of at most this many times its area
 constexpr double kCornerShare = 0.95;     // part of the way from the middle to a corner up to which it is covered
 constexpr double kMinDepth = 0.1;         // m
+constexpr double kMaxWitnessChi2 = 4.0;   // squared residuals per degree of freedom of a point that contradicts
+// A face is removed when at least this many keyframes contradict it and they are more than half as many as those that
+// confirm it.
+constexpr int kMinContradictions = 2;
+// A face leaves after this time in view without being confirmed or covered by newer ones.
+constexpr double kMaxUnseen_s = 5.0;
 
 /// Where a face is in the image (normalised), as far as it is farther than kMinDepth ahead of the camera.
 struct ImageBox {
@@ -49,7 +55,7 @@ void Mesher::collect_witnesses() {
     witnesses_.clear();
     for (std::size_t i = 0; i < landmarks_.size(); ++i) {
         const LandmarkSnapshot& s = *landmarks_[i].landmark;
-        if (s.is_tracked && s.keyframes >= 2 && s.chi2 <= config_.max_chi2) {
+        if (s.is_tracked && s.keyframes >= 2 && s.chi2 <= kMaxWitnessChi2) {
             witnesses_.push_back(static_cast<std::uint16_t>(i));
         }
     }
@@ -88,7 +94,7 @@ bool Mesher::is_contradicted(const MeshFace& face) const {
         }
         const double depth = volume / sum;
         const double margin = kSigmas * std::hypot(point.depth_sigma_m, static_cast<double>(face.sigma_m)) +
-                              kRelativeMargin * depth + config_.conflict_margin_m;
+                              kRelativeMargin * depth + kConflictMargin_m;
         return depth > kMinDepth && point.p_C.z() - depth > margin;
     };
     const auto* at = std::lower_bound(witnesses_.begin(), witnesses_.end(), box.low.x(),
@@ -188,7 +194,7 @@ void Mesher::weigh_evidence(double since_last_s) {
         if (face.last_observed != update_ && judge_unseen(f, since_last_s)) {
             continue;
         }
-        if (face.contradictions >= config_.min_contradictions && 2 * face.contradictions > face.observations) {
+        if (face.contradictions >= kMinContradictions && 2 * face.contradictions > face.observations) {
             ++counters_.contradicted;
             mesh_.remove_face(f);
         }
@@ -218,7 +224,7 @@ bool Mesher::judge_unseen(FaceIndex f, double since_last_s) {
         face.unseen_s =
             is_same_surface(face, middle, triangle) ? 0.0F : face.unseen_s + static_cast<float>(since_last_s);
     }
-    if (static_cast<double>(face.unseen_s) > config_.max_unseen_s) {
+    if (static_cast<double>(face.unseen_s) > kMaxUnseen_s) {
         ++counters_.aged;
         depart(f);
         return true;

@@ -15,6 +15,9 @@ namespace {
 // Lines of sight to a face are this far apart, and at least a cell (rad).
 constexpr double kRaySpacing_rad = 0.018;
 constexpr int kHit = 2;
+// A face seen at a larger angle to its normal may bridge a step in depth: it makes no obstacle, but space that is not
+// free.
+constexpr double kObstacleGrazing_deg = 65.0;
 constexpr int kMostFree = -6;
 constexpr int kLandmarkWeight = 2;
 constexpr int kSeenTwice = 2;          // keyframes: a face that frees the space before it
@@ -84,7 +87,7 @@ void OccupancyGrid::update(const KeyframeView& view, const HorizonMesh& mesh, st
 
 /// The time in ticks; after a gap in which ticks might have come round, nothing is known any more.
 void OccupancyGrid::advance(Timestamp stamp) {
-    if (any_ && ((stamp - last_).seconds() > config_.forget_s || stamp < last_)) {
+    if (any_ && ((stamp - last_).seconds() > kForget_s || stamp < last_)) {
         clear();
     }
     first_ = any_ ? first_ : stamp;
@@ -121,7 +124,7 @@ void OccupancyGrid::forget_slab(int axis, int number) {
 /// One layer a keyframe: cells that nothing has confirmed for long.
 void OccupancyGrid::forget_layer() {
     const std::size_t area = static_cast<std::size_t>(kGridX) * kGridY;
-    const auto most = static_cast<int>(config_.forget_s / kTick_s);
+    const auto most = static_cast<int>(kForget_s / kTick_s);
     for (std::size_t i = area * static_cast<std::size_t>(layer_); i < area * static_cast<std::size_t>(layer_ + 1);
          ++i) {
         const int age = (tick_ - cells_[i].tick + kTicks) % kTicks;
@@ -167,7 +170,7 @@ void OccupancyGrid::doubt(const Eigen::Vector3d& p_W) {
 /// straight edge such faces lie in one plane, so that the mesh takes them for a slanted surface.
 bool OccupancyGrid::may_bridge(const HorizonMesh& mesh, const MeshFace& face) const {
     const Eigen::Vector3d ray = mesh.centroid(face) - p_W_C_;
-    const double least_cosine = std::cos(config_.obstacle_grazing_deg * kRadPerDeg);
+    const double least_cosine = std::cos(kObstacleGrazing_deg * kRadPerDeg);
     return std::abs(ray.dot(face.normal_W.cast<double>())) < least_cosine * ray.norm();
 }
 

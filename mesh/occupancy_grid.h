@@ -123,6 +123,8 @@ public:
     /// The corner cell: cell c covers [c, c + 1) cell_m() along each axis, and the grid holds kGridX x kGridY x kGridZ.
     Eigen::Vector3i lowest_cell() const { return low_; }
     static constexpr double kTick_s = 1.0 / 16.0;
+    /// Cells that nothing has confirmed for this time are unknown again.
+    static constexpr double kForget_s = 600.0;
     static constexpr int kTicks = 0xffff;
     static constexpr std::size_t kRun = 8;
     static constexpr std::size_t kRuns = static_cast<std::size_t>(kGridX) * kGridY * kGridZ / kRun;

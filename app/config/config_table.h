@@ -23,7 +23,6 @@ void for_each_section(Visitor&& visit) {
     visit("regularity", &ProgramConfig::regularity, kRegularityFields);
     visit("range", &ProgramConfig::range, kRangeFields);
     visit("calibration", &ProgramConfig::calibration, kCalibrationFields);
-    visit("stationarity", &ProgramConfig::stationarity, kStationarityFields);
     visit("health", &ProgramConfig::health, kHealthFields);
     visit("imu_limits", &ProgramConfig::imu_limits, kImuLimitFields);
     visit("imu_noise", &ProgramConfig::imu_noise, kImuNoiseFields);
@@ -31,7 +30,6 @@ void for_each_section(Visitor&& visit) {
     visit("mesh", &ProgramConfig::mesh, kMeshFields);
     visit("planes", &ProgramConfig::planes, kPlaneFields);
     visit("grid", &ProgramConfig::grid, kGridFields);
-    visit("depth", &ProgramConfig::depth, kDepthFields);
     visit("map", &ProgramConfig::map, kMapFields);
 }
 

@@ -16,7 +16,7 @@ public:
     /// @param smoothing_s  see StateCarrier; a reset is a step all the same
     explicit CarriedEstimate(const ProgramConfig& config, double smoothing_s = 0.0)
         : imu_model_(config.imu_model), imu_limits_(config.imu_limits) {
-        carrier_.configure(config.imu_noise, config.imu_limits, config.gravity.norm_m_per_s2(), smoothing_s);
+        carrier_.configure(config.imu_noise, config.imu_limits, config.gravity.magnitude_m_per_s2, smoothing_s);
     }
 
     /// Takes a sample. @return false if there is no estimate at its stamp: it is refused, or there has been no start

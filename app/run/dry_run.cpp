@@ -218,7 +218,7 @@ void Probe::imu(ImuSource& source, const std::string& device, bool has_data_read
         const std::string what = fmt::format(
             "{:.0f} samples/s, {} lost, {} bad; mean specific force {:.2f} {:.2f} {:.2f} m/s^2", heard.rate_hz(),
             source.counters().lost, source.counters().corrupt, mean.x(), mean.y(), mean.z());
-        const double gravity = vehicle_.config.gravity.norm_m_per_s2();
+        const double gravity = vehicle_.config.gravity.magnitude_m_per_s2;
         if (!source.warning().empty()) {
             add(Finding::kDoubtful, device, fmt::format("{}; {}", what, source.warning()));
         } else if (std::abs(mean.norm() - gravity) > 2.0) {

@@ -10,7 +10,6 @@ Status EstimatorConfig::validate() const {
     FACET_TRY(calibration.validate());
     FACET_TRY(regularity.validate());
     FACET_TRY(range.validate());
-    FACET_TRY(stationarity.validate());
     FACET_TRY(health.validate());
     FACET_TRY(imu_limits.validate());
     FACET_TRY(imu_noise.validate());

@@ -7,7 +7,6 @@
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/imu/imu_limits.h"
 #include "estimator/imu/initializer_config.h"
-#include "estimator/imu/stationarity.h"
 #include "estimator/values/gravity.h"
 #include "estimator/values/imu_noise.h"
 #include "estimator/window/calibration_config.h"
@@ -24,7 +23,6 @@ struct EstimatorConfig {
     CalibrationConfig calibration;
     RegularityConfig regularity;
     RangeConfig range;
-    StationarityConfig stationarity;
     HealthConfig health;
     ImuLimits imu_limits;
     ImuNoise imu_noise;

@@ -18,12 +18,19 @@ struct HealthConfig {
     static constexpr double kMaxAccelBias_m_per_s2 = 2.0;
     /// Squared vision residuals per degree of freedom above this at three keyframes in a row are divergence: lost.
     static constexpr double kWrongVisionChi2 = 25.0;
-    int few_features = 12;
+    /// With fewer tracked features than this a frame does not hold the pose: degraded.
+    static constexpr int kFewFeatures = 12;
+    /// Residuals of an image coordinate whose mean is off zero by more than this contradict the calibration: a warning,
+    /// and half the quality at most (px).
+    static constexpr double kMaxResidualBias_px = 0.015;
+    /// A parameter of the calibration corrected by more than this, in standard deviations of what was given, is the
+    /// same.
+    static constexpr double kMaxCalibrationStretch = 4.0;
+    /// With squared residuals of vision, or of the newest inertial factor, per degree of freedom above this the
+    /// estimate is degraded. Not among the parameters.
+    double high_vision_chi2 = 4.0;
     double lost_after_s = 3.0;
     double max_speed_m_per_s = 20.0;
-    double high_vision_chi2 = 4.0;
-    double max_residual_bias_px = 0.015;
-    double max_calibration_stretch = 4.0;
     bool auto_reset = true;
 
     /// kInvalidArgument if a field is outside its range.
@@ -31,20 +38,9 @@ struct HealthConfig {
 };
 
 inline constexpr auto kHealthFields = std::to_array<ParameterField<HealthConfig>>({
-    {FACET_FIELD(HealthConfig, few_features), "-", 4, 100,
-     "With fewer tracked features than this a frame does not hold the pose: degraded."},
     {FACET_FIELD(HealthConfig, lost_after_s), "s", 0.2, 30,
      "After this time without vision the estimator is lost; by then inertial data alone err by decimetres."},
     {FACET_FIELD(HealthConfig, max_speed_m_per_s), "m/s", 1, 100, "An estimated speed above this is divergence: lost."},
-    {FACET_FIELD(HealthConfig, high_vision_chi2), "-", 1, 100,
-     "With squared residuals of vision, or of the newest inertial factor, per degree of freedom above this the "
-     "estimate is degraded."},
-    {FACET_FIELD(HealthConfig, max_residual_bias_px), "px", 0.005, 10,
-     "Residuals of an image coordinate whose mean is off zero by more than this contradict the calibration: a warning, "
-     "and half the quality at most."},
-    {FACET_FIELD(HealthConfig, max_calibration_stretch), "-", 1, 100,
-     "A parameter of the calibration corrected by more than this, in standard deviations of what was given, is the "
-     "same."},
     {FACET_FIELD(HealthConfig, auto_reset), "-", 0, 1,
      "Start again by itself, also in flight, when the estimator is lost and images are usable again."},
 });

@@ -44,7 +44,7 @@ Status FlightEstimator::configure(const EstimatorConfig& config, const StereoRig
     FACET_TRY(frontend_.configure(config.frontend, rig));
     FACET_TRY(other_frontend_.configure(config.frontend, rig.exchanged()));
     config_ = config;
-    gravity_m_per_s2_ = config.gravity.norm_m_per_s2();
+    gravity_m_per_s2_ = config.gravity.magnitude_m_per_s2;
     cameras_ = CameraRoles(rig);
     s_ = {};
     imu_.clear(config.imu_noise.rate_hz, config.imu_limits);

@@ -83,8 +83,7 @@ Status FlightEstimator::carry_to(Timestamp stamp, FrameUse use, Estimate& estima
 }
 
 void FlightEstimator::update_rest(bool images_rest) {
-    s_.rest.step(images_rest, imu_, s_.now.stamp, {config_.imu_noise, s_.now.state.bias, gravity_m_per_s2_},
-                 config_.stationarity);
+    s_.rest.step(images_rest, imu_, s_.now.stamp, {config_.imu_noise, s_.now.state.bias, gravity_m_per_s2_});
 }
 
 }  // namespace facet

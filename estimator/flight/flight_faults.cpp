@@ -98,7 +98,7 @@ void FlightEstimator::drop_unsupported_fault(Preintegration& preintegration) {
     if (!is_judged) {
         return;
     }
-    const bool sees = static_cast<int>(tracks_.observations.size()) >= config_.health.few_features;
+    const bool sees = static_cast<int>(tracks_.observations.size()) >= HealthConfig::kFewFeatures;
     if (s_.stereo.is_unmatched() && !s_.stereo.has_supported()) {
         imu_.restore(s_.newest.stamp, s_.now.stamp);
     } else if (!sees && (s_.fault.axes() & ~s_.span.stuck) != 0) {

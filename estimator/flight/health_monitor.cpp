@@ -57,7 +57,7 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
         raise(e.image == ImageState::kDark || e.image == ImageState::kFlat, kReasonImageDark);
         raise(e.image == ImageState::kOverexposed, kReasonImageOverexposed);
         raise(e.image == ImageState::kFrozen, kReasonImageFrozen);
-        raise(e.tracked < config_.few_features || (e.is_optimized && e.newest_landmarks < kFewLandmarks),
+        raise(e.tracked < HealthConfig::kFewFeatures || (e.is_optimized && e.newest_landmarks < kFewLandmarks),
               kReasonFewFeatures);
         raise(e.is_keyframe && e.has_right && e.stereo < kFewStereo, kReasonFewStereo);
         raise(e.lacks_right, kReasonNoRightImage);
@@ -77,7 +77,8 @@ std::uint32_t HealthMonitor::reasons(const HealthEvidence& e) const {
     raise(e.solver_failed || !e.is_finite, kReasonSolverFailed);
     raise(e.is_late, kReasonOverrun);
     raise(e.lacks_range, kReasonRange);
-    raise(e.residual_bias_px > config_.max_residual_bias_px || e.calibration_stretch > config_.max_calibration_stretch,
+    raise(e.residual_bias_px > HealthConfig::kMaxResidualBias_px ||
+              e.calibration_stretch > HealthConfig::kMaxCalibrationStretch,
           kReasonCalibration);
     return bits;
 }
@@ -91,9 +92,10 @@ int HealthMonitor::quality(const HealthEvidence& e) const {
         e.velocity_sigma_m_per_s > 0.0 ? 0.2 * HealthConfig::kMaxVelocitySigma_m_per_s / e.velocity_sigma_m_per_s : 1.0,
         e.vision_chi2 > 0.0 ? config_.high_vision_chi2 / e.vision_chi2 : 1.0,
         e.imu_chi2 > config_.high_vision_chi2 ? config_.high_vision_chi2 / e.imu_chi2 : 1.0,
-        e.residual_bias_px > config_.max_residual_bias_px ? config_.max_residual_bias_px / e.residual_bias_px : 1.0,
-        e.calibration_stretch > config_.max_calibration_stretch
-            ? config_.max_calibration_stretch / e.calibration_stretch
+        e.residual_bias_px > HealthConfig::kMaxResidualBias_px ? HealthConfig::kMaxResidualBias_px / e.residual_bias_px
+                                                               : 1.0,
+        e.calibration_stretch > HealthConfig::kMaxCalibrationStretch
+            ? HealthConfig::kMaxCalibrationStretch / e.calibration_stretch
             : 1.0,
     };
     // With a calibration or readings suspected the claimed covariance is too, so that half is the best. Two images that
@@ -112,7 +114,7 @@ void HealthMonitor::update(const HealthEvidence& e, Health& health) {
     health.reasons = e.is_started ? reasons(e) : 0U;
     if (e.is_started) {
         const bool sees_enough =
-            e.has_frame && e.frame_taken && e.image == ImageState::kUsable && e.tracked >= config_.few_features;
+            e.has_frame && e.frame_taken && e.image == ImageState::kUsable && e.tracked >= HealthConfig::kFewFeatures;
         const bool has_vision = sees_enough && (health.reasons & kReasonFewFeatures) == 0U;
         last_vision_ = has_vision ? e.stamp : last_vision_;
         if (e.is_optimized) {

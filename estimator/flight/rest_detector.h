@@ -14,10 +14,9 @@ public:
     void end() { rests_ = false; }
 
     /// @param images_rest  the images show no motion since the newest keyframe
-    void step(bool images_rest, const ImuBuffer& imu, Timestamp stamp, const RestingImu& reference,
-              const StationarityConfig& config) {
+    void step(bool images_rest, const ImuBuffer& imu, Timestamp stamp, const RestingImu& reference) {
         Stationarity stationarity;
-        const Status known = measure_stationarity(imu, stamp, reference, config, stationarity);
+        const Status known = measure_stationarity(imu, stamp, reference, stationarity);
         rests_ = rests_ && images_rest && ok(known) && stationarity.may_be_at_rest;
     }
 

@@ -48,33 +48,34 @@ void Detector::configure(const FrontendConfig& config, const CameraModel& camera
     }
     const std::size_t area = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     const std::size_t cells =
-        static_cast<std::size_t>(config.grid_columns) * static_cast<std::size_t>(config.grid_rows);
+        static_cast<std::size_t>(config.corners.columns) * static_cast<std::size_t>(config.corners.rows);
     score_.configure(width, height);
     blocked_.assign(area + simd::kOverread, 0);
     column_of_.resize(static_cast<std::size_t>(width));
     for (int u = 0; u < width; ++u) {
-        column_of_[static_cast<std::size_t>(u)] = u * config.grid_columns / width;
+        column_of_[static_cast<std::size_t>(u)] = u * config.corners.columns / width;
     }
     row_of_.resize(static_cast<std::size_t>(height));
     for (int v = 0; v < height; ++v) {
-        row_of_[static_cast<std::size_t>(v)] = v * config.grid_rows / height;
+        row_of_[static_cast<std::size_t>(v)] = v * config.corners.rows / height;
     }
     candidates_.assign(cells * kPerCell, Candidate{});
     count_.assign(cells, 0);
     next_.assign(cells, 0);
     tracks_.assign(cells, 0);
     order_.assign(cells, 0);
-    const int reach = static_cast<int>(std::ceil(config.min_distance_px)) - 1;
+    const int reach = static_cast<int>(std::ceil(config.corners.min_distance_px)) - 1;
     disc_.clear();
     for (int dv = -reach; dv <= reach; ++dv) {
         // Strictly nearer than the distance is blocked.
-        const double rest = config.min_distance_px * config.min_distance_px - static_cast<double>(dv) * dv;
+        const double rest =
+            config.corners.min_distance_px * config.corners.min_distance_px - static_cast<double>(dv) * dv;
         disc_.push_back(std::max(0, static_cast<int>(std::ceil(std::sqrt(rest))) - 1));
     }
 }
 
 int Detector::cell_of(int u, int v) const {
-    return row_of_[static_cast<std::size_t>(v)] * config_.grid_columns + column_of_[static_cast<std::size_t>(u)];
+    return row_of_[static_cast<std::size_t>(v)] * config_.corners.columns + column_of_[static_cast<std::size_t>(u)];
 }
 
 void Detector::occupy(const Eigen::Vector2d& uv) {
@@ -171,7 +172,7 @@ void Detector::detect(const ImageView& image, std::span<const Eigen::Vector2d> o
         ++tracks_[static_cast<std::size_t>(cell_of(u, v))];
     }
     score_.compute(image);
-    collect(std::max(kMinScore, static_cast<float>(config_.corner_quality) * score_.best()));
+    collect(std::max(kMinScore, static_cast<float>(config_.corners.quality) * score_.best()));
 
     std::fill(next_.begin(), next_.end(), 0);
     bool progress = true;

@@ -16,6 +16,14 @@ namespace facet {
 enum class FrontendBackend : std::uint8_t { kOwn, kOpenCv };
 inline constexpr auto kFrontendBackends = std::to_array<std::string_view>({"own", "opencv"});
 
+/// How corners are spread over the image.
+struct CornerRules {
+    double min_distance_px = 20.0;  ///< of a new corner from existing tracks; that of [Rosinol19]
+    int columns = 12;               ///< of cells, of each of which the best corners are taken
+    int rows = 8;
+    double quality = 1e-3;  ///< least score of a corner as a share of the best score in the image
+};
+
 /// Units, ranges and meanings: kFrontendFields below.
 struct FrontendConfig {
     /// Largest distance of a stereo match from an epipolar line that is known exactly; six sigmas of the line are added
@@ -40,16 +48,13 @@ struct FrontendConfig {
     int backend = static_cast<int>(FrontendBackend::kOwn);
     int max_features = 300;
     int surface_points = 200;
-    double min_distance_px = 20.0;
-    int grid_columns = 12;
-    int grid_rows = 8;
-    double corner_quality = 1e-3;
     int pyramid_levels = 3;
     int window_px = 15;
     double min_depth_m = 0.3;
     std::uint32_t seed = 1;
     double keyframe_max_interval_s = 1.0;
     double keyframe_disparity_px = 8.0;
+    CornerRules corners;  ///< not among the parameters
 
     bool uses_opencv() const { return backend == static_cast<int>(FrontendBackend::kOpenCv); }
     /// The condition between fields that does not hold, as a sentence; empty if all hold.
@@ -66,14 +71,6 @@ inline constexpr auto kFrontendFields = std::to_array<ParameterField<FrontendCon
      "Number of tracks requested in the left image; the default is the paper's."},
     {FACET_FIELD(FrontendConfig, surface_points), "-", 0, kMaxSurfacePoints,
      "Number of corners beyond the tracks that each keyframe matches in stereo for the mesh alone."},
-    {FACET_FIELD(FrontendConfig, min_distance_px), "px", 5, 100,
-     "Least distance of a new corner from existing tracks; the default is the paper's."},
-    {FACET_FIELD(FrontendConfig, grid_columns), "-", 1, 40,
-     "Number of detection cells across the image; cells spread the corners evenly."},
-    {FACET_FIELD(FrontendConfig, grid_rows), "-", 1, 40,
-     "Number of detection cells down the image; cells spread the corners evenly."},
-    {FACET_FIELD(FrontendConfig, corner_quality), "-", 1e-6, 0.5,
-     "Least score of a corner as a share of the best score in the image."},
     {FACET_FIELD(FrontendConfig, pyramid_levels), "-", 2, 6,
      "Number of image pyramid levels for tracking, full size included; prediction covers most of the motion, "
      "and 4 levels lose more tracks than 3."},

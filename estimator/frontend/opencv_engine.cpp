@@ -127,10 +127,10 @@ Status OpenCvEngine::configure(const FrontendConfig& config, const StereoRig& ri
         }
     }
     const std::size_t cells =
-        static_cast<std::size_t>(config.grid_columns) * static_cast<std::size_t>(config.grid_rows);
+        static_cast<std::size_t>(config.corners.columns) * static_cast<std::size_t>(config.corners.rows);
     cells_.assign(cells, {});
     tracks_in_.assign(cells, 0);
-    detector_ = cv::GFTTDetector::create(kCandidates, config.corner_quality, config.min_distance_px);
+    detector_ = cv::GFTTDetector::create(kCandidates, config.corners.quality, config.corners.min_distance_px);
     left_.clear();
     previous_.clear();
     right_.clear();
@@ -173,9 +173,9 @@ bool OpenCvEngine::flow(const Pyramid& first, const Pyramid& second) {
 std::size_t OpenCvEngine::cell_of(const Eigen::Vector2d& uv) const {
     const int u = std::clamp(static_cast<int>(uv.x()), 0, lens_mask_.cols - 1);
     const int v = std::clamp(static_cast<int>(uv.y()), 0, lens_mask_.rows - 1);
-    const int column = u * config_.grid_columns / lens_mask_.cols;
-    const int row = v * config_.grid_rows / lens_mask_.rows;
-    return static_cast<std::size_t>(row * config_.grid_columns + column);
+    const int column = u * config_.corners.columns / lens_mask_.cols;
+    const int row = v * config_.corners.rows / lens_mask_.rows;
+    return static_cast<std::size_t>(row * config_.corners.columns + column);
 }
 
 /// One corner per cell in each round, cells with the fewest tracks first.
@@ -219,7 +219,7 @@ void OpenCvEngine::detect(const ImagePyramid& left, const PixelMask& mask, Times
         mask.write(now, covered_);
         mask_.setTo(0, cv::Mat(mask_.size(), CV_8U, covered_.data()));
         for (const Eigen::Vector2d& uv : occupied) {
-            cv::circle(mask_, to_cv(uv), static_cast<int>(std::ceil(config_.min_distance_px)), 0, cv::FILLED);
+            cv::circle(mask_, to_cv(uv), static_cast<int>(std::ceil(config_.corners.min_distance_px)), 0, cv::FILLED);
         }
         detector_->detect(mat_of(left.level(0)), keypoints_, mask_);
     } catch (const cv::Exception&) {

@@ -9,6 +9,8 @@
 namespace facet {
 namespace {
 
+// At rest the standard deviations are below this many times the sensor's noise combined with the floor.
+constexpr double kMargin = 3.0;
 // Largest change of the mean specific force at rest between the halves of the examined data, beyond noise: less
 // than the slowest sway of a hand (m/s^2).
 constexpr double kAccelDrift_m_per_s2 = 0.015;
@@ -25,11 +27,8 @@ constexpr double kGyroFloor_rad_per_s = 0.003;
 
 }  // namespace
 
-Status StationarityConfig::validate() const { return validate_fields(kStationarityFields, *this); }
-
-Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const RestingImu& imu,
-                            const StationarityConfig& config, Stationarity& out) {
-    const Timestamp begin = stamp - Duration::from_seconds(config.duration_s);
+Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const RestingImu& imu, Stationarity& out) {
+    const Timestamp begin = stamp - Duration::from_seconds(kRestDuration_s);
     if (buffer.empty() || buffer.oldest() > begin) {
         return Status::kNotReady;
     }
@@ -41,9 +40,9 @@ Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const Rest
     const ImuNoise& noise = imu.noise;
     const double root_rate = std::sqrt(noise.rate_hz);
     const double gyro_limit =
-        config.margin * std::hypot(noise.gyro_noise_rad_per_s_per_sqrt_hz * root_rate, kGyroFloor_rad_per_s);
+        kMargin * std::hypot(noise.gyro_noise_rad_per_s_per_sqrt_hz * root_rate, kGyroFloor_rad_per_s);
     const double accel_limit =
-        config.margin * std::hypot(noise.accel_noise_m_per_s2_per_sqrt_hz * root_rate, kAccelFloor_m_per_s2);
+        kMargin * std::hypot(noise.accel_noise_m_per_s2_per_sqrt_hz * root_rate, kAccelFloor_m_per_s2);
     const double gravity_error = std::abs((s.mean_a_B - imu.bias.accel).norm() - imu.gravity_m_per_s2);
     out.measure =
         std::max({s.gyro_std.maxCoeff() / gyro_limit, s.accel_std.maxCoeff() / accel_limit,

@@ -11,21 +11,8 @@
 
 namespace facet {
 
-/// Units, ranges and meanings: kStationarityFields below.
-struct StationarityConfig {
-    double duration_s = 0.5;
-    double margin = 3.0;
-
-    /// kInvalidArgument if a field is outside its range.
-    Status validate() const;
-};
-
-inline constexpr auto kStationarityFields = std::to_array<ParameterField<StationarityConfig>>({
-    {FACET_FIELD(StationarityConfig, duration_s), "s", 0.1, 5,
-     "Length of the newest inertial data that are examined for rest; 0.5 s is enough to see a sway of 1 Hz."},
-    {FACET_FIELD(StationarityConfig, margin), "-", 1, 20,
-     "At rest the IMU's standard deviations are below this many times the sensor's noise combined with the floor."},
-});
+/// Length of the newest inertial data that are examined for rest (s): enough to see a sway of 1 Hz.
+inline constexpr double kRestDuration_s = 0.5;
 
 /// What the samples say.
 struct Stationarity {
@@ -42,19 +29,18 @@ struct RestingImu {
     double gravity_m_per_s2;  ///< g
 };
 
-/// Looks at the newest duration_s of samples before a stamp. All of these must hold, on every axis:
-///   deviation about the mean <= margin * hypot(noise sqrt(rate), floor)        no shaking beyond the sensor's
+/// Looks at the newest kRestDuration_s of samples before a stamp. All of these must hold, on every axis:
+///   deviation about the mean <= 3 hypot(noise sqrt(rate), floor)        no shaking beyond the sensor's
 ///   |mean rate - bias| <= gyro_mean,  ||mean force - bias| - g| <= gravity_error
 ///   |mean of the later half - mean of the earlier| <= drift + 4 deviations of it no slow sway, no beginning take-off
-/// The last one detects slow smooth motion: with the defaults a jerk of 0.12 m/s^3 or a change of the rate of 0.03
+/// The last one detects slow smooth motion: a jerk of 0.12 m/s^3 or a change of the rate of 0.03
 /// rad/s^2 is seen, so that a swaying hand (a centimetre at 1 Hz) is motion, but a pure glide is not, nor a turn slower
 /// than gyro_mean. The unnoticed motion of a take-off in its first tenths of a second stays below 2 cm/s.
 /// Usage, at every frame:
 ///   Stationarity rest;
-///   if (ok(measure_stationarity(buffer, stamp, imu, config, rest)) && rest.may_be_at_rest && no_disparity) ...
-/// @return kNotReady if samples do not reach the stamp or do not cover duration_s before it; kDegenerate if there is a
+///   if (ok(measure_stationarity(buffer, stamp, imu, rest)) && rest.may_be_at_rest && no_disparity) ...
+/// @return kNotReady if samples do not reach the stamp or do not cover kRestDuration_s before it; kDegenerate if there is a
 ///         gap or a clipped reading in them: nothing is known. out untouched then. Reentrant. No heap.
-Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const RestingImu& imu,
-                            const StationarityConfig& config, Stationarity& out);
+Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const RestingImu& imu, Stationarity& out);
 
 }  // namespace facet

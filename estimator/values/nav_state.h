@@ -37,7 +37,7 @@ inline constexpr int kBiasAccel = 12;
 inline constexpr int kStateDim = 15;
 inline constexpr int kPoseDim = 6;
 
-/// Gravity in the world, whose z is up. @param norm_m_per_s2  GravityConfig::norm_m_per_s2()
+/// Gravity in the world, whose z is up. @param norm_m_per_s2  GravityConfig::magnitude_m_per_s2
 inline Eigen::Vector3d gravity_W(double norm_m_per_s2) { return {0.0, 0.0, -norm_m_per_s2}; }
 
 }  // namespace facet

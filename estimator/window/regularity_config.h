@@ -46,9 +46,11 @@ struct RegularityConfig {
     static constexpr double kLeaveSigmas = 3.0;
     RegularityMode mode = RegularityMode::kS;  ///< chosen with the run, not among the parameters
     double sigma_m = 0.01;
-    double huber_threshold = 1.5;
-    double max_plane_chi2 = 1.0;
     bool use_gravity = true;
+    // Not among the parameters:
+    double huber_threshold = 1.5;  ///< of Huber's loss on a landmark's distance from its plane (standard deviations)
+    double max_plane_chi2 = 1.0;  ///< a plane is given up when the mean square of its landmarks' distances, in standard
+                                  ///< deviations, stays above this
 
     /// Standard deviation with which the height of each of `count` landmarks on one plane counts (m). If any two
     /// have the correlation c, their mean has the variance sigma^2 (1 + c (count - 1)) / count.
@@ -61,10 +63,6 @@ struct RegularityConfig {
 inline constexpr auto kRegularityFields = std::to_array<ParameterField<RegularityConfig>>({
     {FACET_FIELD(RegularityConfig, sigma_m), "m", 1e-3, 0.5,
      "Standard deviation of a landmark's distance from the plane that holds it: how flat real surfaces are."},
-    {FACET_FIELD(RegularityConfig, huber_threshold), "-", 0.5, 10,
-     "Threshold of Huber's robust loss on a landmark's distance from its plane, in standard deviations."},
-    {FACET_FIELD(RegularityConfig, max_plane_chi2), "-", 1, 100,
-     "A plane is given up when the mean square of its landmarks' distances, in standard deviations, stays above this."},
     {FACET_FIELD(RegularityConfig, use_gravity), "-", 0, 1, "Constrain floors to be level and walls to be upright."},
 });
 

@@ -15,9 +15,12 @@ struct WindowConfig {
     int keyframes = 20;
     int max_iterations = 4;
     double pixel_sigma_px = 0.5;
-    bool learn_pixel_sigma = true;
-    double loss_threshold = 1.2;
     bool spread_keyframes = true;
+    // Not among the parameters:
+    bool learn_pixel_sigma = true;  ///< from residuals, beginning with pixel_sigma_px, within a factor of ten of it
+    /// Of Cauchy's loss on observations, in multiples of the residuals' robust standard deviation: 1.2 is the likelihood
+    /// of Student's t with two degrees of freedom, whose tails those of real tracks resemble.
+    double loss_threshold = 1.2;
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;
@@ -28,13 +31,8 @@ inline constexpr auto kWindowFields = std::to_array<ParameterField<WindowConfig>
     {FACET_FIELD(WindowConfig, max_iterations), "-", 1, 50,
      "Largest number of solver steps at a keyframe; bounds the time it takes."},
     {FACET_FIELD(WindowConfig, pixel_sigma_px), "px", 0.1, 5,
-     "Standard deviation of an observation in the image; measured: 0.15 px in rendered images, 0.4 px in real ones."},
-    {FACET_FIELD(WindowConfig, learn_pixel_sigma), "-", 0, 1,
-     "Learn the standard deviation of observations from their residuals, beginning with pixel_sigma_px and staying "
-     "within a factor of ten of it."},
-    {FACET_FIELD(WindowConfig, loss_threshold), "-", 0.2, 10,
-     "Threshold of Cauchy's robust loss on observations, in multiples of the residuals' robust standard deviation; 1.2 "
-     "is the likelihood of Student's t with two degrees of freedom, whose tails those of real tracks resemble."},
+     "Standard deviation of an observation in the image until it has been learned from residuals; measured: 0.15 px in "
+     "rendered images, 0.4 px in real ones."},
     {FACET_FIELD(WindowConfig, spread_keyframes), "-", 0, 1,
      "Let a keyframe enter the window after the estimate of the frame that follows it, so that no frame takes the time "
      "of both; otherwise at once. Where anything is out of the ordinary, it is at once in any case."},

@@ -12,11 +12,12 @@ namespace {
 constexpr double kLeftRight_px = 1.0;
 // A match's distance from perfect correlation must be less than this times that of any other place.
 constexpr double kUniqueness = 0.7;
-constexpr int kApart = 3;               // px: places farther apart than this are different ones
-constexpr float kSlack = 0.02F;         // what noise and slant take from a true match's correlation
-constexpr int kBackReach = 12;          // px searched to either side on the way back
-constexpr double kInterpolation = 0.1;  // px
-constexpr double kBesideLine = 0.25;    // px
+constexpr float kMinCorrelation = 0.8F;  // of a match
+constexpr int kApart = 3;                // px: places farther apart than this are different ones
+constexpr float kSlack = 0.02F;          // what noise and slant take from a true match's correlation
+constexpr int kBackReach = 12;           // px searched to either side on the way back
+constexpr double kInterpolation = 0.1;   // px
+constexpr double kBesideLine = 0.25;     // px
 
 /// Offset in [-0.5, 0.5] of the top of a parabola through three values, the middle one the largest, from the middle.
 double top_offset(float before, float at, float after) {
@@ -33,13 +34,11 @@ float top_value(float before, float at, float after) {
 
 }  // namespace
 
-Status DepthMatcher::configure(const DepthConfig& config, const StereoRig& rig) {
-    FACET_TRY(config.validate());
-    config_ = config;
+void DepthMatcher::configure(const StereoRig& rig) {
     set_rig(rig);
-    scan_.configure(2 * config.reach_px + 1);
+    scan_.configure(2 * kReach_px + 1);
     PatchWindow window;
-    window.configure(2 * config.reach_px + 1);
+    window.configure(2 * kReach_px + 1);
     double sum = 0.0;
     double squares = 0.0;
     for (int v = -window.half(); v <= window.half(); ++v) {
@@ -50,7 +49,6 @@ Status DepthMatcher::configure(const DepthConfig& config, const StereoRig& rig) 
         }
     }
     pixels_ = sum * sum / squares;
-    return Status::kOk;
 }
 
 void DepthMatcher::set_rig(const StereoRig& rig) {
@@ -164,7 +162,7 @@ DepthVerdict DepthMatcher::match(const RowPairs& left, const RowPairs& right, co
     const std::span<const float> scores(scores_.data(), static_cast<std::size_t>(places));
     const int best = static_cast<int>(std::max_element(scores.begin(), scores.end()) - scores.begin());
     const auto at = static_cast<std::size_t>(best);
-    if (scores[at] < static_cast<float>(config_.min_correlation)) {
+    if (scores[at] < kMinCorrelation) {
         return DepthVerdict::kWeak;
     }
     if (best == 0 || best == places - 1 || scores[at - 1] < 0.0F || scores[at + 1] < 0.0F) {

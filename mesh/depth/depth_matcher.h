@@ -10,7 +10,6 @@
 #include "estimator/frontend/epipolar_geometry.h"
 #include "estimator/frontend/epipolar_scan.h"
 #include "estimator/frontend/row_pairs.h"
-#include "mesh/depth/depth_config.h"
 
 namespace facet {
 
@@ -52,9 +51,10 @@ struct DepthMatch {
 class DepthMatcher {
 public:
     static constexpr int kMaxPlaces = 4 * CurveStretch::kMaxPlaces;
+    /// The window that is compared reaches this far from the pixel to every side (px).
+    static constexpr int kReach_px = 4;
 
-    /// @return kInvalidArgument if a field is out of range (nothing changed).
-    Status configure(const DepthConfig& config, const StereoRig& rig);
+    void configure(const StereoRig& rig);
     /// Other cameras, or elsewhere; the calibration is forgotten. No heap.
     void set_rig(const StereoRig& rig);
     /// The calibration as it is known now; configure() forgets it.
@@ -88,7 +88,6 @@ private:
     bool leads_back(const RowPairs& left, const RowPairs& right, const Ray& ray, const Place& found,
                     const Eigen::Vector2f& along);
 
-    DepthConfig config_;
     EpipolarGeometry geometry_;
     LensCorrection left_lens_ = LensCorrection::Zero();
     EpipolarScan scan_;

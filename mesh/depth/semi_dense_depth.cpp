@@ -12,20 +12,27 @@ constexpr int kPixelStep = 2;     // px between pixels that are looked at in a s
 constexpr double kSigmas = 3.0;   // within which neighbours agree,
 constexpr double kAgreePx = 1.0;  // and what a slanted surface adds
 constexpr double kMinRho = 0.02;  // 1/m: what is farther is no depth
+constexpr int kMinAgreeing = 2;   // of the eight squares around a match
+// Least change of grey along the epipolar line of a pixel to be matched (1/px).
+constexpr float kMinGradient = 4.0F;
+// Nothing nearer is searched for (m).
+constexpr double kMinDepth_m = 0.6;
+// The search goes this far beyond the depths of the corners of the triangle that holds the pixel (px).
+constexpr double kSearch_px = 6.0;
 
 }  // namespace
 
-Status SemiDenseDepth::configure(const DepthConfig& config, const StereoRig& rig) {
+Status SemiDenseDepth::configure(const StereoRig& rig, int square_px, int per_frame) {
     squares_ = next_ = 0;
     has_begun_ = false;
     const CameraIntrinsics& left = rig.left.intrinsics();
     const CameraIntrinsics& right = rig.right.intrinsics();
-    FACET_TRY(matcher_.configure(config, rig));
+    matcher_.configure(rig);
     FACET_TRY(left_.configure(left.width, left.height, 1));
     FACET_TRY(right_.configure(right.width, right.height, 1));
-    config_ = config;
     counters_ = {};
-    side_ = config.bucket_px;
+    side_ = square_px;
+    per_frame_ = per_frame;
     while ((left.width / side_) * (left.height / side_) > kMaxDepthPoints) {
         ++side_;
     }
@@ -62,7 +69,7 @@ void SemiDenseDepth::begin(const KeyframeView& view, const ImageView& left, cons
 }
 
 void SemiDenseDepth::advance(const Mesher& mesher) {
-    const int end = std::min(squares_, next_ + config_.pixels_per_frame);
+    const int end = std::min(squares_, next_ + per_frame_);
     for (; next_ < end; ++next_) {
         const auto square = static_cast<std::int64_t>(next_) * stride_ % squares_;
         look_at(static_cast<int>(square), mesher);
@@ -73,10 +80,10 @@ void SemiDenseDepth::advance(const Mesher& mesher) {
 bool SemiDenseDepth::find_pixel(int column, int row, const Eigen::Vector2f& direction, Eigen::Vector2d& uv,
                                 Eigen::Vector2f& gradient) const {
     const ImageView& image = left_.level(0);
-    const int border = config_.reach_px + 2;
+    const int border = DepthMatcher::kReach_px + 2;
     const int u_end = std::min((column + 1) * side_, image.width - border);
     const int v_end = std::min((row + 1) * side_, image.height - border);
-    float best = 2.0F * static_cast<float>(config_.min_gradient);  // of differences over two pixels
+    float best = 2.0F * kMinGradient;  // of differences over two pixels
     bool is_found = false;
     for (int v = std::max(row * side_, border); v < v_end; v += kPixelStep) {
         const std::uint8_t* const above = image.row(v - 1);
@@ -98,12 +105,12 @@ bool SemiDenseDepth::find_pixel(int column, int row, const Eigen::Vector2f& dire
 }
 
 DepthRange SemiDenseDepth::range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const {
-    const double nearest = 1.0 / config_.min_depth_m;
+    const double nearest = 1.0 / kMinDepth_m;
     DepthPrior prior;
     if (!mesher.depth_prior(xy, prior)) {
         return {0.0, nearest};
     }
-    const double margin = config_.search_px * matcher_.per_px();
+    const double margin = kSearch_px * matcher_.per_px();
     return {std::clamp(prior.farthest - margin, 0.0, nearest - margin),
             std::clamp(prior.nearest + margin, margin, nearest)};
 }
@@ -161,7 +168,7 @@ std::span<const DepthPoint> SemiDenseDepth::take() {
         if (rho < kMinRho) {
             continue;
         }
-        if (agreeing(i % columns_, i / columns_) < config_.neighbours) {
+        if (agreeing(i % columns_, i / columns_) < kMinAgreeing) {
             ++counters_.lonely;
             continue;
         }

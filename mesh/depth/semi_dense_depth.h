@@ -12,7 +12,6 @@
 #include "estimator/geometry/stereo_rig.h"
 #include "estimator/values/keyframe_view.h"
 #include "mesh/capacity.h"
-#include "mesh/depth/depth_config.h"
 #include "mesh/depth/depth_matcher.h"
 #include "mesh/depth_point.h"
 #include "mesh/mesher.h"
@@ -38,13 +37,18 @@ struct DepthCounters {
 ///
 /// A keyframe begins with copies of its images; then each advance() looks at a fixed number of squares, spread over the
 /// whole image. So the time of a frame is bounded, and if the next keyframe comes before the end, what there is covers
-/// all of the view. Results depend on the order of calls alone. Squares are at least bucket_px wide, and at most
-/// kMaxDepthPoints. About 0.5 MB and four times the size of the images. Heap: in configure() only. Thread-bound.
+/// all of the view. Results depend on the order of calls alone. There are at most kMaxDepthPoints squares: those of
+/// larger images are wider. About 0.5 MB and four times the size of the images. Heap: in configure() only. Thread-bound.
 class SemiDenseDepth {
 public:
-    /// @return kInvalidArgument if a field is out of range, or the images are smaller than 16 pixels (nothing is
-    ///         matched until configure() succeeds).
-    Status configure(const DepthConfig& config, const StereoRig& rig);
+    static constexpr int kSquare_px = 14;
+    static constexpr int kSquaresPerFrame = 500;
+
+    /// @param square_px  side of a square
+    /// @param per_frame  squares that an advance() looks at
+    /// @return kInvalidArgument if the images are smaller than 16 pixels (nothing is matched until configure()
+    ///         succeeds).
+    Status configure(const StereoRig& rig, int square_px = kSquare_px, int per_frame = kSquaresPerFrame);
 
     /// Starts on a keyframe, after the mesher has taken it in; an unfinished one is dropped. Does nothing if an image
     /// is empty or the cameras are exchanged.
@@ -79,7 +83,7 @@ private:
     DepthRange range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const;
     int agreeing(int column, int row) const;
 
-    DepthConfig config_;
+    int per_frame_ = kSquaresPerFrame;
     DepthMatcher matcher_;
     ImagePyramid left_;
     ImagePyramid right_;

@@ -23,7 +23,6 @@ Status Mapping::configure(const MappingConfig& config, const StereoRig& rig) {
     FACET_TRY(mesher_->configure(config.mesh, rig.left));
     FACET_TRY(planes_->configure(config.planes));
     FACET_TRY(config.grid.validate());
-    FACET_TRY(config.depth.validate());
     FACET_TRY(config.map.validate());
     grid_.reset();
     if (config.grid.enabled) {
@@ -31,9 +30,9 @@ Status Mapping::configure(const MappingConfig& config, const StereoRig& rig) {
         FACET_ASSERT(ok(grid_->configure(config.grid)));  // validated above
     }
     depth_.reset();
-    if (config.grid.enabled && config.depth.enabled && rig.has_right) {
+    if (config.grid.enabled && config.grid.match_pixels && rig.has_right) {
         depth_ = std::make_unique<SemiDenseDepth>();
-        FACET_ASSERT(ok(depth_->configure(config.depth, rig)));  // validated above
+        FACET_ASSERT(ok(depth_->configure(rig)));  // images are large enough for the estimator
     }
     map_.reset();
     places_.reset();

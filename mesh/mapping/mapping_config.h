@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
-// All parameters of estimator, mesher, plane finder, depth, grid and map.
+// All parameters of estimator, mesher, plane finder, grid and map.
 #pragma once
 
 #include "estimator/api/config.h"
-#include "mesh/depth/depth_config.h"
 #include "mesh/grid_config.h"
 #include "mesh/mesh_config.h"
 #include "mesh/planes/plane_config.h"
@@ -15,7 +14,6 @@ struct MappingConfig : EstimatorConfig {
     MeshConfig mesh;
     PlaneConfig planes;
     GridConfig grid;
-    DepthConfig depth;
     MapConfig map;
 };
 

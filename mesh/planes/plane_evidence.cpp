@@ -70,8 +70,8 @@ void PlaneEvidence::add_point(const PlanePoint& point, const PointState& state) 
 /// Variance of a face's tilt if its corners move independently along its normal with sigma s:
 /// s^2 sum 1 / height_i^2, half of it about each axis.
 void PlaneEvidence::take_faces(const HorizonMesh& mesh) {
-    const auto base = static_cast<float>(kRadPerDeg * config_.face_angle_deg);
-    const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
+    const auto base = static_cast<float>(kRadPerDeg * PlaneLimits::kFaceAngle_deg);
+    const auto widest = static_cast<float>(kRadPerDeg * PlaneLimits::kMaxFaceAngle_deg);
     faces_.clear();
     for (int i = 0; i < mesh.face_end(); ++i) {
         if (!mesh.is_face(i)) {
@@ -130,7 +130,7 @@ bool PlaneEvidence::test(std::uint16_t point, const Examined& examined) {
         return false;
     }
     const auto across = static_cast<double>(p.variance_along(examined.normal_W));
-    const double most = (is_member ? kStaySigma : 1.0) * config_.max_point_sigma_m;
+    const double most = (is_member ? kStaySigma : 1.0) * PlaneLimits::kMaxPointSigma_m;
     if (across > most * most) {
         return false;
     }
@@ -206,7 +206,7 @@ void PlaneEvidence::weigh(PlaneSupport& support) {
     const auto know_sigma = [&](std::uint16_t p) { sigma_[p] = static_cast<float>(std::sqrt(variance_[p])); };
     std::for_each(support.points.begin(), support.points.end(), know_sigma);
     std::for_each(support.surface.begin(), support.surface.end(), know_sigma);
-    const double most = config_.max_point_sigma_m * config_.max_point_sigma_m;
+    const double most = PlaneLimits::kMaxPointSigma_m * PlaneLimits::kMaxPointSigma_m;
     int on = 0;
     int across = 0;
     int unknown = 0;
@@ -357,7 +357,7 @@ bool PlaneEvidence::lies_on(const Face& face, PlaneSerial plane, const PlaneFit&
         return false;
     }
     return std::all_of(face.point.begin(), face.point.end(), [&](std::uint16_t p) {
-        return state_[p].owner == plane || std::abs(fit.residual(points_[p].p_W)) <= config_.join_m;
+        return state_[p].owner == plane || std::abs(fit.residual(points_[p].p_W)) <= PlaneLimits::kJoin_m;
     });
 }
 

@@ -23,7 +23,7 @@ bool PlaneEvidence::is_explained(const Face& face) const {
 
 /// Faces whose normal says little do not vote.
 void PlaneEvidence::vote(SlantVotes& votes) const {
-    const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
+    const auto widest = static_cast<float>(kRadPerDeg * PlaneLimits::kMaxFaceAngle_deg);
     const auto most = static_cast<float>(kMaxFaceArea_m2);
     for (const Face& face : faces_) {
         if (!is_explained(face) && 2.0F * face.tilt_sigma < widest) {
@@ -36,8 +36,8 @@ void PlaneEvidence::vote(SlantVotes& votes) const {
 /// Weight of a vote: area up to a limit, times the likelihood that a plane of this kind gives such a normal, times a
 /// factor for how well the normal is known.
 void PlaneEvidence::vote(PlaneVotes& votes) const {
-    const auto base = static_cast<float>(kRadPerDeg * config_.face_angle_deg);
-    const auto widest = static_cast<float>(kRadPerDeg * config_.max_face_angle_deg);
+    const auto base = static_cast<float>(kRadPerDeg * PlaneLimits::kFaceAngle_deg);
+    const auto widest = static_cast<float>(kRadPerDeg * PlaneLimits::kMaxFaceAngle_deg);
     const auto most = static_cast<float>(kMaxFaceArea_m2);
     for (const Face& face : faces_) {
         if (is_explained(face)) {

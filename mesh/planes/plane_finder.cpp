@@ -17,6 +17,11 @@ constexpr double kMinCoherence = 0.55;
 constexpr double kMaxRoughness_m = 0.010;
 // Landmarks within this distance of a candidate take part in its first fit (m).
 constexpr double kSearchGate_m = 0.15;
+// Of the least area of a new plane, what the votes for a candidate come to at least: they are areas of faces, by weight.
+constexpr double kMinSupport = 4.0 / 7.0;
+// Least number of landmarks of a new plane, and least standard deviation of them along its shorter side (m).
+constexpr int kMinLandmarks = 14;
+constexpr double kMinExtent_m = 0.12;
 constexpr std::size_t kMinProposed = 3;  // landmarks: fewer do not determine a plane
 constexpr int kDoubtsToWithhold = 2;     // a single doubtful keyframe may be chance
 constexpr double kSlantedAreas = 2.0;    // what a slanted plane needs of the area that others do: two angles more that
@@ -102,7 +107,7 @@ void PlaneFinder::follow(TrackedPlane& plane) {
     plane.lost += 1;
     plane.landmarks = 0;
     plane.area_m2 = 0.0;
-    if (plane.lost > PlaneConfig::kLeaveKeyframes) {
+    if (plane.lost > PlaneLimits::kLeaveKeyframes) {
         return;  // only a candidate brings it back
     }
     evidence_.collect(plane.fit, plane.serial, join_gate(), stay_gate(), support_);
@@ -126,7 +131,7 @@ void PlaneFinder::follow(TrackedPlane& plane) {
 
 /// A slanted plane has to be told from level and upright ones once, and may then come nearer to them.
 bool PlaneFinder::is_turned_as(PlaneKind kind, const PlaneFit& fit, double slack) const {
-    const double limit = std::sin(slack * kRadPerDeg * config_.max_tilt_deg);
+    const double limit = std::sin(slack * kRadPerDeg * PlaneLimits::kMaxTilt_deg);
     const double from_level = fit.normal_W.head<2>().norm();
     const double from_upright = std::abs(fit.normal_W.z());
     switch (kind) {
@@ -143,13 +148,12 @@ double PlaneFinder::least_area(PlaneKind kind) const {
 
 PlaneFinder::Verdict PlaneFinder::judge(PlaneKind kind, const PlaneFit& fit, const PlaneSupport& support,
                                         double slack) const {
-    if (!is_turned_as(kind, fit, slack) || fit.chi2 > slack * config_.max_chi2 ||
-        fit.bend_m > slack * config_.max_bend_m || support.roughness_m > slack * kMaxRoughness_m) {
+    if (!is_turned_as(kind, fit, slack) || fit.chi2 > slack * PlaneLimits::kMaxChi2 ||
+        fit.bend_m > slack * PlaneLimits::kMaxBend_m || support.roughness_m > slack * kMaxRoughness_m) {
         return Verdict::kMisshapen;
     }
-    const bool is_large = static_cast<double>(fit.points) * slack >= config_.min_landmarks &&
-                          support.area_m2 * slack >= least_area(kind) &&
-                          fit.extent_across_m * slack >= config_.min_extent_m;
+    const bool is_large = static_cast<double>(fit.points) * slack >= kMinLandmarks &&
+                          support.area_m2 * slack >= least_area(kind) && fit.extent_across_m * slack >= kMinExtent_m;
     if (!is_large) {
         return Verdict::kSmall;
     }
@@ -166,12 +170,12 @@ bool PlaneFinder::is_coherent(const PlaneFit& fit, const PlaneSupport& support, 
 }
 
 void PlaneFinder::search(const Eigen::Vector3d& origin_W) {
-    const auto least = static_cast<float>(config_.min_support_m2);
+    const auto least = static_cast<float>(kMinSupport * config_.min_area_m2);
     votes_.begin(origin_W);
     evidence_.vote(votes_);
     examine(votes_.find_peaks(least));
     if (config_.find_slanted) {  // among the faces that no level or upright plane has explained
-        slants_.begin(origin_W, kRadPerDeg * config_.max_tilt_deg);
+        slants_.begin(origin_W, kRadPerDeg * PlaneLimits::kMaxTilt_deg);
         evidence_.vote(slants_);
         examine(slants_.find_peaks(static_cast<float>(kSlantedAreas) * least));
     }
@@ -199,12 +203,12 @@ bool PlaneFinder::refine(const PlanePeak& peak, PlaneFit& fit) {
     fit.normal_W = peak.normal_W;
     fit.distance_m = peak.distance_m;
     const double wide = kSearchGate_m;
-    const double middle = 0.5 * (wide + config_.join_m);
+    const double middle = 0.5 * (wide + PlaneLimits::kJoin_m);
     const PlaneGate none;
     const std::array<PlaneGate, 4> gates{PlaneGate{wide, 1e3}, PlaneGate{middle, 1e3}, join_gate(), join_gate()};
     for (std::size_t i = 0; i < gates.size(); ++i) {
         evidence_.collect(fit, 0, gates[i], none, support_);
-        if (static_cast<int>(support_.points.size()) < config_.min_landmarks) {
+        if (static_cast<int>(support_.points.size()) < kMinLandmarks) {
             return false;
         }
         if (i + 1 == gates.size()) {
@@ -243,7 +247,7 @@ void PlaneFinder::adopt(PlaneKind kind, const PlaneFit& fit) {
         }
         evidence_.own(support_, plane.serial);
         if (plane.lost > 0) {
-            counters_.found_again += plane.lost > PlaneConfig::kLeaveKeyframes && plane.id.valid() ? 1 : 0;
+            counters_.found_again += plane.lost > PlaneLimits::kLeaveKeyframes && plane.id.valid() ? 1 : 0;
             memory_.forget(plane.id);
             plane.fit = plane.is_held ? plane.fit : fit;
             plane.lost = 0;
@@ -273,7 +277,7 @@ void PlaneFinder::propose() {
     proposals_.clear();
     for (TrackedPlane& plane : planes_) {
         plane.is_reported = false;
-        if (!plane.id.valid() || plane.lost > PlaneConfig::kLeaveKeyframes || plane.doubts >= kDoubtsToWithhold) {
+        if (!plane.id.valid() || plane.lost > PlaneLimits::kLeaveKeyframes || plane.doubts >= kDoubtsToWithhold) {
             continue;
         }
         evidence_.collect_owned(plane.serial, points_);

@@ -71,7 +71,7 @@ struct PlaneCounters {
 /// landmarks, differ by no more than their uncertainty explains, within absolute limits. What joins a plane that is a
 /// variable of the estimator has to lie on that as it is: the floor of the next room, half a degree off, would else
 /// take its id, be held on it, be doubted, be lost, and be found again. A plane lost for more than
-/// `kLeaveKeyframes` is no longer proposed, but followed for another `forget_keyframes`. At most kMaxPlanes have an
+/// `kLeaveKeyframes` is no longer proposed, but followed for another `kForgetKeyframes`. At most kMaxPlanes have an
 /// id: when full, the one lost for longest makes room; if none is lost, the new one waits. A new plane that is one
 /// which has left, given the drift since (PlaneMemory), is that one, to the estimator as well; so is a plane that
 /// leaves, and by then is known well enough to tell. Ids are never reused, not even after reset(). Time is bounded by
@@ -110,8 +110,8 @@ private:
     static constexpr double kKeepSlack = 1.5;  // a known plane may miss the limits by this factor
     enum class Verdict { kPlane, kSmall, kMisshapen };
 
-    PlaneGate join_gate() const { return {config_.join_m, config_.join_sigmas}; }
-    PlaneGate stay_gate() const { return {config_.stay_m, config_.stay_sigmas}; }
+    PlaneGate join_gate() const { return {PlaneLimits::kJoin_m, PlaneLimits::kJoinSigmas}; }
+    PlaneGate stay_gate() const { return {PlaneLimits::kStay_m, PlaneLimits::kStaySigmas}; }
     void take_estimates(const PlaneEstimates& estimates);
     void follow(TrackedPlane& plane);
     Verdict judge(PlaneKind kind, const PlaneFit& fit, const PlaneSupport& support, double slack) const;

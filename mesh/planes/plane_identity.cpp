@@ -56,7 +56,7 @@ bool PlaneFinder::is_one(const TrackedPlane& known, std::span<const std::uint16_
     if (known.is_held && b.size() >= static_cast<std::size_t>(kMinFitPoints)) {
         PlaneFit fit = known.fit;
         return ok(describe_plane(evidence_.points(), b, config_.surface_sigma_m, fit, PlaneBend::kLeave)) &&
-               fit.chi2 <= kKeepSlack * config_.max_chi2;
+               fit.chi2 <= kKeepSlack * PlaneLimits::kMaxChi2;
     }
     if (a.empty() || b.empty()) {
         PlaneReach reach;
@@ -71,7 +71,7 @@ bool PlaneFinder::is_one(const TrackedPlane& known, std::span<const std::uint16_
     }
     PlaneFit fit = start;
     return ok(fit_plane(evidence_.points(), {points_.data(), points_.size()}, config_.surface_sigma_m, fit)) &&
-           fit.chi2 <= kKeepSlack * config_.max_chi2 && fit.bend_m <= kKeepSlack * config_.max_bend_m;
+           fit.chi2 <= kKeepSlack * PlaneLimits::kMaxChi2 && fit.bend_m <= kKeepSlack * PlaneLimits::kMaxBend_m;
 }
 
 /// Merges the younger of two equal planes into the older one.
@@ -107,7 +107,7 @@ bool PlaneFinder::merge(TrackedPlane& older, const TrackedPlane& younger) {
         older.lost = younger.lost;
         older.doubts = 0;
     }
-    if (older.id.valid() && older.lost > PlaneConfig::kLeaveKeyframes + 1) {
+    if (older.id.valid() && older.lost > PlaneLimits::kLeaveKeyframes + 1) {
         memory_.keep(as_seen(older));
     }
     older.landmarks += younger.landmarks;
@@ -172,20 +172,21 @@ void PlaneFinder::remember(TrackedPlane& plane) {
 
 void PlaneFinder::retire() {
     for (TrackedPlane& plane : planes_) {
-        if (plane.id.valid() && plane.lost == PlaneConfig::kLeaveKeyframes + 1 &&
-            plane.doubts < PlaneConfig::kLeaveKeyframes) {
+        if (plane.id.valid() && plane.lost == PlaneLimits::kLeaveKeyframes + 1 &&
+            plane.doubts < PlaneLimits::kLeaveKeyframes) {
             remember(plane);
         }
     }
     for (std::size_t i = 0; i < planes_.size();) {
         const TrackedPlane& plane = planes_[i];
-        const bool is_doubtful = plane.doubts >= PlaneConfig::kLeaveKeyframes;
+        const bool is_doubtful = plane.doubts >= PlaneLimits::kLeaveKeyframes;
         if (plane.id.valid() && is_doubtful) {  // its landmarks may form it again when seen from elsewhere
             memory_.keep(as_seen(plane));
         }
-        const bool is_gone = plane.id.valid() ? plane.lost > PlaneConfig::kLeaveKeyframes + config_.forget_keyframes
-                                              : plane.lost >= kConfirmKeyframes;
-        if (plane.lost == PlaneConfig::kLeaveKeyframes + 1 || is_doubtful || is_gone) {
+        const bool is_gone = plane.id.valid()
+                                 ? plane.lost > PlaneLimits::kLeaveKeyframes + PlaneLimits::kForgetKeyframes
+                                 : plane.lost >= kConfirmKeyframes;
+        if (plane.lost == PlaneLimits::kLeaveKeyframes + 1 || is_doubtful || is_gone) {
             evidence_.release(plane.serial);
         }
         if (is_doubtful || is_gone) {
@@ -210,7 +211,7 @@ bool PlaneFinder::make_room() {
     }
     std::size_t longest = planes_.size();
     for (std::size_t i = 0; i < planes_.size(); ++i) {
-        if (planes_[i].id.valid() && planes_[i].lost > PlaneConfig::kLeaveKeyframes &&
+        if (planes_[i].id.valid() && planes_[i].lost > PlaneLimits::kLeaveKeyframes &&
             (longest == planes_.size() || planes_[i].lost > planes_[longest].lost)) {
             longest = i;
         }

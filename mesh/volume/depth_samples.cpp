@@ -9,6 +9,10 @@
 namespace facet {
 namespace {
 
+// Least change of grey along the epipolar line of a pixel to be matched (1/px): half of what the grid asks for, since
+// every depth is compared with other views.
+constexpr float kMinGradient = 2.0F;
+constexpr double kSearch_px = 6.0;   // beyond the depths of the corners of the triangle that holds the pixel
 constexpr double kMinRho = 0.08;     // 1/m: what is farther is no depth
 constexpr double kMinRate = 20.0;    // px m: of motion, below which it tells nothing that stereo did not
 constexpr double kPosePx = 0.2;      // px: what the poses of two keyframes add
@@ -18,10 +22,8 @@ constexpr double kSameSigmas = 3.0;  // within which two depths agree
 }  // namespace
 
 DepthSampler::DepthSampler(const StereoRig& rig, int side_px) : rig_(rig), side_(side_px) {
-    config_.min_gradient = 2.0;
-    config_.min_depth_m = 0.4;
-    FACET_ASSERT(ok(stereo_.configure(config_, rig)));
-    FACET_ASSERT(ok(motion_.configure(config_, {rig.left, rig.left, Se3{}, Se3{}})));
+    stereo_.configure(rig);
+    motion_.configure({rig.left, rig.left, Se3{}, Se3{}});
     columns_ = rig.left.intrinsics().width / side_;
     rows_ = rig.left.intrinsics().height / side_;
     for (int i = 0; i < columns_ * rows_; ++i) {
@@ -32,11 +34,11 @@ DepthSampler::DepthSampler(const StereoRig& rig, int side_px) : rig_(rig), side_
 
 bool DepthSampler::find_pixel(int square, const ImagePyramid& left, DepthSample& sample) const {
     const ImageView image = left.level(0);
-    const int border = config_.reach_px + 2;
+    const int border = DepthMatcher::kReach_px + 2;
     const int u0 = square % columns_ * side_;
     const int v0 = square / columns_ * side_;
     const Eigen::Vector2f& direction = directions_[static_cast<std::size_t>(square)];
-    auto best = static_cast<float>(config_.min_gradient);
+    float best = kMinGradient;
     Eigen::Vector2f uv = Eigen::Vector2f::Zero();
     Eigen::Vector2f steepest = Eigen::Vector2f::Zero();
     bool is_found = false;
@@ -66,7 +68,7 @@ DepthRange DepthSampler::range_of(const Mesher& mesher, const Eigen::Vector2d& x
     if (!mesher.depth_prior(xy, prior)) {
         return all_depths();
     }
-    const double margin = config_.search_px * stereo_.per_px();
+    const double margin = kSearch_px * stereo_.per_px();
     return {std::clamp(prior.farthest - margin, 0.0, nearest - margin),
             std::clamp(prior.nearest + margin, margin, nearest)};
 }

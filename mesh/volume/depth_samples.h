@@ -52,7 +52,7 @@ public:
     /// (sample as it was if not)
     bool match(const ImagePyramid& left, const ImagePyramid& right, const DepthRange& range, DepthSample& sample);
     /// From infinity to the nearest that is looked for.
-    DepthRange all_depths() const { return {0.0, 1.0 / config_.min_depth_m}; }
+    static DepthRange all_depths() { return {0.0, 1.0 / kMinDepth_m}; }
 
     /// The view to compare with from now on. @param T_C_other  its left camera, in the samples' one
     void face(const Se3& T_C_other, const CameraCorrections& cameras);
@@ -61,10 +61,10 @@ public:
     void compare(const ImagePyramid& own, const ImagePyramid& other, DepthSample& sample);
 
 private:
+    static constexpr double kMinDepth_m = 0.4;
     DepthRange range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const;
 
     StereoRig rig_;
-    DepthConfig config_;
     DepthMatcher stereo_;
     DepthMatcher motion_;
     int side_ = 0;

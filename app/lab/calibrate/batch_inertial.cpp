@@ -23,7 +23,7 @@ Status integrate_chain(const RecordedFlight& flight, const ImuNoise& noise, cons
         chain.w_B.push_back(sample.w_B - keyframe.state.bias.gyro);
         if (k > 0) {
             const RecordedKeyframe& previous = flight.keyframes[k - 1];
-            Preintegration preintegration(previous.state.bias, gravity.norm_m_per_s2());
+            Preintegration preintegration(previous.state.bias, gravity.magnitude_m_per_s2);
             FACET_TRY(buffer->integrate_between(previous.stamp, keyframe.stamp, noise, preintegration));
             FACET_TRY(chain.factors.emplace_back().set(preintegration, noise));
         }

@@ -10,6 +10,7 @@
 
 #include "app/calibration/calibration.h"
 #include "estimator/api/config.h"
+#include "estimator/values/nav_state.h"
 #include "platform/base/samples.h"
 
 namespace facet {

@@ -41,8 +41,6 @@ TEST_CASE("a fault is described by name, value and range, NaN included") {
     config.imu_noise.rate_hz = std::nan("");
     CHECK(describe_fault(config) == "imu_noise.rate_hz: must be within [20, 10000] Hz, is nan");
     config = {};
-    config.planes.stay_sigmas = 0.5 * config.planes.join_sigmas;
-    CHECK(describe_fault(config) == "planes: join_sigmas must not exceed stay_sigmas");
     config.frontend.window_px = 16;
     CHECK(describe_fault(config) == "frontend: window_px must be odd");
 }
@@ -89,18 +87,18 @@ TEST_CASE("the names of the modes are in the order of their enumerators") {
 TEST_CASE("a file overwrites what it gives and leaves the rest") {
     const test::TempDir dir;
     ProgramConfig config;
-    config.frontend.grid_rows = 5;
-    const double min_distance = config.frontend.min_distance_px;
+    config.frontend.surface_points = 5;
+    const double min_depth = config.frontend.min_depth_m;
     load_config(dir.write("a.yaml",
-                          "# mine\nfrontend:\n  max_features: 123\n  corner_quality: 2e-3\n"
+                          "# mine\nfrontend:\n  max_features: 123\n  keyframe_disparity_px: 2e-1\n"
                           "window.keyframes: 9\nfrontend.seed: 4000000000\n"),
                 config);
     CHECK(config.frontend.max_features == 123);
-    CHECK(config.frontend.corner_quality == 2e-3);
+    CHECK(config.frontend.keyframe_disparity_px == 0.2);
     CHECK(config.frontend.seed == 4000000000U);
     CHECK(config.window.keyframes == 9);
-    CHECK(config.frontend.grid_rows == 5);
-    CHECK(config.frontend.min_distance_px == min_distance);
+    CHECK(config.frontend.surface_points == 5);
+    CHECK(config.frontend.min_depth_m == min_depth);
     load_config(dir.write("empty.yaml", "# nothing\n"), config);
     CHECK(config.window.keyframes == 9);
 }
@@ -185,10 +183,10 @@ TEST_CASE("single settings are applied and checked like a file's") {
     CHECK(input_error_text([&] { set_config("window=1", config); }) == "--set window=1: unknown key");
     CHECK(input_error_text([&] { set_config("window.keyframes=99", config); }) ==
           "--set window.keyframes=99: must be within [3, 32], is 99");
-    CHECK(input_error_text([&] { set_config("window.learn_pixel_sigma=2", config); }) ==
-          "--set window.learn_pixel_sigma=2: must be true or false");
-    set_config("window.learn_pixel_sigma=false", config);
-    CHECK_FALSE(config.window.learn_pixel_sigma);
+    CHECK(input_error_text([&] { set_config("window.spread_keyframes=2", config); }) ==
+          "--set window.spread_keyframes=2: must be true or false");
+    set_config("window.spread_keyframes=false", config);
+    CHECK_FALSE(config.window.spread_keyframes);
     CHECK(config.window.keyframes == 11);
 }
 

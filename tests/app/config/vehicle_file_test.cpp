@@ -484,10 +484,10 @@ TEST_CASE("a parameter that cannot be used is named with the file it is from") {
     write_calibration(dir);
     const std::string vehicle = dir.write("v.yaml", kHead + kCameras + kImu + "estimator: {config: parameters.yaml}\n");
     const auto error = [&] { return test::input_error_text([&] { (void)load_vehicle(vehicle); }); };
-    const std::string parameters = dir.write("parameters.yaml", "mesh:\n  max_side_m: 200\n");
-    CHECK(error() == parameters + ":2: mesh.max_side_m: must be within [0.05, 100] m, is 200");
-    dir.write("parameters.yaml", "planes:\n  stay_m: 0.01\n");
-    CHECK(error() == vehicle + ": planes: join_m must not exceed stay_m");
+    const std::string parameters = dir.write("parameters.yaml", "mesh:\n  max_depth_m: 200\n");
+    CHECK(error() == parameters + ":2: mesh.max_depth_m: must be within [0.5, 100] m, is 200");
+    dir.write("parameters.yaml", "frontend:\n  window_px: 16\n");
+    CHECK(error() == vehicle + ": frontend: window_px must be odd");
     dir.write("parameters.yaml", "mesh: {}\n");
     CHECK(error() == "no error");
     std::string imu = test::read_file(dir.file("imu.yaml"));

@@ -14,9 +14,9 @@ constexpr double kBorder = 12.0;
 
 FrontendConfig small_config() {
     FrontendConfig config;
-    config.min_distance_px = 12.0;
-    config.grid_columns = 8;
-    config.grid_rows = 6;
+    config.corners.min_distance_px = 12.0;
+    config.corners.columns = 8;
+    config.corners.rows = 6;
     return config;
 }
 
@@ -61,7 +61,7 @@ TEST_CASE("corners are spread evenly and keep their distance", "[frontend]") {
         CHECK(corners[i].y() <= kHeight - 1 - kBorder);
         ++cells[static_cast<int>(corners[i].y()) * 6 / kHeight * 8 + static_cast<int>(corners[i].x()) * 8 / kWidth];
         for (std::size_t j = 0; j < i; ++j) {
-            CHECK((corners[i] - corners[j]).norm() >= config.min_distance_px);
+            CHECK((corners[i] - corners[j]).norm() >= config.corners.min_distance_px);
         }
     }
     CHECK(std::count(std::begin(cells), std::end(cells), 0) == 0);
@@ -83,7 +83,7 @@ TEST_CASE("corners keep away from tracks and fill empty cells first", "[frontend
     for (const Eigen::Vector2d& corner : added) {
         CHECK(corner.x() > 150.0);
         for (const Eigen::Vector2d& track : left_half) {
-            CHECK((corner - track).norm() > config.min_distance_px - 1.0);
+            CHECK((corner - track).norm() > config.corners.min_distance_px - 1.0);
         }
     }
 }
@@ -112,7 +112,7 @@ TEST_CASE("corners stand on corners", "[frontend]") {
         }
     }
     FrontendConfig config = small_config();
-    config.corner_quality = 0.1;
+    config.corners.quality = 0.1;
     Detector detector = make_detector(config);
     CornerList corners;
     detector.detect(image.view(), {}, 50, corners);

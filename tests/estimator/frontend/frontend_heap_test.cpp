@@ -15,7 +15,7 @@ TEST_CASE("front-end allocates nothing: keyframes, tracked frames, darkness, rec
     const synthetic::Texture texture(0.11, 0.8, 41);
     const synthetic::Image dark(320, 240, 0);
     FrontendConfig config;
-    config.min_distance_px = 12.0;
+    config.corners.min_distance_px = 12.0;
     config.keyframe_disparity_px = 4.0;
     Frontend frontend;
     REQUIRE(ok(frontend.configure(config, rig)));

@@ -154,7 +154,7 @@ TEST_CASE("surface points are matched between the tracks at keyframes, and track
             CHECK(ids.insert(o.landmark).second);
             for (const FeatureObservation& track : out.observations) {
                 REQUIRE(track.landmark != o.landmark);
-                REQUIRE((track.left_px - o.left_px).norm() > static_cast<float>(config.min_distance_px) - 1.0F);
+                REQUIRE((track.left_px - o.left_px).norm() > static_cast<float>(config.corners.min_distance_px) - 1.0F);
             }
         }
         told += out.surface.size();

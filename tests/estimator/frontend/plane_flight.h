@@ -17,9 +17,9 @@ inline constexpr double kFramePeriod_s = 0.05;
 inline FrontendConfig small_config() {
     FrontendConfig config;
     config.max_features = 120;
-    config.min_distance_px = 12.0;
-    config.grid_columns = 8;
-    config.grid_rows = 6;
+    config.corners.min_distance_px = 12.0;
+    config.corners.columns = 8;
+    config.corners.rows = 6;
     config.keyframe_disparity_px = 4.0;
     return config;
 }

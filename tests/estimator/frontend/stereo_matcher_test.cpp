@@ -45,7 +45,7 @@ TEST_CASE("stereo matches a slanted plane through two distorted cameras", "[fron
     double mean_px = 0.0;
     Detector detector;
     FrontendConfig detection;
-    detection.min_distance_px = 10.0;
+    detection.corners.min_distance_px = 10.0;
     detector.configure(detection, pair.rig.left, 12.0);
     CornerList corners;
     detector.detect(pair.left.level(0), {}, 250, corners);
@@ -93,7 +93,7 @@ TEST_CASE("stereo matches a floor and what lies beside it through two fisheyes",
     pair.see(plane, Texture(0.12, 1.6, 33));
     Detector detector;
     FrontendConfig detection;
-    detection.min_distance_px = 10.0;
+    detection.corners.min_distance_px = 10.0;
     detector.configure(detection, rig.left, 12.0);
     CornerList corners;
     detector.detect(pair.left.level(0), {}, 250, corners);

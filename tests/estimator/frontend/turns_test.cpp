@@ -18,7 +18,7 @@ TEST_CASE("between keyframes tracks take turns if there are enough of them", "[f
     Frontend frontend;
     FrontendConfig config = test::small_config();
     config.max_features = GENERATE(150, 300);
-    config.min_distance_px = 6.0;
+    config.corners.min_distance_px = 6.0;
     config.keyframe_disparity_px = 12.0;
     CAPTURE(config.max_features);
     REQUIRE(ok(frontend.configure(config, f.rig)));
@@ -64,7 +64,7 @@ TEST_CASE("all tracks are followed in a frame that is not like those before it, 
     Frontend frontend;
     FrontendConfig config = test::small_config();
     config.max_features = 300;
-    config.min_distance_px = 6.0;
+    config.corners.min_distance_px = 6.0;
     config.keyframe_disparity_px = 30.0;
     REQUIRE(ok(frontend.configure(config, f.rig)));
     FrontendOutput out;

@@ -9,8 +9,6 @@
 #include <memory>
 #include <random>
 
-#include "tests/support/check_fields.h"
-
 namespace facet::stationarity_test {
 namespace {
 
@@ -54,7 +52,7 @@ struct Motion {
         for (double t = from_s; t < to_s; t += 0.05) {
             Stationarity rest;
             REQUIRE(ok(measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, {kNoise, known, gravity},
-                                            StationarityConfig{}, rest)));
+                                            rest)));
             CHECK(rest.may_be_at_rest == (rest.measure < 1.0));
             rests += rest.may_be_at_rest ? 1 : 0;
             ++all;
@@ -130,8 +128,7 @@ TEST_CASE("a take-off is detected before it has 2 cm/s, and stays detected") {
     double speed_told = -1.0;
     for (double t = 0.6; t < 2.0; t += 0.02) {
         Stationarity rest;
-        REQUIRE(ok(measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, {kNoise, {}, 9.81},
-                                        StationarityConfig{}, rest)));
+        REQUIRE(ok(measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, {kNoise, {}, 9.81}, rest)));
         const double since = std::max(0.0, t - kStart);
         const double speed = since - std::sin(M_PI * since) / M_PI;
         if (t < kStart) {
@@ -156,8 +153,7 @@ TEST_CASE("too little data is not ready, broken data shows nothing") {
     Stationarity rest;
     rest.measure = -1.0;
     const auto measure = [&](double t) {
-        return measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, {kNoise, {}, 9.81},
-                                    StationarityConfig{}, rest);
+        return measure_stationarity(*buffer, Timestamp{Duration::from_seconds(t).ns}, {kNoise, {}, 9.81}, rest);
     };
     CHECK(measure(0.4) == Status::kNotReady);
     CHECK(measure(1.1) == Status::kNotReady);
@@ -167,10 +163,8 @@ TEST_CASE("too little data is not ready, broken data shows nothing") {
     REQUIRE(ok(buffer->push({Timestamp{1'105'000'000}, Eigen::Vector3d::Zero(), {0.0, 0.0, 1e3}})));
     CHECK(measure(1.105) == Status::kDegenerate);
     CHECK(rest.measure == -1.0);
-    CHECK(measure_stationarity(*std::make_unique<ImuBuffer>(), Timestamp{0}, {kNoise, {}, 9.81}, StationarityConfig{},
-                               rest) == Status::kNotReady);
+    CHECK(measure_stationarity(*std::make_unique<ImuBuffer>(), Timestamp{0}, {kNoise, {}, 9.81}, rest) ==
+          Status::kNotReady);
 }
-
-TEST_CASE("the stationarity config is validated field by field") { test::check_fields(kStationarityFields); }
 
 }  // namespace facet::stationarity_test

@@ -20,7 +20,7 @@ struct Bench {
     ImagePyramid right;
 
     explicit Bench(const ScenePair& pair, const StereoRig& rig = test::scene_rig()) {
-        REQUIRE(ok(matcher.configure({}, rig)));
+        matcher.configure(rig);
         REQUIRE(ok(left.configure(test::kSceneWidth, test::kSceneHeight, 1)));
         REQUIRE(ok(right.configure(test::kSceneWidth, test::kSceneHeight, 1)));
         left.build(pair.left.view());

@@ -15,22 +15,15 @@ namespace {
 
 using test::ScenePair;
 
-DepthConfig small_squares() {
-    DepthConfig config;
-    config.bucket_px = 8;
-    config.pixels_per_frame = 300;
-    return config;
-}
-
 /// Depth behind a mesher that knows nothing yet.
 struct Stage {
     std::unique_ptr<SemiDenseDepth> depth = std::make_unique<SemiDenseDepth>();
     std::unique_ptr<Mesher> mesher = std::make_unique<Mesher>();
     std::unique_ptr<KeyframeView> view = std::make_unique<KeyframeView>();
 
-    explicit Stage(const DepthConfig& config = small_squares()) {
+    Stage() {
         REQUIRE(ok(mesher->configure({}, test::scene_rig().left)));
-        REQUIRE(ok(depth->configure(config, test::scene_rig())));
+        REQUIRE(ok(depth->configure(test::scene_rig(), 8, 300)));
         view->T_W_C0 = test::looking_along_x({0.05, 0.05, 0.05});
     }
     std::vector<DepthPoint> points(const ScenePair& pair, int slices = 100) {
@@ -90,16 +83,12 @@ TEST_CASE("what is there when the next keyframe comes covers all of the view, an
 }
 
 TEST_CASE("a match with which no neighbour agrees is left out") {
-    DepthConfig strict = small_squares();
-    strict.neighbours = 8;
     const ScenePair pair(test::step_surface(1.5, 3.0));
-    Stage stage(strict);
-    const std::size_t few = stage.points(pair).size();
-    CHECK(stage.depth->counters().lonely > 0);
-    strict.neighbours = 0;
-    Stage lenient(strict);
-    CHECK(lenient.points(pair).size() > few);
-    CHECK(lenient.depth->counters().lonely == 0);
+    Stage stage;
+    const std::size_t points = stage.points(pair).size();
+    const DepthCounters& counters = stage.depth->counters();
+    CHECK(counters.lonely > 0);
+    CHECK(counters.verdicts[static_cast<std::size_t>(DepthVerdict::kMatched)] == points + counters.lonely);
 }
 
 TEST_CASE("without a right image, and with exchanged cameras, there are no points") {
@@ -110,14 +99,6 @@ TEST_CASE("without a right image, and with exchanged cameras, there are no point
     CHECK(stage.depth->take().empty());
     stage.view->is_exchanged = true;
     CHECK(stage.points(pair).empty());
-}
-
-TEST_CASE("a parameter out of range is refused") {
-    DepthConfig config;
-    config.bucket_px = 1;
-    SemiDenseDepth depth;
-    CHECK(depth.configure(config, test::scene_rig()) == Status::kInvalidArgument);
-    CHECK(!depth.is_busy());
 }
 
 TEST_CASE("two keyframes of points make free space and an obstacle, one makes neither") {

@@ -27,8 +27,7 @@ struct Found {
 };
 
 /// Corners of the faces that are turned like the plane, near it, and have all corners within `gate_m` of it.
-Found search(const PlaneConfig& config, const HorizonMesh& mesh, const KeyframeView& view, const PlaneFit& fit,
-             double gate_m) {
+Found search(const HorizonMesh& mesh, const KeyframeView& view, const PlaneFit& fit, double gate_m) {
     constexpr double kNear_m = 0.30;
     constexpr double kDoubt = 1e-5;
     std::map<std::uint32_t, PlanePoint> known;
@@ -61,15 +60,15 @@ Found search(const PlaneConfig& config, const HorizonMesh& mesh, const KeyframeV
         const double tilt =
             static_cast<double>(face.sigma_m) * std::sqrt(0.125 * sides) / static_cast<double>(face.area_m2);
         const double angle = std::acos(std::clamp(fit.normal_W.dot(a.cross(b).normalized()), -1.0, 1.0));
-        const double widest =
-            std::min(kRadPerDeg * config.max_face_angle_deg, kRadPerDeg * config.face_angle_deg + 2.0 * tilt);
+        const double widest = std::min(kRadPerDeg * PlaneLimits::kMaxFaceAngle_deg,
+                                       kRadPerDeg * PlaneLimits::kFaceAngle_deg + 2.0 * tilt);
         const double height = std::abs(fit.residual((corner[0].p_W + corner[1].p_W + corner[2].p_W) / 3.0));
         bool is_on = angle <= widest && height <= kNear_m;
         bool is_doubtful = std::abs(angle - widest) < 10.0 * kDoubt || std::abs(height - kNear_m) < kDoubt;
         for (const PlanePoint& p : corner) {
             const double sigma = static_cast<double>(p.sigma_along(fit.normal_W.cast<float>()));
-            is_on = is_on && std::abs(fit.residual(p.p_W)) <= gate_m && sigma <= config.max_point_sigma_m;
-            is_doubtful = is_doubtful || std::abs(sigma - config.max_point_sigma_m) < kDoubt;
+            is_on = is_on && std::abs(fit.residual(p.p_W)) <= gate_m && sigma <= PlaneLimits::kMaxPointSigma_m;
+            is_doubtful = is_doubtful || std::abs(sigma - PlaneLimits::kMaxPointSigma_m) < kDoubt;
         }
         found.at_limits += is_doubtful ? 1 : 0;
         if (is_on) {
@@ -103,7 +102,7 @@ TEST_CASE("the landmarks of a candidate are those that a plain search over all f
         fit.normal_W = (normals[surface] + 0.03 * Vector3d(gauss(random), gauss(random), gauss(random))).normalized();
         fit.distance_m = distances[surface] + 0.05 * gauss(random);
         const double gate_m = k % 2 == 0 ? 0.15 : 0.08;
-        const Found expected = search(config, mesh, view, fit, gate_m);
+        const Found expected = search(mesh, view, fit, gate_m);
         const test::AllocationGuard guard;
         evidence->take(config, mesh, view);
         evidence->collect(fit, 0, {gate_m, 1e3}, {}, *support);

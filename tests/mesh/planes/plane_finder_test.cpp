@@ -109,7 +109,7 @@ TEST_CASE("slanted surfaces are found, one plane each, and not taken for level o
 }
 
 TEST_CASE("at most eight level and upright candidates are examined at a keyframe, and four slanted ones") {
-    PlaneWorld world;  // a rack of boards that the camera looks down on, each too small for a plane
+    PlaneWorld world;  // a rack of boards that the camera looks down on, small ones
     for (int i = 0; i < 14; ++i) {
         world.add({2.0, -1.4 + 0.2 * i, 0.06 * i}, {0.7, 0.0, 0.0}, {0.0, 0.19, 0.0}, 0.09);
     }
@@ -119,8 +119,7 @@ TEST_CASE("at most eight level and upright candidates are examined at a keyframe
         world.add({2.8, y + 0.39, 0.9}, {0.1, -0.15, 0.0}, {0.3 + 0.05 * i, 0.2, 0.7 - 0.05 * i}, 0.09);
     }
     PlaneConfig config;
-    config.min_support_m2 = 0.02;
-    config.min_landmarks = 200;
+    config.min_area_m2 = 0.035;
     PlaneRig rig(world, config);
     std::uint64_t before = 0;
     std::uint64_t most = 0;
@@ -282,9 +281,8 @@ TEST_CASE("two planes that become equal merge under the older id") {
     PlaneWorld world;  // one wall whose right part is first seen half a metre off, and moves into place
     const int left = world.add({3.0, 2.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
     const int right = world.add({3.5, 0.0, 0.0}, {0.0, -2.0, 0.0}, {0.0, 0.0, 2.2}, 0.2);
-    PlaneConfig config;
-    config.max_chi2 = 1.3;  // of one surface it scatters about one here: the noise is all that the covariance allows
-    PlaneRig rig(world, config);
+    world.noise_px = 0.1;  // of one surface chi-square would scatter about one with all that the covariance allows
+    PlaneRig rig(world);
     const PlaneProposals& proposals = rig.hover(kFront, 5);
     REQUIRE(proposals.size() == 2);
     const PlaneId older = proposals[0].id;
@@ -319,8 +317,8 @@ TEST_CASE("a landmark that leaves the plane leaves the list; a little is forgive
     const auto is_on = [&](LandmarkId id) {
         return std::binary_search(proposals[0].landmarks.begin(), proposals[0].landmarks.end(), id);
     };
-    world.points[stays.value].p.x() += 0.5 * (config.join_m + config.stay_m);
-    world.points[leaves.value].p.x() += 1.3 * config.stay_m;
+    world.points[stays.value].p.x() += 0.5 * (PlaneLimits::kJoin_m + PlaneLimits::kStay_m);
+    world.points[leaves.value].p.x() += 1.3 * PlaneLimits::kStay_m;
     rig.hover(kFront, 1);
     CHECK(is_on(stays));
     CHECK_FALSE(is_on(leaves));
@@ -419,7 +417,7 @@ TEST_CASE("an empty view and an empty mesh give no planes; parameters out of ran
     view->number = 1;
     CHECK(finder->update(*std::make_unique<HorizonMesh>(), *view).empty());
     PlaneConfig config;
-    config.join_m = -1.0;
+    config.min_area_m2 = -1.0;
     CHECK(finder->configure(config) == Status::kInvalidArgument);
 }
 

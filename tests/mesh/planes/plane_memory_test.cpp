@@ -26,6 +26,9 @@ using test::kCorner;
 using test::looking;
 using test::PlaneRig;
 
+// Keyframes after which a plane that is not found has left, those included in which the mesh still has its faces.
+constexpr int kLongGone = PlaneLimits::kLeaveKeyframes + PlaneLimits::kForgetKeyframes + 40;
+
 /// Turn about the vertical through `at`, then a shift.
 struct Drift {
     Vector3d at = Vector3d::Zero();
@@ -213,13 +216,11 @@ TEST_CASE("when the memory is full the plane that left first is forgotten; one t
 TEST_CASE("the finder gives planes their old ids after minutes and a drift, if the drift is known") {
     const bool knows = GENERATE(true, false);
     const Corner world;
-    PlaneConfig config;
-    config.forget_keyframes = 3;
-    PlaneRig rig(world, config);
+    PlaneRig rig(world);
     rig.hover(kCorner, 4);
     const std::vector<TrackedPlane> before(rig.finder->planes().begin(), rig.finder->planes().end());
     REQUIRE(before.size() == 3);
-    for (int k = 0; k < 40; ++k) {
+    for (int k = 0; k < kLongGone; ++k) {
         rig.step(looking({0.0, 0.0, 1.3}, 3.0, 0.0));  // nothing is there
     }
     CHECK(rig.finder->planes().empty());
@@ -268,12 +269,10 @@ TEST_CASE("a plane that comes back off its place while it is followed still is t
 
 TEST_CASE("a plane that was too far off to be known is known when it leaves, once the drift has been taken out") {
     const Corner world;
-    PlaneConfig config;
-    config.forget_keyframes = 3;
-    PlaneRig rig(world, config);
+    PlaneRig rig(world);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;
     const auto leave = [&] {
-        for (int k = 0; k < 40; ++k) {
+        for (int k = 0; k < kLongGone; ++k) {
             rig.step(looking({0.0, 0.0, 1.3}, 3.0, 0.0));  // nothing is there
             for (const PlaneMerge& merge : rig.finder->merges()) {
                 merges.emplace_back(merge.gone.value, merge.stays.value);
