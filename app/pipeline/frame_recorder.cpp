@@ -101,11 +101,12 @@ void FrameRecorder::write(const FrameResult& frame, std::span<const DepartedFace
     ++summary_.frames_by_state[to_string(frame.estimate.health.state)];
     summary_.frames_contradicted += (frame.estimate.health.reasons & kReasonImuContradicted) != 0 ? 1 : 0;
     if ((frame.estimate.health.reasons & kReasonFixedPattern) != 0 && ++summary_.frames_fixed_pattern == 1) {
-        const char* what = frame.estimate.health.fixed_share > 0.0
-                               ? "a part of the image moves with the vehicle (an emitter's dots, guards, legs, dirt on "
-                                 "a window) and is left out; a mask keeps it out from the start"
-                               : "every second frame shows the dots of an alternating emitter and is left out; switch "
-                                 "the emitter off";
+        const char* what =
+            frame.estimate.health.fixed_share > 0.0
+                ? "a part of the image moves with the vehicle (an emitter's dots, guards, legs, dirt on "
+                  "a window) and is left out; a mask, or an emitter that is off, keeps it out from the start"
+                : "every second frame shows the dots of an alternating emitter and is left out; switch "
+                  "the emitter off";
         warn("fixed_pattern", fmt::format("frame {}: {}", frame.output_stamp.ns, what));
     }
     keep_timing(frame);

@@ -188,6 +188,9 @@ Status FlightEstimator::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     s_.frames.last_image = frame.stamp;
     s_.frames.last_frame = stamp;
     if (ok(tracked)) {
+        if (tracks_.shows_dots) {
+            take_out_dots(preintegration);
+        }
         judge_rest();
         FrameEvidence seen{s_.phase,       must_restart(predicted), tracks_.is_keyframe,
                            tracks_.stereo, s_.rest.rests(),         tracks_.is_still};

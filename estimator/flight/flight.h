@@ -145,6 +145,8 @@ private:
     /// Replaces a worthless belief by one that knows gravity, and position and yaw roughly.
     /// @return the initializer's error (belief untouched)
     Status fall_back_to_gravity();
+    /// The state is carried on by inertial samples alone until the next keyframe, which begins a window.
+    void leave_window();
     /// Forgets images, window and suspicions, and waits for a start like the first one, whose place, yaw and biases are
     /// those of `trusted`, if there is one. @param lost_s  time of which nothing is known
     void begin_like_first(double lost_s);
@@ -167,6 +169,10 @@ private:
     /// @param usual  the frame at hand with the readings as they are
     bool suggests_fault(const FrameEstimate& usual) const;
     void isolate_fault(Preintegration& preintegration, FrameEstimate& out);
+    /// Images are dots that move with the vehicle: they are filtered from the next frame on, which begins a window. A
+    /// suspicion of the inertial readings was their work, and what it made of the state is undone.
+    /// @param preintegration  as in examine_image()
+    void take_out_dots(Preintegration& preintegration);
     /// While readings are suspected: replaces those up to the frame that comes. @param stamp  of it
     void replace_readings(Timestamp stamp);
     /// Readings that no keyframe may contradict are used again. Without images they are all there is: they are

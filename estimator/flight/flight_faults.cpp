@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-2-Clause
 // How a frame is compared with the map, and what follows if it contradicts the inertial readings.
+#include "estimator/flight/belief_changes.h"
 #include "estimator/flight/flight.h"
 #include "estimator/values/stage_scope.h"
 
@@ -8,6 +9,8 @@ namespace {
 
 // Nominal periods within which the last reading before a keyframe lies, jitter included.
 constexpr double kLastReadings = 1.5;
+// A vehicle that sets out with an emitter on is contradicted within this time (0.15 to 0.25 s in rendered rooms).
+constexpr double kDotsBelieved_s = 0.5;
 
 }  // namespace
 
@@ -66,6 +69,7 @@ void FlightEstimator::isolate_fault(Preintegration& preintegration, FrameEstimat
     const bool is_justified = ok(predict(stamp, preintegration)) && ok(compare_with_map(preintegration, free)) &&
                               InertialFault::is_justified(out, free, fault_limits(), (stuck & ~fault.axes()) != 0);
     if (is_justified) {
+        s_.unsuspecting = fault.is_active() ? s_.unsuspecting : s_.newest;
         fault.begin(s_.newest.state, free.state, as_read, stuck);
         out = free;
     }
@@ -82,6 +86,25 @@ void FlightEstimator::isolate_fault(Preintegration& preintegration, FrameEstimat
     if (ok(predict(stamp, preintegration)) && is_justified && ok(compare_with_map(preintegration, again))) {
         out = again;
     }
+}
+
+void FlightEstimator::take_out_dots(Preintegration& preintegration) {
+    frontend_.take_out_dots();
+    other_frontend_.take_out_dots();
+    tracks_ = {};
+    tracks_.stamp = s_.now.stamp;
+    if (s_.fault.is_active()) {
+        imu_.restore(imu_.oldest(), imu_.newest());
+        s_.fault.end();
+        s_.newest = s_.unsuspecting;
+        static_cast<void>(predict(s_.now.stamp, preintegration));
+    }
+    leave_window();
+    window_.forget_calibration();
+    forget_corrections();
+    // What the dots have made of the state before anything contradicted them.
+    s_.clocks.lose(kDotsBelieved_s);
+    widen_biases(config_.initializer.gyro_bias_sigma_rad_per_s, config_.initializer.accel_bias_sigma_m_per_s2, s_.now);
 }
 
 void FlightEstimator::replace_readings(Timestamp stamp) {

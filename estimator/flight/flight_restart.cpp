@@ -148,7 +148,12 @@ void FlightEstimator::move_images(double off_s) {
     imu_.restore(imu_.oldest(), imu_.newest());
     s_.frames.last_frame = now.stamp;  // up to there estimates have been given
     now.stamp = now.stamp + Duration::from_seconds(off_s);
-    now.replaced = {};
+    leave_window();
+    s_.keeps_place = true;
+}
+
+void FlightEstimator::leave_window() {
+    s_.now.replaced = {};
     s_.fault = {};
     s_.span = {};
     s_.fit = {};
@@ -157,7 +162,6 @@ void FlightEstimator::move_images(double off_s) {
     s_.rest.end();
     s_.start.drop_claim();
     s_.phase = Phase::kCoasting;
-    s_.keeps_place = true;
 }
 
 void FlightEstimator::begin_like_first(double lost_s) {

@@ -38,9 +38,10 @@ struct KeyframeOutcome {
 /// assignment.
 struct FlightState {
     Phase phase = Phase::kEmpty;
-    Belief newest;  ///< at the newest keyframe
-    Belief now;     ///< at the newest frame
-    ImuSpan span;   ///< samples between them
+    Belief newest;        ///< at the newest keyframe
+    Belief unsuspecting;  ///< at the last keyframe before the present suspicion, while there is one
+    Belief now;           ///< at the newest frame
+    ImuSpan span;         ///< samples between them
     /// The newest estimate that was to be used, of this program or of an earlier one.
     std::optional<Belief> trusted;
     StartProgress start;

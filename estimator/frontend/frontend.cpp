@@ -27,6 +27,7 @@ void Frontend::Impl::reset() {
     frame_number = next_turn = 0;
     keyframe_tracks = 0;
     corners_wait = false;
+    dots_then = {};
 }
 
 void Frontend::Impl::remove(std::size_t index) {
@@ -52,6 +53,7 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
         }
         reject_mono_outliers(output);
         leave_out_fixed(hints, output);
+        output.shows_dots = shows_dots(frame.left, hints);
         if (hints.wants_turn) {
             measure_turn(output);
         }
@@ -67,13 +69,22 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
             output.tracked = static_cast<int>(tracks.size());
         }
         if (has_right) {
-            right.build(frame.right);
+            right.build(without_dots(frame.right, right_dots));
             engine->begin_right(right);
         }
         make_keyframe(hints, has_right, output);
     }
     fill_observations(output);
-    output.fixed_share = mask.found_share(frame.stamp);
+    output.fixed_share = std::max(mask.found_share(frame.stamp), dots_share);
+}
+
+ImageView Frontend::Impl::without_dots(const ImageView& image, DotFilter& filter) {
+    if (!takes_out_dots) {
+        return image;
+    }
+    const ImageView opened = filter.open(image);
+    dots_share = DotFilter::share(image, opened);
+    return opened;
 }
 
 void Frontend::Impl::begin_sight(const StereoFrame& frame, const FrameHints& hints) {
@@ -106,7 +117,7 @@ Status Frontend::Impl::process(const StereoFrame& frame, const FrameHints& hints
     FrontendOutput output;
     output.stamp = frame.stamp;
     begin_sight(frame, hints);
-    left.build(frame.left);
+    left.build(without_dots(frame.left, left_dots));
     engine->begin_frame(left);
     output.image = judge_image(hints.q_Bp_B);
     if (output.image == ImageState::kUsable) {
@@ -148,6 +159,10 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
     impl.outlier_test.configure(config, rig);
     impl.policy.configure(config);
     impl.dormant.configure(rig);
+    impl.left_dots.configure(l.width, l.height);
+    impl.right_dots.configure(r.width, r.height);
+    impl.takes_out_dots = false;
+    impl.dots_share = 0.0;
     impl.mask.configure(l.width, l.height);
     impl.right_mask.configure(r.width, r.height);
     impl.has_corrections = false;
@@ -181,6 +196,12 @@ Status Frontend::process(const StereoFrame& frame, const FrameHints& hints, Fron
 Status Frontend::set_masks(const ImageView& left, const ImageView& right) {
     FACET_TRY(impl_->mask.draw(left));
     return impl_->right_mask.draw(right);
+}
+
+void Frontend::take_out_dots() {
+    impl_->takes_out_dots = true;
+    impl_->mask.forget();
+    impl_->reset();
 }
 
 void Frontend::match_surface(FrontendOutput& output) { impl_->match_surface(output); }

@@ -32,6 +32,10 @@ public:
     /// @return kInvalidArgument if a size is not its camera's (that mask and those after it unchanged)
     Status set_masks(const ImageView& left, const ImageView& right);
 
+    /// From now on all images are tracked in without their bright dots (DotFilter), until configure(). Forgets all
+    /// tracks, and what was found to move with the vehicle.
+    void take_out_dots();
+
     /// Forgets all tracks; landmark ids go on counting, corrections of the cameras stay.
     void reset();
     /// Whether landmark ids are about to be used up, after weeks: then all tracks must be forgotten by restart_ids().

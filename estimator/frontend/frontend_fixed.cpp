@@ -23,6 +23,10 @@ constexpr double kMovingShare = 0.5;
 // fixed while the accelerometer contradicts the images as well: of one fault and two, it is the one.
 constexpr int kFewestWitnesses = 8;
 constexpr int kFixedPerWitness = 12;
+// Dots that are at their places after a turn of so many pixels move with the vehicle: others have gone farther than
+// is_dot() looks, and than depth moves an emitter's. A dot at just the place of another is rare.
+constexpr double kTurnedDots_px = 12.0;
+constexpr std::size_t kFewestDots = 8;
 
 }  // namespace
 
@@ -58,6 +62,34 @@ void Frontend::Impl::suspect_outlier(const Track& track) {
     if (track.is_fixed || (share && *share < kFixedShare)) {
         mask.suspect(track.pose.uv, sights[0].stamp);
     }
+}
+
+bool Frontend::Impl::shows_dots(const ImageView& image, const FrameHints& hints) {
+    if (takes_out_dots || hints.is_starting || !hints.is_contradicted) {
+        return false;
+    }
+    const Sight& now = sights[0];
+    const double turned_px = rig.left.focal_px() * dots_then.q_B0_B.angularDistance(now.q_B0_B_as_read);
+    const bool is_fresh = (now.stamp - dots_then.stamp).seconds() < kWatch_s && dots_then.places.size() >= kFewestDots;
+    if (is_fresh && turned_px < kTurnedDots_px) {
+        return false;
+    }
+    const ImageView opened = left_dots.open(image);
+    const auto is_dot = [&](const Eigen::Vector2d& uv) { return DotFilter::is_dot(image, opened, uv); };
+    const auto stayed = std::count_if(dots_then.places.begin(), dots_then.places.end(), is_dot);
+    if (is_fresh && 2 * stayed > static_cast<std::ptrdiff_t>(dots_then.places.size())) {
+        return true;
+    }
+    dots_then = {now.stamp, now.q_B0_B_as_read, {}};
+    for (const Track& track : tracks) {
+        if (track.unseen == 0 && is_dot(track.pose.uv)) {
+            dots_then.places.push_back(track.pose.uv);
+        }
+    }
+    if (2 * dots_then.places.size() < observed()) {
+        dots_then.places.clear();
+    }
+    return false;
 }
 
 void Frontend::Impl::leave_out_fixed(const FrameHints& hints, FrontendOutput& output) {

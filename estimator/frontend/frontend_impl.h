@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "estimator/frontend/dormant_tracks.h"
+#include "estimator/frontend/dot_filter.h"
 #include "estimator/frontend/feature_engine.h"
 #include "estimator/frontend/frontend.h"
 #include "estimator/frontend/image_pyramid.h"
@@ -44,6 +45,17 @@ struct Frontend::Impl {
     KeyframePolicy policy;
     PixelMask mask;
     PixelMask right_mask;  ///< drawn only
+    /// Where tracks were on dots, if most were.
+    struct Dots {
+        Timestamp stamp;
+        Eigen::Quaterniond q_B0_B = Eigen::Quaterniond::Identity();  ///< Sight::q_B0_B_as_read
+        boost::container::static_vector<Eigen::Vector2d, kMaxFeatures> places;
+    };
+    Dots dots_then;
+    DotFilter left_dots;
+    DotFilter right_dots;
+    bool takes_out_dots = false;
+    double dots_share = 0.0;  ///< of the newest image that has been filtered
 
     TrackList tracks;
     DormantTracks dormant;
@@ -117,6 +129,10 @@ struct Frontend::Impl {
     /// Drops tracks on what the user has masked, and, if images contradict the gyroscope while others agree with it,
     /// those that stay where they are while the vehicle turns; there none begin for a while.
     void leave_out_fixed(const FrameHints& hints, FrontendOutput& output);
+    /// Whether most tracks are on dots that stay where they are while the vehicle turns and images contradict it.
+    bool shows_dots(const ImageView& image, const FrameHints& hints);
+    /// The image as it is tracked in and matched.
+    ImageView without_dots(const ImageView& image, DotFilter& filter);
     /// By how much the images have turned since the frame in which most tracks were seen last.
     void measure_turn(FrontendOutput& output);
     void measure_disparity(FrontendOutput& output);

@@ -66,6 +66,7 @@ struct FrontendOutput {
     Timestamp turn_begin;  ///< of the image from which on turn_B counts: one or two frames ago
     Eigen::Vector3d turn_B = Eigen::Vector3d::Zero();  ///< by which images have turned; needs no gyroscope
     double fixed_share = 0.0;                          ///< of the image, left out because it moves with the vehicle
+    bool shows_dots = false;  ///< most tracks are on an emitter's dots: Frontend::take_out_dots() is called for
     boost::container::static_vector<FeatureObservation, kMaxFeatures> observations;
     /// After Frontend::match_surface(): corners between the tracks that have a right match. They are not tracked, and
     /// the smoother does not see them; their ids differ from those of all tracks.

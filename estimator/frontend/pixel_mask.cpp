@@ -34,6 +34,11 @@ Status PixelMask::draw(const ImageView& drawn) {
     return Status::kOk;
 }
 
+void PixelMask::forget() {
+    std::fill(blocks_.begin(), blocks_.end(), Block{});
+    last_until_ = 0;
+}
+
 std::size_t PixelMask::block_of(int u, int v) const {
     return static_cast<std::size_t>(v / kBlock_px) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(u / kBlock_px);

@@ -30,6 +30,8 @@ public:
     /// @return kInvalidArgument on another size (nothing changed)
     Status draw(const ImageView& drawn);
 
+    /// Forgets what has been found, not what is drawn.
+    void forget();
     /// The block around a pixel moves with the vehicle.
     void cover(const Eigen::Vector2d& uv, Timestamp now);
     /// It seems to: covered at the kStrikes-th time within kMemory_s from one to the next.

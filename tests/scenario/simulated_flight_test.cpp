@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <sstream>
 
 #include "app/calibration/calibration.h"
@@ -11,6 +12,8 @@
 #include "app/lab/eval/report.h"
 #include "app/lab/replay/replay.h"
 #include "app/lab/sim/simulate.h"
+#include "app/support/png_writer.h"
+#include "drivers/replay_asl/png_decoder.h"
 #include "estimator/frontend/feature_engine.h"
 #include "tests/scenario/flight_figures.h"
 #include "tests/scenario/heap_use.h"
@@ -119,6 +122,34 @@ void drop_lines(const std::string& path, Predicate drop) {
     }
     in.close();
     std::ofstream(path) << kept;
+}
+
+/// Bright dots at the same places of every image, in the right ones where a wall at 2 m would show them.
+void draw_dots(const std::string& log) {
+    const Calibration calibration = load_euroc_calibration(log + "/mav0");
+    const double disparity_px = calibration.rig.left.focal_px() * calibration.rig.baseline_m() / 2.0;
+    PngDecoder decoder;
+    GreyImage grey;
+    for (const char* camera : {"cam0", "cam1"}) {
+        const int shift = camera == std::string("cam1") ? static_cast<int>(std::lround(disparity_px)) : 0;
+        for (const auto& entry : fs::directory_iterator(log + "/mav0/" + camera + "/data")) {
+            REQUIRE(ok(decoder.decode(entry.path().string(), 0, 0, grey)));
+            for (std::uint8_t& pixel : grey.pixels) {
+                pixel = static_cast<std::uint8_t>(pixel / 2);
+            }
+            std::mt19937 random(5);
+            for (int k = 0; k < 2000; ++k) {
+                const int u = static_cast<int>(random() % static_cast<unsigned>(grey.width)) - shift;
+                const int v = static_cast<int>(random() % static_cast<unsigned>(grey.height - 2));
+                for (int at = std::max(0, u); at <= std::min(grey.width - 1, u + 2); ++at) {
+                    for (const int row : {v, v + 1}) {
+                        grey.pixels[static_cast<std::size_t>(row * grey.width + at)] = 220;
+                    }
+                }
+            }
+            REQUIRE(ok(write_png(entry.path().string(), {grey.pixels.data(), grey.width, grey.height, grey.width})));
+        }
+    }
 }
 
 constexpr double kMaxAte_m = 0.002;
@@ -301,6 +332,24 @@ TEST_CASE("a delay that shows once the vehicle has moved off is corrected where 
     CHECK(run.estimates >= 97);  // those for times that have been estimated already are left out
     // AND stamps increase: else this throws
     CHECK(evaluate_trajectory(log, dir.path()).se3.translation_m.rmse < 0.02);
+}
+
+TEST_CASE("an emitter's dots in every image are recognised once the vehicle turns, and do not beat its IMU",
+          "[scenario]") {
+    // GIVEN 2000 dots that are fixed to the vehicle, as far away as a wall at 2 m, over images of half the contrast
+    const test::TempDir dir;
+    const std::string log = dir.file("log");
+    fs::copy(pinhole_log(), log, fs::copy_options::recursive);
+    draw_dots(log);
+    // WHEN it flies
+    const RunSummary run = replay(log, dir.file("out"));
+    // THEN they are named, and it is estimated by what is seen without them
+    CHECK(run.frames_fixed_pattern > 50);
+    CHECK(run.last.health.state == TrackingState::kTracking);
+    CHECK(run.last.health.fixed_share > 0.01);
+    CHECK(run.last.health.reset_counter <= 1);
+    CHECK(std::abs(run.last.health.time_offset_s) < 0.003);
+    CHECK(evaluate_trajectory(log, dir.file("out")).se3.translation_m.rmse < 0.02);
 }
 
 TEST_CASE("the front-end that stands on OpenCV flies too, the same each time", "[scenario]") {

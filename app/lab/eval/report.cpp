@@ -65,9 +65,11 @@ Json to_json(const TruthFit& f) {
             {"lever_arm_m", to_json(f.lever_arm_m)},
             {"scale", to_json(f.scale)},
             {"position_rmse_m", f.position_rmse_m},
+            {"position_swift_rmse_m", f.position_swift_rmse_m},
             {"orientation_lag_s", to_json(f.orientation_lag_s)},
             {"turn_rad", to_json(f.turn_rad)},
-            {"orientation_rmse_rad", f.orientation_rmse_rad}};
+            {"orientation_rmse_rad", f.orientation_rmse_rad},
+            {"orientation_swift_rmse_rad", f.orientation_swift_rmse_rad}};
 }
 
 std::string row(const char* name, const FittedVector& f, double factor, const char* unit) {
@@ -86,11 +88,13 @@ std::string truth_fit_rows(const TruthFit& f) {
                        1e3 * f.lag_s.value, 1e3 * f.lag_s.sigma) +
            row("lever arm", f.lever_arm_m, 1e3, "mm") +
            fmt::format("  {:<17} {:8.5f}  +- {:.5f}\n", "scale", f.scale.value, f.scale.sigma) +
-           fmt::format("  {:<17} {:8.4f} m\n", "positions left", f.position_rmse_m) +
+           fmt::format("  {:<17} {:8.4f} m, {:.4f} m of it within a second\n", "positions left", f.position_rmse_m,
+                       f.position_swift_rmse_m) +
            fmt::format("  {:<17} {:+8.2f}  +- {:.2f} ms\n", "orientation lag", 1e3 * f.orientation_lag_s.value,
                        1e3 * f.orientation_lag_s.sigma) +
            row("turn of the body", f.turn_rad, kDegPerRad, "deg") +
-           fmt::format("  {:<17} {:8.4f} deg\n", "orientations left", kDegPerRad * f.orientation_rmse_rad);
+           fmt::format("  {:<17} {:8.4f} deg, {:.4f} deg of it within a second\n", "orientations left",
+                       kDegPerRad * f.orientation_rmse_rad, kDegPerRad * f.orientation_swift_rmse_rad);
 }
 
 std::string absolute_rows(const AbsoluteError& e) {

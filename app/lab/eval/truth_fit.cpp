@@ -2,6 +2,7 @@
 #include "app/lab/eval/truth_fit.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -23,6 +24,7 @@ constexpr double kLeverArmPrior_m = 1.0;
 constexpr double kScalePrior = 1.0;
 constexpr double kTurnPrior_rad = 1.0;
 constexpr double kAlignmentPrior = 10.0;
+constexpr double kSwift_s = 0.5;          // to either side
 constexpr double kLeastVariance = 1e-14;  // of errors that are exact
 
 /// Least squares with rows of three errors that follow each other in time.
@@ -63,6 +65,7 @@ public:
                 squares += left[i].squaredNorm();
             }
             rmse_ = std::sqrt(squares / n);
+            left_ = left;
             variance = std::max(kLeastVariance, squares / (3.0 * n - kSize) * autocorrelation_time(left, squares));
         }
     }
@@ -70,6 +73,20 @@ public:
     Fitted number(int at) const { return {x_(at), sigma_(at)}; }
     FittedVector vector(int at) const { return {x_.template segment<3>(at), sigma_.template segment<3>(at)}; }
     double rmse() const { return rmse_; }
+    /// Of what is left beyond its own running mean over so many rows to either side.
+    double swift_rmse(std::size_t reach) const {
+        double squares = 0.0;
+        for (std::size_t i = 0; i < left_.size(); ++i) {
+            const std::size_t first = i > reach ? i - reach : 0;
+            const std::size_t end = std::min(left_.size(), i + reach + 1);
+            Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+            for (std::size_t k = first; k < end; ++k) {
+                sum += left_[k];
+            }
+            squares += (left_[i] - sum / static_cast<double>(end - first)).squaredNorm();
+        }
+        return std::sqrt(squares / static_cast<double>(count()));
+    }
 
 private:
     using Normal = Eigen::Matrix<double, kSize, kSize>;
@@ -92,6 +109,7 @@ private:
 
     std::vector<Row> rows_;
     std::vector<Eigen::Vector3d> errors_;
+    std::vector<Eigen::Vector3d> left_;
     Vector x_ = Vector::Zero();
     Vector sigma_ = Vector::Zero();
     double rmse_ = 0.0;
@@ -171,14 +189,19 @@ TruthFit fit_truth(std::span<const PosePair> pairs) {
     fit.turn_rad = orientations.vector(kTurnAt);
     fit.position_rmse_m = positions.rmse();
     fit.orientation_rmse_rad = orientations.rmse();
+    const double rate_hz = static_cast<double>(pairs.size() - 1) / (pairs.back().stamp - pairs.front().stamp).seconds();
+    const auto reach = static_cast<std::size_t>(std::lround(kSwift_s * rate_hz));
+    fit.position_swift_rmse_m = positions.swift_rmse(reach);
+    fit.orientation_swift_rmse_rad = orientations.swift_rmse(reach);
     return fit;
 }
 
 std::vector<GroundTruthState> with_fit(std::span<const GroundTruthState> truth, const TruthFit& fit) {
-    const Duration late = Duration::from_seconds(fit.lag_s.value);
-    const Duration turned_late = Duration::from_seconds(fit.orientation_lag_s.value);
+    const Duration late = Duration::from_seconds(fit.lag_s.shown());
+    const Duration turned_late = Duration::from_seconds(fit.orientation_lag_s.shown());
     const Duration half_step = Duration::from_seconds(0.01);
-    const Eigen::Quaterniond turn = so3_exp(fit.turn_rad.value);
+    const Eigen::Quaterniond turn = so3_exp(fit.turn_rad.shown());
+    const Eigen::Vector3d lever_arm_m = fit.lever_arm_m.shown();
     std::vector<GroundTruthState> result;
     for (GroundTruthState state : truth) {
         const std::optional<GroundTruthState> place = interpolate(truth, state.stamp + late, kLongestHole);
@@ -190,8 +213,8 @@ std::vector<GroundTruthState> with_fit(std::span<const GroundTruthState> truth, 
         }
         const Eigen::Vector3d rate =
             so3_log((before->q_W_B.conjugate() * after->q_W_B).normalized()) / (2.0 * half_step.seconds());
-        state.p_W_B = place->p_W_B + attitude->q_W_B * fit.lever_arm_m.value;
-        state.v_W_B = place->v_W_B + attitude->q_W_B * rate.cross(fit.lever_arm_m.value);
+        state.p_W_B = place->p_W_B + attitude->q_W_B * lever_arm_m;
+        state.v_W_B = place->v_W_B + attitude->q_W_B * rate.cross(lever_arm_m);
         state.q_W_B = (attitude->q_W_B * turn).normalized();
         result.push_back(state);
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
+#include <random>
 
 #include "tests/estimator/frontend/plane_flight.h"
 
@@ -167,6 +168,52 @@ TEST_CASE("what turns with the vehicle is left out, and its share is reported", 
         CHECK(out.fixed_share > (is_majority ? 0.1 : 0.005));
         CHECK(3 * tracks_left_of(out, edge) < beside);
     }
+}
+
+TEST_CASE("an emitter's dots are recognised while the vehicle turns, and images turn with it without them",
+          "[frontend]") {
+    // GIVEN dots that are fixed to the vehicle, and more of a corner than anything else in view
+    constexpr int kCount = 40;
+    Flight f(kCount, kStill);
+    for (auto& frame : f.frames) {
+        std::mt19937 random(5);
+        for (int k = 0; k < 700; ++k) {
+            const int u = 12 + static_cast<int>(random() % static_cast<unsigned>(frame.left.width - 16));
+            const int v = 2 + static_cast<int>(random() % static_cast<unsigned>(frame.left.height - 5));
+            for (const int at : {0, 1, 2, frame.left.width, frame.left.width + 1, frame.left.width + 2}) {
+                const auto pixel = static_cast<std::size_t>(v * frame.left.width + u + at);
+                frame.left.pixels[pixel] = 250;
+                frame.right.pixels[pixel - kDisparity] = 250;
+            }
+        }
+    }
+    Frontend frontend;
+    REQUIRE(ok(frontend.configure(test::small_config(), f.rig)));
+    std::size_t found = 0;
+    FrontendOutput out;
+    for (std::size_t k = 0; k < f.frames.size(); ++k) {
+        CAPTURE(k);
+        FrameHints hints = f.hints(k);
+        hints.is_contradicted = true;
+        hints.wants_turn = true;
+        REQUIRE(ok(frontend.process(f.frames[k].view(), hints, out)));
+        CHECK_FALSE((found != 0 && out.shows_dots));
+        if (out.shows_dots) {
+            // WHEN they are taken out
+            frontend.take_out_dots();
+            found = k;
+        } else if (found != 0 && k > found + 2) {
+            // THEN what is tracked turns as the vehicle does.
+            REQUIRE(out.has_turn);
+            const auto begin = static_cast<std::size_t>(
+                std::lround((out.turn_begin - f.frames[0].stamp).seconds() / test::kFramePeriod_s));
+            const Eigen::Vector3d true_turn = so3_log(f.frames[begin].T_W_B.q.conjugate() * f.frames[k].T_W_B.q);
+            CHECK((out.turn_B - true_turn).norm() < 0.2 * true_turn.norm());
+            CHECK(out.fixed_share > 0.01);
+        }
+    }
+    CHECK(found > kStill);
+    CHECK(found < 30);
 }
 
 TEST_CASE("a mask keeps tracks and stereo matches out of it", "[frontend]") {

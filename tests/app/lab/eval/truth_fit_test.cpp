@@ -90,6 +90,37 @@ TEST_CASE("sigmas cover the errors of fits, whether or not neighbouring errors a
     CHECK(squares < 2.0);
 }
 
+TEST_CASE("what is left within a second is separate from what changes slowly") {
+    std::vector<PosePair> flight = pairs(20.0, {});
+    for (PosePair& pair : flight) {  // 3 mm that change slowly, 1 mm at 4 Hz
+        const double s = pair.stamp.seconds();
+        pair.estimate.p += std::sqrt(2.0) * Eigen::Vector3d(0.003 * std::sin(0.9 * s), 0.001 * std::sin(25.0 * s), 0.0);
+    }
+    const TruthFit fit = fit_truth(flight);
+    CHECK(fit.position_rmse_m > 0.002);
+    CHECK(fit.position_swift_rmse_m == Approx(0.001).margin(0.0002));
+    CHECK(fit.orientation_swift_rmse_rad < 1e-6);
+}
+
+TEST_CASE("a truth is left as it is by what its fit does not show") {
+    const std::vector<GroundTruthState> states{{.stamp = Timestamp{0}, .p_W_B = {0.0, 0.0, 0.0}},
+                                               {.stamp = Timestamp{50'000'000}, .p_W_B = {0.1, 0.0, 0.0}},
+                                               {.stamp = Timestamp{100'000'000}, .p_W_B = {0.2, 0.0, 0.0}}};
+    TruthFit fit;
+    fit.is_known = true;
+    fit.lag_s = {0.002, 0.001};
+    fit.lever_arm_m = {{0.01, 0.0, 0.02}, {0.005, 0.001, 0.01}};
+    fit.turn_rad = {{0.02, 0.0, 0.0}, {0.01, 0.001, 0.001}};
+    const std::vector<GroundTruthState> unshown = with_fit(states, fit);
+    REQUIRE(unshown.size() == 1);
+    CHECK((unshown[0].p_W_B - states[1].p_W_B).norm() < 1e-12);
+    CHECK(unshown[0].q_W_B.angularDistance(states[1].q_W_B) < 1e-12);
+    fit.lever_arm_m.sigma.setConstant(0.005);
+    const std::vector<GroundTruthState> shown = with_fit(states, fit);
+    REQUIRE(shown.size() == 1);
+    CHECK((shown[0].p_W_B - states[1].p_W_B - fit.lever_arm_m.value).norm() < 1e-12);
+}
+
 TEST_CASE("a vehicle that never turns leaves the lever arm open") {
     std::vector<PosePair> flight = pairs(20.0, {.late_s = 0.010});
     for (PosePair& pair : flight) {
