@@ -9,7 +9,7 @@ and walls in it.
 Installs a systemd service that runs as the user facet, without root, and is
 not started before its configuration has been written.")
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "${_libraries}, libgpiod2 (>= 1.6.3), adduser")
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "${_libraries}, ${_gpiod}, adduser")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "udev")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "python3, python3-numpy, python3-pil, python3-matplotlib")
 file(WRITE "${_made}/conffiles" "/etc/facet/vehicle.yaml\n")

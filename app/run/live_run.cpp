@@ -39,8 +39,7 @@ LiveRun::LiveRun(Clock& clock, const Vehicle& vehicle, const RunSources& sources
     summary.calibration = vehicle.calibration.source;
     output_ = std::make_unique<OutputThreads>(clock, vehicle.config, vehicle.odometry, std::move(sinks), recorder_,
                                               sensors_.events(), static_cast<std::size_t>(vehicle.log.timed_frames));
-    EstimatorLoopOptions options{intake_options(vehicle)};
-    options.ranges = sources.ranges;
+    const EstimatorLoopOptions options{intake_options(vehicle, sources)};
     loop_ = std::make_unique<EstimatorLoop>(options, clock, pipeline_, *queues_, *output_);
 }
 

@@ -19,7 +19,7 @@ RecordRun::RecordRun(Clock& clock, const Vehicle& vehicle, const RunSources& sou
       starter_(vehicle.realtime.prefault_stack_kb),
       queues_(std::make_unique<RunQueues>()),
       sensors_(clock, vehicle, sources, *queues_, wakeup_),
-      intake_(intake_options(vehicle), *queues_) {}
+      intake_(intake_options(vehicle, sources), *queues_) {}
 
 RecordRun::~RecordRun() { join_all(); }
 
@@ -81,6 +81,8 @@ bool RecordRun::step() {
     samples_.fetch_add(samples, kOnlyCounted);
     for (SyncedFrame pair; intake_.pop(pair);) {  // the tap has it
         any = true;
+        // As an estimator would have had them.
+        intake_.take_ranges(pair.stamp + vehicle_.calibration.camera_time_shift, [](const RangeSample&) {});
     }
     for (SyncReport report; ok(intake_.sync().pop_report(report));) {
     }

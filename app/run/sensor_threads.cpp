@@ -137,7 +137,7 @@ std::vector<SourceAccount> SensorThreads::accounts() const {
     return accounts;
 }
 
-IntakeOptions intake_options(const Vehicle& vehicle) {
+IntakeOptions intake_options(const Vehicle& vehicle, const RunSources& sources) {
     SynchroniserOptions options;
     options.period = Duration::from_seconds(1.0 / vehicle.cameras.rate_hz);
     options.has_trigger = vehicle.trigger.has_value();
@@ -151,7 +151,7 @@ IntakeOptions intake_options(const Vehicle& vehicle) {
     } else if (vehicle.cameras.side_by_side) {
         options.votes = 1;  // halves of one image need no evidence that they belong together
     }
-    return {options, vehicle.calibration.camera_time_shift, vehicle.cameras.side_by_side};
+    return {options, vehicle.calibration.camera_time_shift, vehicle.cameras.side_by_side, sources.ranges};
 }
 
 std::vector<NamedCounter> named_findings(const SharedFindings& findings) {

@@ -97,8 +97,8 @@ private:
     LinuxWorker imu_worker_;
 };
 
-/// What the synchroniser has to know of a vehicle's sensors, and what comes before it. Reentrant. No heap.
-IntakeOptions intake_options(const Vehicle& vehicle);
+/// What the synchroniser has to know of a vehicle's sensors, and what comes beside it. Reentrant. No heap.
+IntakeOptions intake_options(const Vehicle& vehicle, const RunSources& sources);
 
 /// The synchroniser's findings by name, for an account. Reentrant. Heap.
 std::vector<NamedCounter> named_findings(const SharedFindings& findings);

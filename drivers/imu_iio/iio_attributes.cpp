@@ -36,7 +36,9 @@ int read_attribute(KernelIo& io, const IioPath& path, IioText& text) {
     if (size < 0) {
         return static_cast<int>(size);
     }
-    const std::string_view whole(content.data(), static_cast<std::size_t>(size));
+    // Of current_timestamp_clock the kernel gives the zero behind the text as well.
+    std::string_view whole(content.data(), static_cast<std::size_t>(size));
+    whole = whole.substr(0, whole.find('\0'));
     text = IioText(whole.substr(0, whole.find_last_not_of(" \n") + 1));
     return 0;
 }

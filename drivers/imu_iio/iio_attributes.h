@@ -52,7 +52,7 @@ private:
     ShortText<kMaxIioPath> text_;
 };
 
-/// Content of an attribute without white space at its end; the longest are lists of sampling frequencies.
+/// Content of an attribute up to a zero, without white space at its end; the longest are lists of sampling frequencies.
 using IioText = ShortText<1023>;
 
 /// @return 0, or -errno with `text` untouched. Reentrant. No heap.

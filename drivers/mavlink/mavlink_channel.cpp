@@ -84,7 +84,9 @@ Status MavlinkChannel::flush() {
         return Status::kIo;
     }
     std::copy(rest_.begin() + taken, rest_.end(), rest_.begin());
-    rest_.resize(rest_.size() - static_cast<std::size_t>(taken));
+    for (std::int64_t i = 0; i < taken; ++i) {
+        rest_.pop_back();
+    }
     return rest_.empty() ? Status::kOk : Status::kFull;
 }
 

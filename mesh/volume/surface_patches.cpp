@@ -96,17 +96,16 @@ private:
             fit.value.x() = static_cast<double>(own_.inverse_depth);
             fit.variance = static_cast<double>(own_.sigma) * static_cast<double>(own_.sigma);
         } else {
-            FixedVector<const Neighbour*, kMost> sorted;
             for (const Neighbour& s : near_) {
-                sorted.push_back(&s);
                 middle_ += Eigen::Vector2d(s.x, s.y);
             }
             middle_ /= static_cast<double>(near_.size());
-            const auto** const half = sorted.data() + sorted.size() / 2;
+            auto sorted = near_;
+            auto* const half = sorted.data() + sorted.size() / 2;
             std::nth_element(sorted.begin(), half, sorted.end(),
-                             [](const auto* a, const auto* b) { return a->rho < b->rho; });
-            fit.value.x() = (*half)->rho;
-            fit.variance = (*half)->variance;
+                             [](const auto& a, const auto& b) { return a.rho < b.rho; });
+            fit.value.x() = half->rho;
+            fit.variance = half->variance;
         }
         for (Neighbour& s : near_) {
             s.x -= middle_.x();

@@ -17,6 +17,7 @@ class Step:
     says: tuple  # what its output has to hold
     exit_code: int = 0
     faults: tuple = ()
+    sensor: str = "icm42688"
 
 
 STEPS = (
@@ -66,6 +67,30 @@ NO_SIZE = Step("dry_run_media_size", ("run", "--config", "/run/share/other.yaml"
                 "instead of 641x481"), 2)  # fmt: skip
 
 
+# Inertial sensors that the kernel drives: at half its rate, by a timer instead of its own trigger, the kernel's dummy,
+# and one that is not there.
+def iio_step(name, *says, exit_code=0):
+    command = ("run", "--config", "/run/share/iio.yaml", "--dry-run")
+    return Step(f"dry_run_iio_{name}", command, says, exit_code, sensor="iio")
+
+
+IIO = (
+    (iio_step("slow", "imu:          100 samples/s, 0 lost, 0 bad", "mean specific force"),
+     "device: facet-imu, rate_hz: 100"),
+    (iio_step("timer", "imu:          250 samples/s, 0 lost, 0 bad", "mean specific force"),
+     "device: facet-imu, rate_hz: 250, trigger: facet-timer"),
+    (iio_step("dummy", "WRONG     imu:", "facet-dummy: has no angular rates (in_anglvel_x to z) in its scans",
+              exit_code=2), "device: facet-dummy"),
+    (iio_step("none", "WRONG     imu:", "facet-dummy", "facet-imu", exit_code=2), "device: icm42600-gyro"),
+)  # fmt: skip
+
+
+def iio_vehicle(log, keys):
+    return {"iio.yaml": hil_guest.VEHICLE.format(calibration=log / "mav0", mode="s", rate=20.0, backend="libgpiod",
+                                                 imu=f"iio: {{{keys}}}", sinks="", realtime="",
+                                                 pixels="")}  # fmt: skip
+
+
 def other_cameras(log, left, right, size, keys="", right_controls="", rate=5.0):
     """A vehicle with these nodes, and a calibration of their size."""
     files = heap_files(log, size)
@@ -103,6 +128,7 @@ def rows(hil):
                                           START_OF_EXPOSURE)))  # fmt: skip
     steps.append((MEDIA, other_cameras(hil.log, "/dev/video0", "/dev/video1", "[640, 480]", rate=50.0)))
     steps.append((NO_SIZE, other_cameras(hil.log, "/dev/video0", "/dev/video1", "[641, 481]")))
+    steps += [(step, iio_vehicle(hil.log, keys)) for step, keys in IIO]
     with ThreadPoolExecutor(hil.args.jobs) as guests:
         results = list(guests.map(lambda step: row_of(hil, *step), steps))
     results.append(checked_calibration(hil))
@@ -111,7 +137,8 @@ def rows(hil):
 
 def row_of(hil, step, files):
     job = hil_guest.Job(log=hil.log, folder=hil.out / f"bring_up_{step.name}", command=step.command,
-                        faults=list(step.faults), files=files, timeout_s=hil.args.timeout)  # fmt: skip
+                        sensor=step.sensor, faults=list(step.faults), files=files,
+                        timeout_s=hil.args.timeout)  # fmt: skip
     report = hil_guest.fly(hil.programs, job)
     said = (job.folder / "run.log").read_text(encoding="utf-8", errors="replace")
     missing = [words for words in step.says if words not in said]

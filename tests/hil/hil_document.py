@@ -10,7 +10,7 @@ from bench.marked_document import LOCAL_OPTIONS, measured_by, put_between_marks 
 import hil_faults  # noqa: E402
 
 NAMES = {"icm42688": "ICM-42688-P", "adis16475": "ADIS16475-2", "bmi088": "BMI088", "dronecan": "DroneCAN",
-         "openimu300": "OpenIMU300"}  # fmt: skip
+         "openimu300": "OpenIMU300", "iio": "the kernel's (IIO)"}  # fmt: skip
 SIMULATED_LOG = "log_room"  # of scripts/target/hil
 
 

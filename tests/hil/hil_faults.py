@@ -83,6 +83,10 @@ FAULTS = (
     Fault("dronecan", "clock_30s", 0.0, "wall clock set 30 s on"),
     Fault("dronecan", "clock_1h", 0.0, "wall clock set an hour on"),
     Fault("dronecan", "clock_back_10s", 0.0, "wall clock set back by 10 s"),
+    Fault("iio", "imu_silent", 0.3, "silent"),
+    Fault("iio", "imu_unplugged", 0.5, "unplugged, as after power-on when it comes back"),
+    Fault("iio", "imu_unplugged", FOR_EVER_S, "unplugged", "LOST", "imu_gap"),
+    Fault("iio", "clock_1h", 0.0, "wall clock set an hour on"),
 )
 
 
@@ -96,6 +100,7 @@ class Restart:
     ends: str = "TRACKING"
     watchdog_s: float = WATCHDOG_S
     max_recovery_s: float = MAX_RECOVERY_S
+    sensor: str = "icm42688"
 
     @property
     def name(self):
@@ -110,6 +115,8 @@ RESTARTS = (
             max_recovery_s=2.5),
     Restart("sinks_hang", "the thread of the sinks hangs; the program names it and ends, and is started again",
             watchdog_s=UNIT_WATCHDOG_S),
+    # Nobody has stopped the kernel's buffer.
+    Restart("stopped", "the program hangs; the watchdog restarts it", sensor="iio"),
 )
 
 
@@ -164,11 +171,11 @@ def restart_row(hil, restart, plain):
     """The program, or a thread of it, hangs, and its service manager starts it again."""
     faults = [f"{restart.kind}@{BEGIN_S}+0"]
     faults += [f"{restart.also}@{BEGIN_S}+{FOR_EVER_S}"] if restart.also else []
-    job, report = hil.play("icm42688", f"icm42688_restart_{restart.name}", faults=faults,
-                           watchdog_s=restart.watchdog_s)  # fmt: skip
+    flight_name = f"{restart.sensor}_restart_{restart.name}"
+    job, report = hil.play(restart.sensor, flight_name, faults=faults, watchdog_s=restart.watchdog_s)
     folders = sorted((job.folder / "flights").glob("flight_*"))
-    flights = [hil.flight_in(folder, f"restart_{restart.name}_{i}", report) for i, folder in enumerate(folders)]
-    row = {"sensor": "icm42688", "fault": restart.name, "exit_code": report["exit_code"],
+    flights = [hil.flight_in(folder, f"{flight_name}_{i}", report) for i, folder in enumerate(folders)]
+    row = {"sensor": restart.sensor, "fault": restart.name, "exit_code": report["exit_code"],
            "words": restart.words, "ate_plain_mm": plain["ate_mm"], "length_s": math.nan,
            "recovery_s": math.nan, "longest_gap_s": math.nan, "ate_mm": math.nan, "good": False,
            "states": [], "reasons": [], "ends": "-", "found": {"flights": len(flights)}}  # fmt: skip
@@ -205,11 +212,11 @@ def fault_rows(hil, faults, restarts):
         flight["ate_mm"] = hil.ate(flight["poses"], flight["name"])
         return flight
 
-    sensors = sorted({fault.sensor for fault in faults} | ({"icm42688"} if restarts else set()))
+    sensors = sorted({one.sensor for one in (*faults, *restarts)})
     with ThreadPoolExecutor(hil.args.jobs) as guests:
         plain = dict(zip(sensors, guests.map(plain_flight, sensors)))
         flown = [guests.submit(fault_row, hil, fault, plain[fault.sensor]) for fault in faults]
-        flown += [guests.submit(restart_row, hil, restart, plain["icm42688"]) for restart in restarts]
+        flown += [guests.submit(restart_row, hil, restart, plain[restart.sensor]) for restart in restarts]
         rows = []
         for row in flown:
             rows.append(row.result())

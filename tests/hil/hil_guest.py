@@ -10,7 +10,7 @@ from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent
 CAN_SENSORS = ("dronecan", "openimu300")
-SENSORS = ("icm42688", "adis16475", "bmi088") + CAN_SENSORS
+SENSORS = ("icm42688", "adis16475", "bmi088") + CAN_SENSORS + ("iio",)
 BACKENDS = ("libgpiod", "chardev")
 
 VEHICLE = """calibration: {{euroc: {calibration}}}
@@ -31,6 +31,7 @@ SENSOR_CONFIG = {
     "bmi088": "spi: {chip: bmi088, device: /dev/spidev0.0, accel_device: /dev/spidev0.1, rate_hz: 200, READY}",
     "dronecan": "can: {interface: vcan0, decoder: dronecan, use_integrals: true}",
     "openimu300": "can: {interface: vcan0, decoder: openimu300}",
+    "iio": "iio: {device: facet-imu, rate_hz: 200, attributes: {in_accel_scale: 0.004788403}}",
 }
 # Exposure and gain are the program's; the sensor's have steps of 0.1 ms (tests/hil/inject/sensor_light.h).
 AUTO_EXPOSURE = "  auto_exposure: {exposure_step_s: 0.0001, most_exposure: 80, most_gain: 16}\n"

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-2-Clause
-"""The short hardware-in-the-loop test: a simulated flight through the kernel's drivers in virtual time, by SPI and by
-CAN, recorded and replayed, faults of camera, line, sensor, clock and program, and the steps of the bring-up, with the
-kernel's own cameras, vivid and vimc. Skipped (77) where the guest kernel has not been built.
+"""The short hardware-in-the-loop test: a simulated flight through the kernel's drivers in virtual time, by SPI, by CAN
+and by a driver in the kernel (IIO), recorded and replayed, faults of camera, line, sensor, clock and program, and the
+steps of the bring-up, with the kernel's own cameras, vivid and vimc. Skipped (77) where the guest kernel has not been
+built.
 
 Usage: hil_test.py FACET HIL_INJECT WORK_FOLDER
 """
@@ -38,9 +39,9 @@ def main(facet, inject, work):
     command = [
         sys.executable, ROOT / "tests/hil/hil_run.py", "--kernel", found.stdout.strip(), "--facet", facet,
         "--inject", inject,
-        "--log", log, "--out", work / "out", "--sensors", "icm42688,dronecan", "--time", "virtual",
+        "--log", log, "--out", work / "out", "--sensors", "icm42688,dronecan,iio", "--time", "virtual",
         "--faults", "unplugged,unplugged+dim,flagged_frames_2.0,left_ahead,edges_lost_0.15,imu_brown_out,clock_30s,"
-        "stopped,sinks_hang",
+        "imu_unplugged_0.5,stopped,sinks_hang",
         "--bring-up", "--timeout", "240",
     ]  # fmt: skip
     return subprocess.run(command, check=False).returncode

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <filesystem>
 #include <map>
+#include <sstream>
 
 #include "app/lab/mcap/mcap_file.h"
 #include "drivers/replay_asl/asl_dataset.h"
@@ -133,6 +134,41 @@ TEST_CASE("what the sensors gave is in the log, and the calibration beside it") 
     RecordRun second(clock, again.vehicle(), again.sources(), dir.path(), LogForm::kFolder);
     CHECK_THROWS(second.start());
     CHECK(content_of(dir.path()).pairs == before.pairs);
+}
+
+TEST_CASE("readings of a range finder are in the log, with the frame before which they came") {
+    const test::TempDir made;
+    const test::TempDir dir;
+    test::write_asl_folder(made, 30);
+    StillClock clock;
+    Bench bench(made.path(), clock);
+    RangeQueue ranges;
+    for (int i = 0; i < 5; ++i) {
+        REQUIRE(ok(ranges.push({{1'000 + i}, {0.0, 0.1, -1.5 - i}})));
+    }
+    RunSources sources = bench.sources();
+    sources.ranges = &ranges;
+    RecordRun run(clock, bench.vehicle(), sources, dir.path(), LogForm::kFolder);
+    run.start();
+    LinuxClock patience;
+    for (int i = 0; i < 1200 && !run.ended(); ++i) {
+        patience.sleep(Duration::from_seconds(0.05));
+    }
+    REQUIRE(run.ended());
+    CHECK(run.stop().samples_dropped == 0);
+    std::istringstream rows(test::read_file(dir.file("mav0/range0/data.csv")));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(rows, line);) {
+        lines.push_back(line);
+    }
+    REQUIRE(lines.size() == 6);
+    const std::string first = content_of(dir.path()).pairs.front();
+    const std::string first_frame = first.substr(0, first.find_first_not_of("0123456789"));
+    for (int i = 0; i < 5; ++i) {
+        CAPTURE(lines[static_cast<std::size_t>(i) + 1]);
+        CHECK(lines[static_cast<std::size_t>(i) + 1].starts_with(std::to_string(1'000 + i) + ",0,0.1"));
+        CHECK(lines[static_cast<std::size_t>(i) + 1].ends_with("," + first_frame));
+    }
 }
 
 TEST_CASE("of a flight of minutes everything is in the file, or counted") {

@@ -106,7 +106,10 @@ public:
         const std::string& path = open_.at(fd).path;
         const auto node = nodes.find(path);
         if (node == nodes.end()) {
-            const std::string text = files.at(path) + "\n";
+            std::string text = files.at(path) + "\n";
+            if (path.ends_with("/current_timestamp_clock")) {
+                text.push_back('\0');  // as the kernel does
+            }
             std::memcpy(buffer, text.data(), std::min(size, text.size()));
             return static_cast<std::int64_t>(std::min(size, text.size()));
         }

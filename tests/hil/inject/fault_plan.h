@@ -29,6 +29,7 @@ enum class FaultKind : std::uint8_t {
     kImuDamaged,    ///< every second sample has a wrong bit: checksum, header or transfer CRC
     kImuDead,       ///< SPI: nobody drives the line, edges go on
     kImuBrownOut,   ///< SPI: no power; afterwards the registers are as after power-on
+    kImuUnplugged,  ///< IIO: the device goes and comes back, as after power-on
     kReadyMerged,   ///< SPI: of two data-ready edges the first leaves no trace, as when the kernel's thread is late
     kCanLoss,       ///< a third of the frames, in bursts of ten
     kBusOff,        ///< error frame, silence, frame of the restarted controller
@@ -44,10 +45,11 @@ enum class FaultKind : std::uint8_t {
     kCount
 };
 inline constexpr std::array<std::string_view, static_cast<std::size_t>(FaultKind::kCount)> kFaultNames{
-    "left_dropped",   "right_dropped",  "right_stalled", "right_late",  "both_dropped", "torn",       "short_frames",
-    "flagged_frames", "left_ahead",     "edges_lost",    "edges_extra", "unplugged",    "imu_silent", "imu_damaged",
-    "imu_dead",       "imu_brown_out",  "ready_merged",  "can_loss",    "bus_off",      "can_down",   "clock_30s",
-    "clock_1h",       "clock_back_10s", "dim",           "sinks_hang",  "stopped",      "killed",     "power_cut"};
+    "left_dropped", "right_dropped",  "right_stalled", "right_late",    "both_dropped",  "torn",
+    "short_frames", "flagged_frames", "left_ahead",    "edges_lost",    "edges_extra",   "unplugged",
+    "imu_silent",   "imu_damaged",    "imu_dead",      "imu_brown_out", "imu_unplugged", "ready_merged",
+    "can_loss",     "bus_off",        "can_down",      "clock_30s",     "clock_1h",      "clock_back_10s",
+    "dim",          "sinks_hang",     "stopped",       "killed",        "power_cut"};
 
 struct Fault {
     FaultKind kind = FaultKind::kCount;

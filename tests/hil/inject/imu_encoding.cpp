@@ -21,6 +21,9 @@ constexpr double kAdisRate = kRadPerDeg / 40.0;
 constexpr double kAdisForce = kStandardGravity / 4000.0;
 constexpr double kBmiRate = 2000.0 * kRadPerDeg / 32767.0;
 constexpr double kBmiForce = 12.0 * kStandardGravity / 32768.0;
+// As iio_imu.c tells its scales: nine digits behind the point.
+constexpr double kIioRate = 0.000066579;
+constexpr double kIioForce = 0.004788403;
 constexpr std::uint32_t kRawImuId = (8U << 24) | (1003U << 8) | 42U;  // priority, type, node
 constexpr std::uint32_t kOpenImuRateId = 0x0CF02A80;
 constexpr std::uint32_t kOpenImuForceId = 0x0CF02D80;
@@ -82,6 +85,15 @@ ImuSample as_read_from_adis(const ImuSample& sample) {
         result.w_B[axis] = counts(sample.w_B[axis], kAdisRate, 32767) * kAdisRate;
         result.a_B[axis] = counts(sample.a_B[axis], kAdisForce, 32767) * kAdisForce;
     }
+    return result;
+}
+
+/// The mount matrix leads back to the axes of the sample.
+ImuSample as_read_from_iio(const ImuSample& sample) {
+    const std::array<std::int32_t, 6> sensor = iio_counts(sample);
+    ImuSample result = sample;
+    result.w_B = Eigen::Vector3d(-sensor[1], sensor[0], sensor[2]) * kIioRate;
+    result.a_B = Eigen::Vector3d(-sensor[4], sensor[3], sensor[5]) * kIioForce;
     return result;
 }
 
@@ -147,6 +159,14 @@ std::array<std::uint8_t, 20> adis_burst(const ImuSample& sample, std::uint16_t c
     }
     put_big16(&burst[18], sum);
     return burst;
+}
+
+std::array<std::int32_t, 6> iio_counts(const ImuSample& sample) {
+    const auto rate = [&](double value) { return counts(value, kIioRate, 524287); };
+    const auto force = [&](double value) { return counts(value, kIioForce, 32767); };
+    const Eigen::Vector3d& w = sample.w_B;
+    const Eigen::Vector3d& a = sample.a_B;
+    return {rate(w.y()), rate(-w.x()), rate(w.z()), force(a.y()), force(-a.x()), force(a.z())};
 }
 
 Eigen::Vector3d force_at(const std::vector<ImuSample>& samples, std::size_t before, Timestamp stamp) {
@@ -247,6 +267,7 @@ ImuSample as_encoded(ImuKind kind, const ImuSample& sample, Duration interval) {
             return decoded(decoder, dronecan_frames(sample, interval, 0), sample);
         }
         case ImuKind::kOpenImu300: return decoded_openimu(sample);
+        case ImuKind::kIio: return as_read_from_iio(sample);
         default: return as_read_from_adis(sample);
     }
 }

@@ -12,9 +12,10 @@
 
 namespace facet::hil {
 
-/// Sensors that are played. The first three are on SPI, the others on CAN.
-enum class ImuKind : std::uint8_t { kIcm42688, kAdis16475, kBmi088, kDroneCan, kOpenImu300 };
-inline constexpr std::array<std::string_view, 5> kImuNames{"icm42688", "adis16475", "bmi088", "dronecan", "openimu300"};
+/// Sensors that are played. The first three are on SPI, the next two on CAN; the kernel itself drives the last (IIO).
+enum class ImuKind : std::uint8_t { kIcm42688, kAdis16475, kBmi088, kDroneCan, kOpenImu300, kIio };
+inline constexpr std::array<std::string_view, 6> kImuNames{"icm42688", "adis16475",  "bmi088",
+                                                           "dronecan", "openimu300", "iio"};
 
 constexpr bool is_on_can(ImuKind kind) { return kind == ImuKind::kDroneCan || kind == ImuKind::kOpenImu300; }
 
@@ -45,6 +46,10 @@ std::vector<CanFrame> dronecan_frames(const ImuSample& sample, Duration interval
 
 /// Angular rate (1/128 deg/s), then acceleration (0.01 m/s^2), as the OpenIMU300RI sends them by J1939.
 std::vector<CanFrame> openimu_frames(const ImuSample& sample);
+
+/// What tests/hil/kernel/facet_hil/iio_imu.c measures: rates (2000 deg/s for 2^19, 20 bits), then forces (16 g for
+/// 2^15, 16 bits), in the axes of a sensor that is turned by a quarter about z; values beyond are clipped.
+std::array<std::int32_t, 6> iio_counts(const ImuSample& sample);
 
 /// The samples after they have been encoded and decoded: what a replay must be given for the estimates to be the same.
 /// CAN frames pass through the drivers' own decoders. The forces of a BMI088 are interpolated, so that its last sample

@@ -38,7 +38,7 @@ TEST_CASE("What a sensor sends is the sample to its own resolution") {
     for (const Resolution& r :
          {Resolution{ImuKind::kIcm42688, 2000.0 * deg / 524288.0, 16.0 * 9.80665 / 524288.0},
           Resolution{ImuKind::kAdis16475, deg / 40.0, 9.80665 / 4000.0}, Resolution{ImuKind::kDroneCan, 1e-6, 2e-6},
-          Resolution{ImuKind::kOpenImu300, deg / 128.0, 0.01}}) {
+          Resolution{ImuKind::kOpenImu300, deg / 128.0, 0.01}, Resolution{ImuKind::kIio, 0.000066579, 0.004788403}}) {
         CAPTURE(static_cast<int>(r.kind));
         const ImuSample back = encoded(r.kind, sample());
         require_within_half(back.w_B, sample().w_B, r.rate);
@@ -58,6 +58,7 @@ TEST_CASE("Values beyond a sensor's range are clipped") {
     REQUIRE(back.a_B.x() > 80.0);
     REQUIRE(back.a_B.y() == -back.a_B.x());
     REQUIRE(encoded(ImuKind::kIcm42688, strong).a_B.x() < 16.0 * 9.80665);
+    REQUIRE(encoded(ImuKind::kIio, strong).a_B.x() < 16.0 * 9.80665);
 }
 
 TEST_CASE("The burst of the ADIS16475 has the sum that its driver expects") {

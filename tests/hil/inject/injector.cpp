@@ -36,6 +36,8 @@ Injector::Injector(const InjectorOptions& options, const Recording& recording, C
       trigger_(options.trigger_pull) {
     if (is_on_can(options.imu)) {
         can_.emplace(options.can_interface);
+    } else if (options.imu == ImuKind::kIio) {
+        iio_.emplace();
     } else {
         data_ready_.emplace(options.data_ready_pull);
         spi_.emplace();
@@ -112,6 +114,8 @@ void Injector::send_imu(std::size_t index) {
     const bool damaged = active(FaultKind::kImuDamaged, sample.stamp) && imu_count_ % 2 == 0;
     if (can_) {
         send_can(sample, damaged);
+    } else if (iio_) {
+        iio_->measure(iio_counts(sample));
     } else {
         send_spi(index, damaged);
     }
@@ -160,6 +164,11 @@ void Injector::switch_fault(const Fault& fault, bool begins, Child& child) {
         case FaultKind::kImuBrownOut:
             if (spi_) {
                 switch_power(begins);
+            }
+            break;
+        case FaultKind::kImuUnplugged:
+            if (iio_) {
+                begins ? iio_->unplug() : iio_->plug();
             }
             break;
         case FaultKind::kBusOff:

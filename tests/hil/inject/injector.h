@@ -102,6 +102,7 @@ private:
     PulseLine trigger_;
     std::optional<PulseLine> data_ready_;
     std::optional<SpiImuModel> spi_;
+    std::optional<IioImuModel> iio_;
     std::optional<CanNode> can_;
     std::vector<PlayedFrame> frames_;
     std::vector<Action> actions_;

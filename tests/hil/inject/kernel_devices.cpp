@@ -160,6 +160,18 @@ bool SpiImuModel::makes_edges() const {
     return edges != 0;
 }
 
+IioImuModel::IioImuModel() : fd_(open_file("/dev/facet-iio", O_WRONLY)) {}
+
+void IioImuModel::measure(const std::array<std::int32_t, 6>& counts) {
+    fd_.check(static_cast<int>(::write(fd_.get(), counts.data(), sizeof counts)), "cannot be written");
+}
+
+void IioImuModel::write_driver(const std::string& attribute) {
+    const Descriptor file = open_file("/sys/bus/platform/drivers/facet-iio/" + attribute, O_WRONLY);
+    constexpr std::string_view kDevice = "facet-iio";
+    file.check(static_cast<int>(::write(file.get(), kDevice.data(), kDevice.size())), "cannot be written");
+}
+
 CanNode::CanNode(const std::string& interface)
     : interface_(interface), fd_(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW), interface) {
     sockaddr_can address{};

@@ -101,6 +101,23 @@ private:
     Descriptor fd_;
 };
 
+/// The inertial sensor of tests/hil/kernel/facet_hil/iio_imu.c.
+class IioImuModel {
+public:
+    IioImuModel();
+    /// @param counts  rates, then forces
+    void measure(const std::array<std::int32_t, 6>& counts);
+    /// The kernel's driver is taken from the device, which goes with its node.
+    void unplug() { write_driver("unbind"); }
+    /// It is there again, as after power-on, with whatever number is free.
+    void plug() { write_driver("bind"); }
+
+private:
+    static void write_driver(const std::string& attribute);
+
+    Descriptor fd_;
+};
+
 /// Another node on the bus; it also speaks for the controller, whose error frames user space may send on a virtual bus.
 class CanNode {
 public:
