@@ -39,8 +39,8 @@ struct RestingImu {
 /// Usage, at every frame:
 ///   Stationarity rest;
 ///   if (ok(measure_stationarity(buffer, stamp, imu, rest)) && rest.may_be_at_rest && no_disparity) ...
-/// @return kNotReady if samples do not reach the stamp or do not cover kRestDuration_s before it; kDegenerate if there is a
-///         gap or a clipped reading in them: nothing is known. out untouched then. Reentrant. No heap.
+/// @return kNotReady if samples do not reach the stamp or do not cover kRestDuration_s before it; kDegenerate if there
+///         is a gap or a clipped reading in them: nothing is known. out untouched then. Reentrant. No heap.
 Status measure_stationarity(const ImuBuffer& buffer, Timestamp stamp, const RestingImu& imu, Stationarity& out);
 
 }  // namespace facet

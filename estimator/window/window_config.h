@@ -18,8 +18,8 @@ struct WindowConfig {
     bool spread_keyframes = true;
     // Not among the parameters:
     bool learn_pixel_sigma = true;  ///< from residuals, beginning with pixel_sigma_px, within a factor of ten of it
-    /// Of Cauchy's loss on observations, in multiples of the residuals' robust standard deviation: 1.2 is the likelihood
-    /// of Student's t with two degrees of freedom, whose tails those of real tracks resemble.
+    /// Of Cauchy's loss on observations, in multiples of the residuals' robust standard deviation: 1.2 is the
+    /// likelihood of Student's t with two degrees of freedom, whose tails those of real tracks resemble.
     double loss_threshold = 1.2;
 
     /// kInvalidArgument if a field is outside its range.

@@ -38,7 +38,8 @@ struct DepthCounters {
 /// A keyframe begins with copies of its images; then each advance() looks at a fixed number of squares, spread over the
 /// whole image. So the time of a frame is bounded, and if the next keyframe comes before the end, what there is covers
 /// all of the view. Results depend on the order of calls alone. There are at most kMaxDepthPoints squares: those of
-/// larger images are wider. About 0.5 MB and four times the size of the images. Heap: in configure() only. Thread-bound.
+/// larger images are wider. About 0.5 MB and four times the size of the images. Heap: in configure() only.
+/// Thread-bound.
 class SemiDenseDepth {
 public:
     static constexpr int kSquare_px = 14;

@@ -17,7 +17,7 @@ constexpr double kMinCoherence = 0.55;
 constexpr double kMaxRoughness_m = 0.010;
 // Landmarks within this distance of a candidate take part in its first fit (m).
 constexpr double kSearchGate_m = 0.15;
-// Of the least area of a new plane, what the votes for a candidate come to at least: they are areas of faces, by weight.
+// What the votes for a candidate, weighted areas of faces, come to at least: of the least area of a new plane.
 constexpr double kMinSupport = 4.0 / 7.0;
 // Least number of landmarks of a new plane, and least standard deviation of them along its shorter side (m).
 constexpr int kMinLandmarks = 14;

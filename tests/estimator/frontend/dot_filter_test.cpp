@@ -6,8 +6,7 @@
 
 #include "tests/estimator/frontend/synthetic.h"
 
-using namespace facet;
-
+namespace facet::dot_filter_test {
 namespace {
 
 constexpr int kWidth = 53;
@@ -78,3 +77,5 @@ TEST_CASE("dots are distinguished from corners and disappear, corners stay where
     CHECK_FALSE(DotFilter::is_dot(image.view(), opened, {0.0, 0.0}));  // a flat place at the border
     CHECK(DotFilter::share(image.view(), opened) == Approx(9.0 / (kWidth * kHeight)));
 }
+
+}  // namespace facet::dot_filter_test
