@@ -40,11 +40,10 @@ void choose_along(const std::uint8_t* __restrict in, int width, std::uint8_t* __
     }
 }
 
-/// The same down the columns.
-template <class Choice>
-void choose_down(const std::uint8_t* in, int width, int height, int v, std::uint8_t* __restrict out) {
+/// The same down the columns. @param row  row(k): row v + k, of the border if there is none
+template <class Choice, class Row>
+void choose_down(const Row& row, int width, std::uint8_t* __restrict out) {
     const Choice choose;
-    const auto row = [=](int k) { return in + static_cast<std::ptrdiff_t>(std::clamp(v + k, 0, height - 1)) * width; };
     const std::uint8_t* const r0 = row(-2);
     const std::uint8_t* const r1 = row(-1);
     const std::uint8_t* const r2 = row(0);
@@ -63,27 +62,35 @@ void DotFilter::configure(int width, int height) {
     height_ = height;
     const auto size = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     opened_ = std::make_unique_for_overwrite<std::uint8_t[]>(size);
-    scratch_ = std::make_unique_for_overwrite<std::uint8_t[]>(size);
+    rows_ = std::make_unique_for_overwrite<std::uint8_t[]>(static_cast<std::size_t>(width) * (2 * kSide_px + 1));
 }
 
+/// Row by row: the least values along it, down the columns two rows later; of those the largest along them, and down the
+/// columns two rows later again.
 ImageView DotFilter::open(const ImageView& image) {
-    FACET_ASSERT(image.width == width_ && image.height == height_);
-    const auto row_of = [this](const auto& buffer, int v) {
-        return buffer.get() + static_cast<std::ptrdiff_t>(v) * width_;
-    };
-    for (int v = 0; v < height_; ++v) {
-        choose_along<Least>(image.row(v), width_, row_of(scratch_, v));
+    const int width = image.width;
+    const int height = image.height;
+    FACET_ASSERT(width >= kSide_px && height >= kSide_px && width <= width_ && height <= height_);
+    const auto row_at = [width](std::uint8_t* begin, int v) { return begin + static_cast<std::ptrdiff_t>(v) * width; };
+    const auto least = [&](int v) { return row_at(rows_.get(), v % kSide_px); };
+    const auto largest = [&](int v) { return row_at(rows_.get(), kSide_px + v % kSide_px); };
+    std::uint8_t* const eroded = row_at(rows_.get(), 2 * kSide_px);
+    for (int v = 0; v < height + 2 * kReach; ++v) {
+        if (v < height) {
+            choose_along<Least>(image.row(v), width, least(v));
+        }
+        const int e = v - kReach;
+        if (e >= 0 && e < height) {
+            choose_down<Least>([&](int k) { return least(std::clamp(e + k, 0, height - 1)); }, width, eroded);
+            choose_along<Largest>(eroded, width, largest(e));
+        }
+        const int o = e - kReach;
+        if (o >= 0) {
+            choose_down<Largest>([&](int k) { return largest(std::clamp(o + k, 0, height - 1)); }, width,
+                                 row_at(opened_.get(), o));
+        }
     }
-    for (int v = 0; v < height_; ++v) {
-        choose_down<Least>(scratch_.get(), width_, height_, v, row_of(opened_, v));
-    }
-    for (int v = 0; v < height_; ++v) {
-        choose_along<Largest>(row_of(opened_, v), width_, row_of(scratch_, v));
-    }
-    for (int v = 0; v < height_; ++v) {
-        choose_down<Largest>(scratch_.get(), width_, height_, v, row_of(opened_, v));
-    }
-    return {opened_.get(), width_, height_, width_};
+    return {opened_.get(), width, height, width};
 }
 
 bool DotFilter::is_dot(const ImageView& image, const ImageView& opened, const Eigen::Vector2d& uv) {

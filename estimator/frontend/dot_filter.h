@@ -17,10 +17,10 @@ class DotFilter {
 public:
     static constexpr int kSide_px = 5;
 
-    /// Memory that is never used is never touched.
+    /// For images of at most this size. Memory that is never used is never touched.
     void configure(int width, int height);
 
-    /// @param image  of the configured size (FACET_ASSERT) @return valid until the next call
+    /// @param image  of at most the configured size (FACET_ASSERT) @return valid until the next call
     ImageView open(const ImageView& image);
 
     /// Whether the brightest pixel next to uv is one of a dot: opening has taken most of its contrast.
@@ -30,10 +30,10 @@ public:
     static double share(const ImageView& image, const ImageView& opened);
 
 private:
-    int width_ = 0;
+    int width_ = 0;  ///< largest
     int height_ = 0;
     std::unique_ptr<std::uint8_t[]> opened_;
-    std::unique_ptr<std::uint8_t[]> scratch_;
+    std::unique_ptr<std::uint8_t[]> rows_;  ///< of the steps between: the newest ones
 };
 
 }  // namespace facet

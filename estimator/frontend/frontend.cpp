@@ -69,7 +69,7 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
             output.tracked = static_cast<int>(tracks.size());
         }
         if (has_right) {
-            right.build(without_dots(frame.right, right_dots));
+            right.build(without_dots(frame.right));
             engine->begin_right(right);
         }
         make_keyframe(hints, has_right, output);
@@ -78,11 +78,11 @@ void Frontend::Impl::follow_and_choose(const StereoFrame& frame, const FrameHint
     output.fixed_share = std::max(mask.found_share(frame.stamp), dots_share);
 }
 
-ImageView Frontend::Impl::without_dots(const ImageView& image, DotFilter& filter) {
+ImageView Frontend::Impl::without_dots(const ImageView& image) {
     if (!takes_out_dots) {
         return image;
     }
-    const ImageView opened = filter.open(image);
+    const ImageView opened = dots.open(image);
     dots_share = DotFilter::share(image, opened);
     return opened;
 }
@@ -117,7 +117,7 @@ Status Frontend::Impl::process(const StereoFrame& frame, const FrameHints& hints
     FrontendOutput output;
     output.stamp = frame.stamp;
     begin_sight(frame, hints);
-    left.build(without_dots(frame.left, left_dots));
+    left.build(without_dots(frame.left));
     engine->begin_frame(left);
     output.image = judge_image(hints.q_Bp_B);
     if (output.image == ImageState::kUsable) {
@@ -159,8 +159,7 @@ Status Frontend::configure(const FrontendConfig& config, const StereoRig& rig) {
     impl.outlier_test.configure(config, rig);
     impl.policy.configure(config);
     impl.dormant.configure(rig);
-    impl.left_dots.configure(l.width, l.height);
-    impl.right_dots.configure(r.width, r.height);
+    impl.dots.configure(std::max(l.width, r.width), std::max(l.height, r.height));
     impl.takes_out_dots = false;
     impl.dots_share = 0.0;
     impl.mask.configure(l.width, l.height);

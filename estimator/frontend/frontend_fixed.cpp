@@ -74,7 +74,7 @@ bool Frontend::Impl::shows_dots(const ImageView& image, const FrameHints& hints)
     if (is_fresh && turned_px < kTurnedDots_px) {
         return false;
     }
-    const ImageView opened = left_dots.open(image);
+    const ImageView opened = dots.open(image);
     const auto is_dot = [&](const Eigen::Vector2d& uv) { return DotFilter::is_dot(image, opened, uv); };
     const auto stayed = std::count_if(dots_then.places.begin(), dots_then.places.end(), is_dot);
     if (is_fresh && 2 * stayed > static_cast<std::ptrdiff_t>(dots_then.places.size())) {

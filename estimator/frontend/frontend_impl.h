@@ -52,8 +52,7 @@ struct Frontend::Impl {
         boost::container::static_vector<Eigen::Vector2d, kMaxFeatures> places;
     };
     Dots dots_then;
-    DotFilter left_dots;
-    DotFilter right_dots;
+    DotFilter dots;
     bool takes_out_dots = false;
     double dots_share = 0.0;  ///< of the newest image that has been filtered
 
@@ -132,7 +131,7 @@ struct Frontend::Impl {
     /// Whether most tracks are on dots that stay where they are while the vehicle turns and images contradict it.
     bool shows_dots(const ImageView& image, const FrameHints& hints);
     /// The image as it is tracked in and matched.
-    ImageView without_dots(const ImageView& image, DotFilter& filter);
+    ImageView without_dots(const ImageView& image);
     /// By how much the images have turned since the frame in which most tracks were seen last.
     void measure_turn(FrontendOutput& output);
     void measure_disparity(FrontendOutput& output);

@@ -13,14 +13,16 @@ void PixelMask::configure(int width, int height) {
     height_ = height;
     columns_ = (width + kBlock_px - 1) / kBlock_px;
     const int rows = (height + kBlock_px - 1) / kBlock_px;
-    drawn_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
+    drawn_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), false);
+    has_drawing_ = false;
     blocks_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows), {});
     last_until_ = 0;
 }
 
 Status PixelMask::draw(const ImageView& drawn) {
     if (drawn.empty()) {
-        std::fill(drawn_.begin(), drawn_.end(), std::uint8_t{0});
+        std::fill(drawn_.begin(), drawn_.end(), false);
+        has_drawing_ = false;
         return Status::kOk;
     }
     if (drawn.width != width_ || drawn.height != height_ || drawn.stride < drawn.width) {
@@ -29,8 +31,9 @@ Status PixelMask::draw(const ImageView& drawn) {
     for (int v = 0; v < height_; ++v) {
         const std::uint8_t* const row = drawn.row(v);
         std::transform(row, row + width_, drawn_.begin() + static_cast<std::ptrdiff_t>(v) * width_,
-                       [](std::uint8_t pixel) { return static_cast<std::uint8_t>(pixel == 0 ? 1 : 0); });
+                       [](std::uint8_t pixel) { return pixel == 0; });
     }
+    has_drawing_ = true;
     return Status::kOk;
 }
 
@@ -71,12 +74,16 @@ void PixelMask::add(const Eigen::Vector2d& uv, Timestamp now, int strikes) {
 bool PixelMask::is_drawn(const Eigen::Vector2d& uv) const {
     const Eigen::Vector2i pixel = pixel_of(uv);
     return drawn_[static_cast<std::size_t>(pixel.y()) * static_cast<std::size_t>(width_) +
-                  static_cast<std::size_t>(pixel.x())] != 0;
+                  static_cast<std::size_t>(pixel.x())];
 }
 
 void PixelMask::write(Timestamp now, std::span<std::uint8_t> flags) const {
     FACET_ASSERT(flags.size() >= drawn_.size());
-    std::copy(drawn_.begin(), drawn_.end(), flags.begin());
+    if (has_drawing_) {
+        std::copy(drawn_.begin(), drawn_.end(), flags.begin());
+    } else {
+        std::fill_n(flags.begin(), drawn_.size(), std::uint8_t{0});
+    }
     if (last_until_ <= now.ns) {
         return;
     }

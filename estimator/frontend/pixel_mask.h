@@ -58,7 +58,8 @@ private:
     int width_ = 0;
     int height_ = 0;
     int columns_ = 0;
-    std::vector<std::uint8_t> drawn_;  ///< 1: covered; a pixel each
+    std::vector<bool> drawn_;   ///< whether a pixel is covered
+    bool has_drawing_ = false;  ///< any is
     std::vector<Block> blocks_;
     std::int64_t last_until_ = 0;  ///< the latest of them
 };
