@@ -65,8 +65,8 @@ void DotFilter::configure(int width, int height) {
     rows_ = std::make_unique_for_overwrite<std::uint8_t[]>(static_cast<std::size_t>(width) * (2 * kSide_px + 1));
 }
 
-/// Row by row: the least values along it, down the columns two rows later; of those the largest along them, and down the
-/// columns two rows later again.
+/// Row by row: the least values along it, and down the columns two rows later; of those the largest along them, and
+/// down the columns two rows later again.
 ImageView DotFilter::open(const ImageView& image) {
     const int width = image.width;
     const int height = image.height;

@@ -28,7 +28,7 @@ TEST_CASE("a start as at rest is open until images agree, and settled after 0.3 
     CHECK_FALSE(start.forces_keyframes());
     start.judge_claim(images_of(0.1), true, at_ms(300));
     CHECK(start.claim() == RestClaim::kNone);
-    CHECK(start.forces_keyframes());  // for a window that holds the place
+    CHECK(start.forces_keyframes());                     // for a window that holds the place
     CHECK_FALSE(start.can_judge_claim(images_of(3.0)));  // a smooth take-off later refutes nothing
 }
 
