@@ -12,10 +12,8 @@ namespace {
 constexpr double kRecentDistance_px = 12.0;
 // Nor if it has been out of sight for more keyframes than this.
 constexpr int kRecentKeyframes = 4;
-// Landmarks give no new faces if their standard deviation along the ray is larger (m), or their squared residuals per
-// degree of freedom: then their observations contradict each other.
+// Landmarks give no new faces if their standard deviation along the ray is larger (m).
 constexpr double kMaxDepthSigma_m = 0.32;
-constexpr double kMaxChi2 = 4.0;
 
 }  // namespace
 

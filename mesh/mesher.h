@@ -113,6 +113,9 @@ private:
 
     /// A landmark in use may be this much worse than a new one.
     static constexpr double kHysteresis = 1.5;
+    /// Landmarks with larger squared residuals per degree of freedom, whose observations contradict each other, give no
+    /// new faces and contradict none.
+    static constexpr double kMaxChi2 = 4.0;
     /// A point contradicts what is in front of it, or behind it, by more than this, uncertainties added (m).
     static constexpr double kConflictMargin_m = 0.05;
 

@@ -15,7 +15,6 @@ constexpr double kInnerShare = 0.05;      // least barycentric coordinate of a p
 constexpr double kMaxCoarser = 2.5;       // a face is superseded by one of at most this many times its area
 constexpr double kCornerShare = 0.95;     // part of the way from the middle to a corner up to which it is covered
 constexpr double kMinDepth = 0.1;         // m
-constexpr double kMaxWitnessChi2 = 4.0;   // squared residuals per degree of freedom of a point that contradicts
 // A face is removed when at least this many keyframes contradict it and they are more than half as many as those that
 // confirm it.
 constexpr int kMinContradictions = 2;
@@ -55,7 +54,7 @@ void Mesher::collect_witnesses() {
     witnesses_.clear();
     for (std::size_t i = 0; i < landmarks_.size(); ++i) {
         const LandmarkSnapshot& s = *landmarks_[i].landmark;
-        if (s.is_tracked && s.keyframes >= 2 && s.chi2 <= kMaxWitnessChi2) {
+        if (s.is_tracked && s.keyframes >= 2 && s.chi2 <= kMaxChi2) {
             witnesses_.push_back(static_cast<std::uint16_t>(i));
         }
     }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mesh/mesher.h"
+
 namespace facet {
 namespace {
 
@@ -13,6 +15,7 @@ constexpr double kLeftRight_px = 1.0;
 // A match's distance from perfect correlation must be less than this times that of any other place.
 constexpr double kUniqueness = 0.7;
 constexpr float kMinCorrelation = 0.8F;  // of a match
+constexpr double kSearch_px = 6.0;       // beyond the depths of a triangle's corners
 constexpr int kApart = 3;                // px: places farther apart than this are different ones
 constexpr float kSlack = 0.02F;          // what noise and slant take from a true match's correlation
 constexpr int kBackReach = 12;           // px searched to either side on the way back
@@ -143,6 +146,17 @@ bool DepthMatcher::leads_back(const RowPairs& left, const RowPairs& right, const
     }
     const auto at = static_cast<std::size_t>(best);
     return std::abs(best - kBackReach + top_offset(back_[at - 1], back_[at], back_[at + 1])) <= kLeftRight_px;
+}
+
+DepthRange DepthMatcher::range_about(const Mesher& mesher, const Eigen::Vector2d& xy, double min_depth_m) const {
+    const double nearest = 1.0 / min_depth_m;
+    DepthPrior prior;
+    if (!mesher.depth_prior(xy, prior)) {
+        return {0.0, nearest};
+    }
+    const double margin = kSearch_px * per_px();
+    return {std::clamp(prior.farthest - margin, 0.0, nearest - margin),
+            std::clamp(prior.nearest + margin, margin, nearest)};
 }
 
 DepthVerdict DepthMatcher::match(const RowPairs& left, const RowPairs& right, const Ray& ray,

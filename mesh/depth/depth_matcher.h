@@ -13,6 +13,8 @@
 
 namespace facet {
 
+class Mesher;
+
 /// What became of a pixel that was to be matched.
 enum class DepthVerdict : std::uint8_t {
     kMatched,
@@ -67,6 +69,9 @@ public:
     using Ray = EpipolarGeometry::Ray;
     /// The ray of a left pixel, and where it is on the undistorted plane. @return kDegenerate: see EpipolarGeometry.
     Status ray_of(const Eigen::Vector2d& left_uv, Ray& ray, Eigen::Vector2d& xy) const;
+    /// What to search along a ray: the depths of the corners of the triangle that it passes and some pixels beyond, or
+    /// all where the triangulation says nothing. @param min_depth_m  nothing nearer
+    DepthRange range_about(const Mesher& mesher, const Eigen::Vector2d& xy, double min_depth_m) const;
     /// @param gradient  of the left image at the pixel (grey/px)
     /// @param match     untouched unless matched
     DepthVerdict match(const RowPairs& left, const RowPairs& right, const Ray& ray, const Eigen::Vector2f& gradient,

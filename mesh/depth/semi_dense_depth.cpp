@@ -17,8 +17,6 @@ constexpr int kMinAgreeing = 2;   // of the eight squares around a match
 constexpr float kMinGradient = 4.0F;
 // Nothing nearer is searched for (m).
 constexpr double kMinDepth_m = 0.6;
-// The search goes this far beyond the depths of the corners of the triangle that holds the pixel (px).
-constexpr double kSearch_px = 6.0;
 
 }  // namespace
 
@@ -104,17 +102,6 @@ bool SemiDenseDepth::find_pixel(int column, int row, const Eigen::Vector2f& dire
     return is_found;
 }
 
-DepthRange SemiDenseDepth::range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const {
-    const double nearest = 1.0 / kMinDepth_m;
-    DepthPrior prior;
-    if (!mesher.depth_prior(xy, prior)) {
-        return {0.0, nearest};
-    }
-    const double margin = kSearch_px * matcher_.per_px();
-    return {std::clamp(prior.farthest - margin, 0.0, nearest - margin),
-            std::clamp(prior.nearest + margin, margin, nearest)};
-}
-
 void SemiDenseDepth::look_at(int square, const Mesher& mesher) {
     const Eigen::Vector2f& direction = directions_[static_cast<std::size_t>(square)];
     Eigen::Vector2d uv;
@@ -128,7 +115,8 @@ void SemiDenseDepth::look_at(int square, const Mesher& mesher) {
     DepthVerdict verdict = DepthVerdict::kOutside;
     Eigen::Vector2d xy;
     if (ok(matcher_.ray_of(uv, ray, xy))) {
-        verdict = matcher_.match(left_.pairs(0), right_.pairs(0), ray, gradient, range_of(mesher, xy), match);
+        verdict = matcher_.match(left_.pairs(0), right_.pairs(0), ray, gradient,
+                                 matcher_.range_about(mesher, xy, kMinDepth_m), match);
     }
     ++counters_.verdicts[static_cast<std::size_t>(verdict)];
     if (verdict == DepthVerdict::kMatched) {

@@ -81,7 +81,6 @@ private:
     void look_at(int square, const Mesher& mesher);
     bool find_pixel(int column, int row, const Eigen::Vector2f& direction, Eigen::Vector2d& uv,
                     Eigen::Vector2f& gradient) const;
-    DepthRange range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const;
     int agreeing(int column, int row) const;
 
     int per_frame_ = kSquaresPerFrame;

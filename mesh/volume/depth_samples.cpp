@@ -12,7 +12,6 @@ namespace {
 // Least change of grey along the epipolar line of a pixel to be matched (1/px): half of what the grid asks for, since
 // every depth is compared with other views.
 constexpr float kMinGradient = 2.0F;
-constexpr double kSearch_px = 6.0;   // beyond the depths of the corners of the triangle that holds the pixel
 constexpr double kMinRho = 0.08;     // 1/m: what is farther is no depth
 constexpr double kMinRate = 20.0;    // px m: of motion, below which it tells nothing that stereo did not
 constexpr double kPosePx = 0.2;      // px: what the poses of two keyframes add
@@ -62,17 +61,6 @@ bool DepthSampler::find_pixel(int square, const ImagePyramid& left, DepthSample&
     return is_found;
 }
 
-DepthRange DepthSampler::range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const {
-    const double nearest = all_depths().nearest;
-    DepthPrior prior;
-    if (!mesher.depth_prior(xy, prior)) {
-        return all_depths();
-    }
-    const double margin = kSearch_px * stereo_.per_px();
-    return {std::clamp(prior.farthest - margin, 0.0, nearest - margin),
-            std::clamp(prior.nearest + margin, margin, nearest)};
-}
-
 void DepthSampler::correct(const CameraCorrections& cameras) { stereo_.correct(cameras); }
 
 DepthSample DepthSampler::measure(int square, const ImagePyramid& left, const ImagePyramid& right,
@@ -81,7 +69,8 @@ DepthSample DepthSampler::measure(int square, const ImagePyramid& left, const Im
     DepthMatcher::Ray ray;
     Eigen::Vector2d xy;
     if (find_pixel(square, left, sample) && ok(stereo_.ray_of(sample.uv.cast<double>(), ray, xy))) {
-        (void)match(left, right, mesher == nullptr ? all_depths() : range_of(*mesher, xy), sample);
+        (void)match(left, right, mesher == nullptr ? all_depths() : stereo_.range_about(*mesher, xy, kMinDepth_m),
+                    sample);
     }
     return sample;
 }

@@ -62,7 +62,6 @@ public:
 
 private:
     static constexpr double kMinDepth_m = 0.4;
-    DepthRange range_of(const Mesher& mesher, const Eigen::Vector2d& xy) const;
 
     StereoRig rig_;
     DepthMatcher stereo_;
