@@ -354,8 +354,7 @@ void add_replay_command(CLI::App& app, int& exit_code) {
     command->add_flag("--quiet", args->quiet, "No progress on stderr");
     command->footer(
         "Exit codes: 0 done; 1 too few frames with an estimate, sensors that contradict each other, lost at the end, "
-        "not "
-        "finite, or interrupted; 2 bad usage or input.");
+        "not finite, or interrupted; 2 bad usage or input.");
     command->callback([args, duration, &exit_code] {
         exit_code = run_guarded([&] { return replay(*args, duration->count() > 0); });
     });

@@ -19,8 +19,7 @@ struct GravityConfig {
 inline constexpr auto kGravityFields = std::to_array<ParameterField<GravityConfig>>({
     {FACET_FIELD(GravityConfig, magnitude_m_per_s2), "m/s^2", 1, 30,
      "Strength of gravity: 9.780 at the equator, 9.806 at 45 degrees, 9.832 at the poles, less by 0.003 per kilometre "
-     "of "
-     "height."},
+     "of height."},
 });
 
 }  // namespace facet
