@@ -116,11 +116,14 @@ private:
 
 inline void StartProgress::judge_claim(const StillnessEvidence& e, bool samples_rest, Timestamp now) {
     if (!samples_rest) {
-        claim_ = RestClaim::kNone;  // it moves off, and the inertial samples tell how
+        claim_ = RestClaim::kNone;  // it moves off, and the inertial samples show how
     } else if (e.disparity_px > e.threshold_px) {
         claim_ = RestClaim::kRefuted;
-    } else {
-        claim_ = age_s(now) > kSettled_s ? RestClaim::kNone : RestClaim::kSeen;
+    } else if (age_s(now) <= kSettled_s) {
+        claim_ = RestClaim::kSeen;
+    } else {  // it stands; one keyframe alone holds no place
+        claim_ = RestClaim::kNone;
+        forced_keyframes_ = kForcedAtRest;
     }
 }
 

@@ -25,8 +25,10 @@ TEST_CASE("a start as at rest is open until images agree, and settled after 0.3 
     start.judge_claim(images_of(0.1), true, at_ms(50));
     CHECK(start.claim() == RestClaim::kSeen);
     CHECK_FALSE(start.is_open());
+    CHECK_FALSE(start.forces_keyframes());
     start.judge_claim(images_of(0.1), true, at_ms(300));
     CHECK(start.claim() == RestClaim::kNone);
+    CHECK(start.forces_keyframes());                     // for a window that holds the place
     CHECK_FALSE(start.can_judge_claim(images_of(3.0)));  // a smooth take-off later refutes nothing
 }
 
@@ -38,6 +40,7 @@ TEST_CASE("images that move refute a rest; one that the samples drop does not co
     StartProgress other = begun(true);
     other.judge_claim(images_of(3.0), false, at_ms(50));
     CHECK(other.claim() == RestClaim::kNone);
+    CHECK_FALSE(other.forces_keyframes());
 }
 
 TEST_CASE("images that cannot be tracked, or too few tracks, do not judge a rest", "[start_progress]") {
