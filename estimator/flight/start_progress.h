@@ -99,10 +99,11 @@ private:
     /// A rest that images have confirmed for this long was one, however smoothly the vehicle takes off later: what
     /// moves by less than half a pixel in that time at 10 m flies less than 4 cm/s.
     static constexpr double kSettled_s = 0.29;
-    /// A vehicle that rotors shake stands if its images do for this long; then keyframes come as fast as at any start
-    /// until so many of them know what the shaking has made of the velocity.
+    /// A vehicle that rotors shake stands if its images do for this long.
     static constexpr double kShakenRest_s = 0.3;
     static constexpr double kStampSlack_s = 1e-3;
+    /// After a rest, of either kind, so many keyframes come as fast as at any start: one alone holds neither the place
+    /// nor what shaking has made of the velocity.
     static constexpr int kForcedAtRest = 4;
 
     Timestamp window_began_;
@@ -121,7 +122,7 @@ inline void StartProgress::judge_claim(const StillnessEvidence& e, bool samples_
         claim_ = RestClaim::kRefuted;
     } else if (age_s(now) <= kSettled_s) {
         claim_ = RestClaim::kSeen;
-    } else {  // it stands; one keyframe alone holds no place
+    } else {  // it stands
         claim_ = RestClaim::kNone;
         forced_keyframes_ = kForcedAtRest;
     }
