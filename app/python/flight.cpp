@@ -69,6 +69,13 @@ std::vector<FrameEstimate> Flight::add_imu(std::span<const ImuSample> samples) {
     return carried;
 }
 
+void Flight::add_range(std::span<const RangeSample> samples) {
+    const std::lock_guard lock(mutex_);
+    for (const RangeSample& sample : samples) {
+        pipeline_.add_range(sample);
+    }
+}
+
 FrameEstimate Flight::add_frame(const StereoFrame& frame) {
     const std::lock_guard lock(mutex_);
     pipeline_.add_frame(frame, frame.stamp, result_);

@@ -61,6 +61,8 @@ public:
 
     /// @return what the estimator said while frames do not come
     std::vector<FrameEstimate> add_imu(std::span<const ImuSample> samples);
+    /// See Mapping::add_range; refused samples are dropped.
+    void add_range(std::span<const RangeSample> samples);
     FrameEstimate add_frame(const StereoFrame& frame);
     void request_reset();
 

@@ -23,6 +23,10 @@ constexpr const char* kAddImuDoc =
     "m/s^2,\n"
     "both (N, 3), in the body frame B as the calibration has it. Returns what the estimator says of the time in which\n"
     "no frames come, usually nothing.";
+constexpr const char* kAddRangeDoc =
+    "Takes one reading of a range finder that looks down, or N: stamps in nanoseconds (N,), and where the beam met\n"
+    "the ground (N, 3), in metres and B. A frame uses those at or before its stamp that were given before it. Ignored\n"
+    "without the setting range.enabled; a reading whose stamp does not increase is dropped.";
 constexpr const char* kAddFrameDoc =
     "Estimates the state at a frame: grey images (rows x columns of uint8, without copies) stamped at the middle of\n"
     "the exposure. One may be None. The estimate's status is 'ok'; 'not ready': inertial samples do not reach the\n"
@@ -63,6 +67,21 @@ std::vector<FrameEstimate> add_imu(Flight& flight, const py::object& stamps_ns, 
     }
     const py::gil_scoped_release released;
     return flight.add_imu(samples);
+}
+
+void add_range(Flight& flight, const py::object& stamps_ns, const py::object& points) {
+    const std::vector<Timestamp> stamps = stamps_of(stamps_ns, "stamps_ns");
+    const Rows<3> p = rows3_of(points, "points");
+    if (p.rows() != static_cast<Eigen::Index>(stamps.size())) {
+        throw py::value_error(
+            fmt::format("stamps_ns and points must have equal lengths, not {} and {}", stamps.size(), p.rows()));
+    }
+    std::vector<RangeSample> samples(stamps.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        samples[i] = {stamps[i], p.row(static_cast<Eigen::Index>(i))};
+    }
+    const py::gil_scoped_release released;
+    flight.add_range(samples);
 }
 
 FrameEstimate add_frame(Flight& flight, std::int64_t stamp_ns, const py::object& left, const py::object& right) {
@@ -152,6 +171,7 @@ void add_flight(py::module_& module) {
         .def(py::init(&make_flight), py::arg("calibration"), py::kw_only(), py::arg("imu_calibration") = "",
              py::arg("mode") = "s", py::arg("config") = "", py::arg("settings") = py::dict(), py::arg("grid") = false)
         .def("add_imu", &add_imu, py::arg("stamps_ns"), py::arg("rates"), py::arg("forces"), kAddImuDoc)
+        .def("add_range", &add_range, py::arg("stamps_ns"), py::arg("points"), kAddRangeDoc)
         .def("add_frame", &add_frame, py::arg("stamp_ns"), py::arg("left"), py::arg("right") = py::none(), kAddFrameDoc)
         .def("request_reset", &Flight::request_reset, Released(),
              "Begins a new window at the next frame that allows it; health.reset_counter rises then.")

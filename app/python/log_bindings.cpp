@@ -4,10 +4,12 @@
 
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <variant>
 
 #include "app/lab/convert/opened_log.h"
 #include "app/lab/replay/log_options.h"
+#include "app/lab/replay/range_log.h"
 #include "app/lab/replay/replay.h"
 #include "app/python/bindings.h"
 #include "app/python/flight.h"
@@ -42,7 +44,7 @@ struct LogFrame {
 /// A log from its begin to its end. Thread-safe.
 class Log {
 public:
-    using Sample = std::variant<ImuSample, LogFrame>;
+    using Sample = std::variant<ImuSample, RangeSample, LogFrame>;
 
     Log(const std::string& path, const std::string& calibration, const std::string& imu_calibration, double start_s,
         std::optional<double> duration_s)
@@ -65,23 +67,29 @@ public:
                 path, options, [this](const AslWarning& w) { warnings_.push_back(w.text()); }, error))) {
             throw InputError(error);
         }
+        ranges_ = RangeLog(path, opened_.files());
     }
 
     /// The next sample; nothing at the end.
     std::optional<Sample> next() {
         const std::lock_guard lock(mutex_);
-        ImuSample sample;
-        StereoFrame frame;
-        switch (log_.next(sample, frame)) {
-            case AslDataset::Event::kImu: return sample;
-            case AslDataset::Event::kEnd: return std::nullopt;
-            case AslDataset::Event::kFrame: break;
+        if (!frame_) {
+            ImuSample sample;
+            StereoFrame frame;
+            switch (log_.next(sample, frame)) {
+                case AslDataset::Event::kImu: return sample;
+                case AslDataset::Event::kEnd: return std::nullopt;
+                case AslDataset::Event::kFrame: break;
+            }
+            frame_.emplace();
+            frame_->stamp = frame.stamp;
+            frame_->left->take(frame.left);
+            frame_->right->take(frame.right);
         }
-        LogFrame owned;
-        owned.stamp = frame.stamp;
-        owned.left->take(frame.left);
-        owned.right->take(frame.right);
-        return owned;
+        if (const RangeSample* const reading = ranges_.next_before(frame_->stamp)) {
+            return *reading;
+        }
+        return std::exchange(frame_, std::nullopt);
     }
     std::size_t frame_count() const { return log_.frame_count(); }
     std::vector<std::string> warnings() {
@@ -94,6 +102,8 @@ private:
     std::vector<std::string> warnings_;
     OpenedLog opened_;
     AslDataset log_;
+    RangeLog ranges_;
+    std::optional<LogFrame> frame_;  ///< readings that were given before it come first
 };
 
 /// Shows an image without a copy; None if there is none.
@@ -127,16 +137,23 @@ void add_log(py::module_& module) {
         .def_property_readonly("stamp_ns", [](const ImuSample& s) { return s.stamp.ns; })
         .def_property_readonly("rate", [](const ImuSample& s) { return s.w_B; })
         .def_property_readonly("force", [](const ImuSample& s) { return s.a_B; });
+    py::class_<RangeSample>(
+        module, "RangeSample",
+        "A reading of a log's range finder: stamp_ns, and where the beam met the ground, point (m), "
+        "in B.")
+        .def_property_readonly("stamp_ns", [](const RangeSample& s) { return s.stamp.ns; })
+        .def_property_readonly("point", [](const RangeSample& s) { return s.p_B; });
     py::class_<LogFrame>(module, "StereoFrame",
                          "A frame of a log: stamp_ns and grey images (rows x columns of uint8), None if missing.")
         .def_property_readonly("stamp_ns", [](const LogFrame& f) { return f.stamp.ns; })
         .def_property_readonly("left", [](const LogFrame& f) { return show(f.left); })
         .def_property_readonly("right", [](const LogFrame& f) { return show(f.right); });
     py::class_<Log>(module, "Log",
-                    "Reads a log, a folder in the format of EuRoC or its MCAP file, once: an iterator of ImuSample and "
-                    "StereoFrame in order of time, each frame after the first inertial sample at or behind it. Stamps "
-                    "are of the inertial sensor's clock by the calibration, the log's own unless another one is "
-                    "named. warnings: what was skipped so far, with file and line.")
+                    "Reads a log, a folder in the format of EuRoC or its MCAP file, once: an iterator of ImuSample, "
+                    "RangeSample and StereoFrame in order of time, each frame after the first inertial sample at or "
+                    "behind it and after the readings of a range finder that it may use. Stamps are of the inertial "
+                    "sensor's clock by the calibration, the log's own unless another one is named. warnings: what was "
+                    "skipped so far, with file and line.")
         .def(py::init<const std::string&, const std::string&, const std::string&, double, std::optional<double>>(),
              py::arg("path"), py::kw_only(), py::arg("calibration") = "", py::arg("imu_calibration") = "",
              py::arg("start_s") = 0.0, py::arg("duration_s") = py::none())

@@ -30,6 +30,7 @@ from ._facet import (
     Log,
     Mesh,
     Plane,
+    RangeSample,
     RelativeError,
     StereoFrame,
     __version__,
@@ -47,6 +48,7 @@ __all__ = [
     "Log",
     "Mesh",
     "Plane",
+    "RangeSample",
     "RelativeError",
     "Replay",
     "StereoFrame",
@@ -122,7 +124,7 @@ def replay(path, *, start_s=0.0, duration_s=None, calibration=None, on_frame=Non
     """Runs a log through the estimator, as fast as it can.
 
     options are those of Flight: mode, config, settings, imu_calibration, grid. on_frame(flight, estimate) is called
-    after each frame.
+    after each frame. Readings of a range finder in the log count with settings={"range.enabled": True}.
     """
     named = {} if calibration is None else {"calibration": str(calibration)}
     if "imu_calibration" in options:
@@ -130,11 +132,15 @@ def replay(path, *, start_s=0.0, duration_s=None, calibration=None, on_frame=Non
     log = Log(str(path), start_s=start_s, duration_s=duration_s, **named)
     flight = Flight(str(path if calibration is None else calibration), **options)
     estimates = []
-    waiting = []  # frames that inertial samples do not reach yet
+    waiting = []  # frames that inertial samples do not reach yet, each with the readings before it
+    readings = []
 
     def offer(is_last_chance):
         while waiting:
-            frame = waiting[0]
+            frame, due = waiting[0]
+            for reading in due:
+                flight.add_range(reading.stamp_ns, reading.point)
+            due.clear()
             estimate = flight.add_frame(frame.stamp_ns, frame.left, frame.right)
             if estimate.status == "not ready" and not is_last_chance:
                 return
@@ -146,8 +152,11 @@ def replay(path, *, start_s=0.0, duration_s=None, calibration=None, on_frame=Non
     for sample in log:
         if isinstance(sample, ImuSample):
             flight.add_imu(sample.stamp_ns, sample.rate, sample.force)
+        elif isinstance(sample, RangeSample):
+            readings.append(sample)
         else:
-            waiting.append(sample)
+            waiting.append((sample, readings))
+            readings = []
         offer(is_last_chance=len(waiting) > 20)
     offer(is_last_chance=True)
     return Replay(flight, estimates)

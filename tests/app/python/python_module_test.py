@@ -127,6 +127,31 @@ class FlightTest(unittest.TestCase):
         # Without frames the estimator says so.
         self.assertEqual(flight.add_imu(int(stamps[-1]) + 5_000_000, [0, 0, 0], [0, 0, 9.81]), [])
 
+    def test_readings_of_a_range_finder_count_as_in_the_program(self):
+        log, out = self.path / "ranges", self.path / "out_ranges"
+        for arguments in (("sim", "--seed", 3, "--duration", 4, "--samples", 1, "--range-finder", 0.02, "--out", log),
+                          ("replay", log, "--mode", "s", "--set", "range.enabled=true", "--out", out, "--quiet")):
+            done = run(*arguments)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        readings = [sample for sample in facet.Log(str(log)) if isinstance(sample, facet.RangeSample)]
+        table = (log / "mav0" / "range0" / "data.csv").read_text(encoding="utf-8").splitlines()
+        rows = [line.split(",") for line in table if not line.startswith("#")]
+        frames = [sample.stamp_ns for sample in facet.Log(str(log)) if isinstance(sample, facet.StereoFrame)]
+        due = [(int(row[0]), *map(float, row[1:4])) for row in rows if int(row[0]) <= frames[-1]]
+        self.assertEqual([(reading.stamp_ns, *reading.point) for reading in readings], due)
+        self.assertGreater(len(due), 100)
+
+        given = facet.replay(log, settings={"range.enabled": True}).trajectory
+        given.save(self.path / "ranges.tum")
+        self.assertEqual((self.path / "ranges.tum").read_bytes(), (out / "trajectory.tum").read_bytes())
+        ignored = facet.replay(log).trajectory
+        self.assertFalse(numpy.array_equal(given.positions, ignored.positions))
+
+        # As a user's own loop gives them, many at once.
+        flight = facet.Flight(str(log), settings={"range.enabled": True})
+        flight.add_range([stamp for stamp, *_ in due], [point for _, *point in due])
+        flight.add_range(due[-1][0] + 1, due[-1][1:])
+
     def test_images_as_they_are(self):
         log = facet.Log(str(self.log), duration_s=1.0)
         frame = next(sample for sample in log if isinstance(sample, facet.StereoFrame))
@@ -154,6 +179,8 @@ class FlightTest(unittest.TestCase):
             (lambda: flight.add_imu(0, [0, 0, 0], "no"), "forces must be numbers"),
             (lambda: flight.add_imu(0, [0, 0, numpy.nan], [0, 0, 0]), "rates must be finite"),
             (lambda: flight.add_imu([0, 1], [0, 0, 0], [0, 0, 0]), "must have equal lengths, not 2, 1 and 1"),
+            (lambda: flight.add_range([0, 1], [0, 0, -1]), "must have equal lengths, not 2 and 1"),
+            (lambda: flight.add_range(0, [0, -1]), "points must be numbers of shape (3,) or (N, 3)"),
             (lambda: facet.Flight("/nowhere.yaml"), "/nowhere.yaml"),
             (lambda: facet.Flight(str(self.log), mode="x"), "mode 'x' is unknown; one of: s, sp, spr"),
             (lambda: facet.Flight(str(self.log), settings={"no.key": 1}), "no.key"),
