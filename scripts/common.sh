@@ -49,3 +49,21 @@ sysroot_of() { echo "${FACET_SYSROOT:-${XDG_CACHE_HOME:-$HOME/.cache}/facet/sysr
     )
     TEST_LIBRARY_PACKAGES=(catch2 libbenchmark-dev)
 }
+
+# Lets the kernel run programs for 64-bit ARM, in chroots too, by qemu; needs root. Undone by forget_emulator, which a
+# trap at the exit must call.
+EMULATOR=""
+register_emulator() {
+    local binfmt=/proc/sys/fs/binfmt_misc qemu
+    qemu="$(command -v qemu-aarch64-static)" || die "no qemu-aarch64-static: run scripts/setup --cross"
+    [[ -e $binfmt/register ]] || mount -t binfmt_misc binfmt_misc $binfmt \
+        || die "no binfmt_misc: arm64 cannot be run here"
+    if [[ ! -e $binfmt/qemu-aarch64 && ! -e $binfmt/facet-aarch64 ]]; then
+        # The head of an ELF file for AArch64, its mask, and what runs it; F: opened now, so the chroot needs no copy.
+        printf '%s' ':facet-aarch64:M::\x7fELF\x02\x01\x01\x00\x00\x00\x00\x00\x00\x00\x00\x00\x02\x00\xb7\x00:' \
+            '\xff\xff\xff\xff\xff\xff\xff\x00\xff\xff\xff\xff\xff\xff\xff\xff\xfe\xff\xff\xff:' \
+            "$qemu:F" > $binfmt/register
+        EMULATOR=$binfmt/facet-aarch64
+    fi
+}
+forget_emulator() { [[ -z "$EMULATOR" ]] || echo -1 > "$EMULATOR"; }
