@@ -85,13 +85,10 @@ Eigen::Vector2f DepthMatcher::epipolar_direction(const Eigen::Vector2d& left_uv)
     return (near.A.inverse() * moved).normalized();
 }
 
-/// Fills scores_ at inverse depths first, first + step, ...; false if the curve is not a smooth one in the image.
+/// Fills scores_ at inverse depths first, first + step, ..., of which the first is seen at `begin`; false if the curve is
+/// not a smooth one in the image.
 bool DepthMatcher::score(const RowPairs& left, const RowPairs& right, const Ray& ray, double first, double step,
-                         int places) {
-    Place begin;
-    if (!place(ray, first, begin)) {
-        return false;
-    }
+                         int places, Place begin) {
     for (int at = 0; at < places; at += CurveStretch::kMaxPlaces) {
         const int count = std::min(CurveStretch::kMaxPlaces, places - at);
         Place middle;
@@ -170,7 +167,7 @@ DepthVerdict DepthMatcher::match(const RowPairs& left, const RowPairs& right, co
     const double length = (near.uv - far.uv).norm();
     const int places = std::clamp(static_cast<int>(std::ceil(length)) + 1, 5, kMaxPlaces);
     const double step = (range.nearest - range.farthest) / std::max(length, 1e-3);
-    if (!score(left, right, ray, range.farthest, step, places)) {
+    if (!score(left, right, ray, range.farthest, step, places, far)) {
         return DepthVerdict::kOutside;
     }
     const std::span<const float> scores(scores_.data(), static_cast<std::size_t>(places));
@@ -187,13 +184,18 @@ DepthVerdict DepthMatcher::match(const RowPairs& left, const RowPairs& right, co
     }
     const double inverse_depth =
         range.farthest + step * (best + top_offset(scores[at - 1], scores[at], scores[at + 1]));
-    Place found;
+    Place found = near;  // near enough where a few pixels are searched, one way
     const Eigen::Vector2f along = (near.uv - far.uv).cast<float>().normalized();
-    if (!(inverse_depth > 0.0) || !place(ray, inverse_depth, found)) {
+    if (!(inverse_depth > 0.0)) {
         return DepthVerdict::kOutside;
     }
-    if (check == DepthCheck::kBothWays && !leads_back(left, right, ray, found, along)) {
-        return DepthVerdict::kOneSided;
+    if (check == DepthCheck::kBothWays) {
+        if (!place(ray, inverse_depth, found)) {
+            return DepthVerdict::kOutside;
+        }
+        if (!leads_back(left, right, ray, found, along)) {
+            return DepthVerdict::kOneSided;
+        }
     }
     const double bend = 2.0 * scores[at] - scores[at - 1] - scores[at + 1];
     const Eigen::Vector2f back = (found.A.inverse() * along).normalized();

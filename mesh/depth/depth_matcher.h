@@ -88,7 +88,8 @@ private:
     bool place(const Ray& ray, double inverse_depth, Place& place) const {
         return ok(geometry_.point_at(ray, inverse_depth, place.uv, place.A));
     }
-    bool score(const RowPairs& left, const RowPairs& right, const Ray& ray, double first, double step, int places);
+    bool score(const RowPairs& left, const RowPairs& right, const Ray& ray, double first, double step, int places,
+               Place begin);
     bool is_unique(std::span<const float> scores, int best) const;
     bool leads_back(const RowPairs& left, const RowPairs& right, const Ray& ray, const Place& found,
                     const Eigen::Vector2f& along);

@@ -11,9 +11,10 @@ namespace {
 
 // What a step does, each of about 5 us.
 constexpr int kPlaces = 50;    // compared along an epipolar line
-constexpr int kFitted = 4;     // squares
+constexpr int kCompared = 4;   // samples with another view
+constexpr int kFitted = 8;     // squares
 constexpr int kLookedAt = 64;  // squares, for bare regions
-constexpr int kLaid = 8;       // patches about which there are blocks
+constexpr int kLaid = 32;      // patches about which there are blocks
 constexpr int kUpdated = 1;    // blocks in view
 constexpr int kPassedBy = 64;  // slots whose surface has not changed
 constexpr int kExtract = 4;    // steps that a block's surface takes
@@ -162,14 +163,14 @@ void SurfaceMap::begin_partner() {
     stage_ = Stage::kCompare;
 }
 
-/// One sample that there is.
+/// A few samples, where there are any.
 std::int64_t SurfaceMap::compare() {
     const int last = std::min(layout_.count(), next_ + kLookedAt);
-    for (bool is_done = false; next_ < last && !is_done; ++next_) {
+    for (int done = 0; next_ < last && done < kCompared; ++next_) {
         DepthSample& sample = samples_[static_cast<std::size_t>(next_)];
-        is_done = sample.inverse_depth > 0.0F;
-        if (is_done) {
+        if (sample.inverse_depth > 0.0F) {
             sampler_->compare(own_left_, other_left_, sample);
+            ++done;
         }
     }
     if (next_ == layout_.count()) {

@@ -3,12 +3,17 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
-#include "platform/base/fixed_vector.h"
+#include "estimator/frontend/simd.h"
 
 namespace facet {
 namespace {
+
+using simd::Floats;
+using simd::Ints;
 
 constexpr int kReach = 2;               // squares to either side whose samples join
 constexpr double kPatchSigmas = 3.0;    // within which a sample agrees with the patch,
@@ -21,18 +26,24 @@ constexpr double kTogether = 4.0;       // samples that share most of their wind
 constexpr double kSteepestSlope = 4.0;  // slope of a surface, about which most are less
 constexpr double kLeastFacing = 0.15;   // of the angle between ray and normal
 
-/// A sample as the patch of a square sees it.
-struct Neighbour {
-    double rho = 0.0;       ///< inverse depth (1/m)
-    double variance = 0.0;  ///< of it
-    double x = 0.0;         ///< from the middle, on the undistorted plane
-    double y = 0.0;
-    double squares = 0.0;  ///< how far away, along the longer axis, at least one
-    int right = 0;         ///< how many squares,
-    int down = 0;
+constexpr std::size_t kMost = (2 * kReach + 1) * (2 * kReach + 1);
+constexpr std::size_t kPadded = (kMost + simd::kLanes - 1) / simd::kLanes * simd::kLanes;
+using Column = std::array<float, kPadded>;
+
+/// Samples as the patch of a square sees them; beyond the last one their weight is 0.
+struct Neighbours {
+    int count = 0;
+    Column rho;       ///< inverse depths, from the first guess of the square's (1/m)
+    Column variance;  ///< of them
+    Column weight;    ///< its inverse, or 0
+    Column x;         ///< from the middle, on the undistorted plane
+    Column y;
+    Column squares;  ///< how far away, along the longer axis, at least one
+    Column right;    ///< how many squares,
+    Column down;
 };
 
-/// rho = value_0 + value_1 x + value_2 y.
+/// rho = first guess + value_0 + value_1 x + value_2 y.
 struct Fit {
     Eigen::Vector3d value = Eigen::Vector3d::Zero();
     double variance = 0.0;  ///< of value_0
@@ -43,123 +54,145 @@ struct Fit {
 class PatchFitter {
 public:
     PatchFitter(std::span<const DepthSample> samples, const SquareLayout& layout, int square)
-        : per_px_(layout.per_px), own_(samples[static_cast<std::size_t>(square)]) {
+        : per_px_(static_cast<float>(layout.per_px)), own_(samples[static_cast<std::size_t>(square)]) {
         const int column = square % layout.columns;
         const int row = square / layout.columns;
+        std::size_t n = 0;
         for (int r = std::max(0, row - kReach); r <= std::min(layout.rows - 1, row + kReach); ++r) {
             for (int c = std::max(0, column - kReach); c <= std::min(layout.columns - 1, column + kReach); ++c) {
                 const DepthSample& s = samples[static_cast<std::size_t>(r * layout.columns + c)];
                 if (s.inverse_depth > 0.0F) {
-                    const auto sigma = static_cast<double>(s.sigma);
-                    near_.push_back({static_cast<double>(s.inverse_depth), sigma * sigma, static_cast<double>(s.xy.x()),
-                                     static_cast<double>(s.xy.y()),
-                                     std::max({1.0, std::abs(c - column) * 1.0, std::abs(r - row) * 1.0}), c - column,
-                                     r - row});
+                    near_.rho[n] = s.inverse_depth;
+                    near_.variance[n] = s.sigma * s.sigma;
+                    near_.x[n] = s.xy.x();
+                    near_.y[n] = s.xy.y();
+                    near_.right[n] = static_cast<float>(c - column);
+                    near_.down[n] = static_cast<float>(r - row);
+                    near_.squares[n] = static_cast<float>(std::max({1, std::abs(c - column), std::abs(r - row)}));
+                    ++n;
                 }
             }
         }
+        near_.count = static_cast<int>(n);
     }
 
     SurfacePatch fit() {
         const bool has_own = own_.inverse_depth > 0.0F;
-        if (static_cast<int>(near_.size()) < kFewest) {
+        if (near_.count < kFewest) {
             return {};
         }
-        Fit fit = begin(has_own);
+        Fit fit;
+        begin(has_own, fit);
         for (const double slack : {kSlopePx, kBendPx, kBendPx}) {
-            if (!improve(slack, fit)) {
+            if (!improve(static_cast<float>(slack) * per_px_, fit)) {
                 return {};
             }
         }
         if (fit.count < (has_own ? kFewest : kFewestAround) || fit.aside.norm() > kMostAside) {
             return {};
         }
-        const auto rho = static_cast<double>(own_.inverse_depth);
-        if (has_own &&
-            std::abs(rho - fit.value.x()) > kPatchSigmas * static_cast<double>(own_.sigma) + kBendPx * per_px_) {
+        if (has_own && std::abs(fit.value.x()) >
+                           kPatchSigmas * static_cast<double>(own_.sigma) + kBendPx * static_cast<double>(per_px_)) {
             return {};
         }
+        const double rho = static_cast<double>(guess_) + fit.value.x();
+        const Eigen::Vector2d middle = middle_.cast<double>();
         SurfacePatch patch;
-        patch.n_C << fit.value.tail<2>().cast<float>(),
-            static_cast<float>(fit.value.x() - fit.value.tail<2>().dot(middle_));
+        patch.n_C << fit.value.tail<2>().cast<float>(), static_cast<float>(rho - fit.value.tail<2>().dot(middle));
         patch.sigma = static_cast<float>(std::sqrt(fit.variance));
-        const double cosine = fit.value.x() / (static_cast<double>(patch.n_C.norm()) * middle_.homogeneous().norm());
-        return fit.value.x() > 0.0 && cosine > kLeastFacing && patch.n_C.allFinite() ? patch : SurfacePatch{};
+        const double cosine = rho / (static_cast<double>(patch.n_C.norm()) * middle.homogeneous().norm());
+        return rho > 0.0 && cosine > kLeastFacing && patch.n_C.allFinite() ? patch : SurfacePatch{};
     }
 
 private:
     /// The square's own sample, or the median of those around it.
-    Fit begin(bool has_own) {
-        Fit fit;
+    void begin(bool has_own, Fit& fit) {
+        const auto count = static_cast<std::size_t>(near_.count);
         if (has_own) {
-            middle_ = own_.xy.cast<double>();
-            fit.value.x() = static_cast<double>(own_.inverse_depth);
+            middle_ = own_.xy;
+            guess_ = own_.inverse_depth;
             fit.variance = static_cast<double>(own_.sigma) * static_cast<double>(own_.sigma);
         } else {
-            for (const Neighbour& s : near_) {
-                middle_ += Eigen::Vector2d(s.x, s.y);
+            std::array<std::uint8_t, kMost> sorted;
+            for (std::size_t i = 0; i < count; ++i) {
+                middle_ += Eigen::Vector2f(near_.x[i], near_.y[i]);
+                sorted[i] = static_cast<std::uint8_t>(i);
             }
-            middle_ /= static_cast<double>(near_.size());
-            auto sorted = near_;
-            auto* const half = sorted.data() + sorted.size() / 2;
-            std::nth_element(sorted.begin(), half, sorted.end(),
-                             [](const auto& a, const auto& b) { return a.rho < b.rho; });
-            fit.value.x() = half->rho;
-            fit.variance = half->variance;
+            middle_ /= static_cast<float>(count);
+            auto* const half = sorted.data() + count / 2;
+            std::nth_element(sorted.data(), half, sorted.data() + count,
+                             [&](auto a, auto b) { return near_.rho[a] < near_.rho[b]; });
+            guess_ = near_.rho[*half];
+            fit.variance = static_cast<double>(near_.variance[*half]);
         }
-        for (Neighbour& s : near_) {
-            s.x -= middle_.x();
-            s.y -= middle_.y();
+        for (std::size_t i = 0; i < kPadded; ++i) {
+            const bool exists = i < count;
+            near_.rho[i] = exists ? near_.rho[i] - guess_ : 0.0F;
+            near_.x[i] = exists ? near_.x[i] - middle_.x() : 0.0F;
+            near_.y[i] = exists ? near_.y[i] - middle_.y() : 0.0F;
+            near_.variance[i] = exists ? near_.variance[i] : 1.0F;
+            near_.weight[i] = exists ? 1.0F / near_.variance[i] : 0.0F;
+            near_.squares[i] = exists ? near_.squares[i] : 1.0F;
+            near_.right[i] = exists ? near_.right[i] : 0.0F;
+            near_.down[i] = exists ? near_.down[i] : 0.0F;
         }
-        return fit;
     }
 
-    bool improve(double slack, Fit& fit) const {
-        const double steepest = kSteepestSlope * fit.value.x();
-        const double slope_weight = 1.0 / (steepest * steepest);
-        double w0 = 0.0;
-        double wx = 0.0;
-        double wy = 0.0;
-        double wxx = slope_weight;
-        double wxy = 0.0;
-        double wyy = slope_weight;
-        Eigen::Vector3d g = Eigen::Vector3d::Zero();
-        Fit next;
-        for (const Neighbour& s : near_) {
-            const double apart = std::abs(s.rho - fit.value.x() - fit.value.y() * s.x - fit.value.z() * s.y);
-            const double more = std::max(0.0, apart - slack * per_px_ * s.squares);
-            if (more * more > kPatchSigmas * kPatchSigmas * (s.variance + fit.variance)) {
-                continue;
-            }
-            const double w = 1.0 / s.variance;
+    /// To the samples that lie on it. @param slack  1/m a square
+    bool improve(float slack, Fit& fit) const {
+        const auto v0 = static_cast<float>(fit.value.x());
+        const auto vx = static_cast<float>(fit.value.y());
+        const auto vy = static_cast<float>(fit.value.z());
+        const auto own_variance = static_cast<float>(fit.variance);
+        constexpr auto kMostSquared = static_cast<float>(kPatchSigmas * kPatchSigmas);
+        Floats count{}, right{}, down{}, w0{}, wx{}, wy{}, wxx{}, wxy{}, wyy{}, g0{}, gx{}, gy{};
+        for (std::size_t i = 0; i < kPadded; i += simd::kLanes) {
+            const auto of = [i](const Column& column) { return simd::load(column.data() + i); };
+            const Floats rho = of(near_.rho);
+            const Floats x = of(near_.x);
+            const Floats y = of(near_.y);
+            const Floats off = rho - v0 - vx * x - vy * y;
+            const Floats more = (off < 0.0F ? -off : off) - slack * of(near_.squares);
+            const Ints is_on = (more <= 0.0F) | (more * more <= kMostSquared * (of(near_.variance) + own_variance));
+            const Floats w = is_on ? of(near_.weight) : Floats{};
+            const Ints counts = is_on & (of(near_.weight) > 0.0F);
+            count += counts ? simd::splat(1.0F) : Floats{};
+            right += is_on ? of(near_.right) : Floats{};
+            down += is_on ? of(near_.down) : Floats{};
             w0 += w;
-            wx += w * s.x;
-            wy += w * s.y;
-            wxx += w * s.x * s.x;
-            wxy += w * s.x * s.y;
-            wyy += w * s.y * s.y;
-            g += w * s.rho * Eigen::Vector3d(1.0, s.x, s.y);
-            next.aside += Eigen::Vector2d(s.right, s.down);
-            ++next.count;
+            wx += w * x;
+            wy += w * y;
+            wxx += w * x * x;
+            wxy += w * x * y;
+            wyy += w * y * y;
+            g0 += w * rho;
+            gx += w * rho * x;
+            gy += w * rho * y;
         }
+        Fit next;
+        next.count = static_cast<int>(simd::sum(count));
         if (next.count < kFewest) {
             return false;
         }
-        next.aside /= next.count;
+        const auto sum = [](const Floats& v) { return static_cast<double>(simd::sum(v)); };
+        next.aside = Eigen::Vector2d(sum(right), sum(down)) / next.count;
+        const double steepest = kSteepestSlope * (static_cast<double>(guess_) + fit.value.x());
+        const double slope_weight = 1.0 / (steepest * steepest);
         Eigen::Matrix3d h;
-        h << w0, wx, wy, wx, wxx, wxy, wy, wxy, wyy;
+        h << sum(w0), sum(wx), sum(wy), sum(wx), sum(wxx) + slope_weight, sum(wxy), sum(wy), sum(wxy),
+            sum(wyy) + slope_weight;
         const Eigen::Matrix3d inverse = h.inverse();
-        next.value = inverse * g;
+        next.value = inverse * Eigen::Vector3d(sum(g0), sum(gx), sum(gy));
         next.variance = kTogether * inverse(0, 0);
         fit = next;
         return std::isfinite(next.variance) && next.variance > 0.0;
     }
 
-    static constexpr std::size_t kMost = (2 * kReach + 1) * (2 * kReach + 1);
-    double per_px_;
+    float per_px_;
     const DepthSample& own_;
-    FixedVector<Neighbour, kMost> near_;
-    Eigen::Vector2d middle_ = Eigen::Vector2d::Zero();
+    Neighbours near_;
+    float guess_ = 0.0F;  ///< of the square's inverse depth (1/m)
+    Eigen::Vector2f middle_ = Eigen::Vector2f::Zero();
 };
 
 }  // namespace
