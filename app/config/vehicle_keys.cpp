@@ -71,8 +71,9 @@ constexpr std::array kKeys{
     VehicleKey{"trigger", "", "The line whose edges start the exposures; left out if there is none."},
     VehicleKey{"trigger.chip", "", "GPIO chip of the line."},
     VehicleKey{"trigger.line", "", "Its number, or its name in gpioinfo."},
-    VehicleKey{"trigger.backend", "",
-               "chardev, the kernel's interface itself, numbers edges where libgpiod 1.6 does not."},
+    VehicleKey{
+        "trigger.backend", "",
+        "auto: libgpiod 2 or, where that is older and does not number edges, chardev, the kernel's interface itself."},
     VehicleKey{"trigger.edge", "", "The edge that counts."},
     VehicleKey{"trigger.pull_up", "", "Whether the line gets a pull-up resistor."},
     VehicleKey{"trigger.clock", "", "Clock of the edges' stamps; hardware: a timestamping engine."},

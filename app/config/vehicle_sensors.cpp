@@ -36,7 +36,7 @@ GpioLineName read_line_name(YamlSection& section) {
     } else {
         name.name = line.text();
     }
-    constexpr std::array<std::string_view, 2> kBackends{"libgpiod", "chardev"};
+    constexpr std::array<std::string_view, 3> kBackends{"auto", "libgpiod", "chardev"};
     name.backend = static_cast<GpioBackend>(section.choice("backend", kBackends, 0));
     return name;
 }

@@ -10,7 +10,7 @@
 namespace facet {
 
 std::unique_ptr<GpioLine> make_gpio_line(GpioBackend backend, KernelIo& io) {
-    if (backend == GpioBackend::kChardev) {
+    if (backend == GpioBackend::kChardev || (backend == GpioBackend::kAuto && !LibgpiodLine::kNumbersEdges)) {
         return std::make_unique<ChardevLine>(io);
     }
     return std::make_unique<LibgpiodLine>();

@@ -14,6 +14,7 @@
 namespace facet {
 
 enum class GpioBackend : std::uint8_t {
+    kAuto,      ///< the library where it numbers edges (2.x), else the character device, which needs Linux 5.10
     kLibgpiod,  ///< the library, 1.6 or 2.x: whichever the program was compiled with
     kChardev    ///< the kernel's character device (v2) itself
 };
@@ -22,7 +23,7 @@ struct GpioLineName {
     std::string chip = "/dev/gpiochip0";
     int offset = -1;   ///< on the chip; -1: find it by name
     std::string name;  ///< as the device tree or gpioinfo has it
-    GpioBackend backend = GpioBackend::kLibgpiod;
+    GpioBackend backend = GpioBackend::kAuto;
 };
 
 struct GpioInputSettings {

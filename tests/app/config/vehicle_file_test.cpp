@@ -388,7 +388,9 @@ TEST_CASE("trigger pulses come from a PWM or a line, at the cameras' rate") {
     CHECK(gpio.pulses->pwm_chip.empty());
     CHECK(gpio.pulses->line.chip == "/dev/gpiochip1");
     CHECK(gpio.pulses->line.name == "EXPOSE");
-    CHECK(gpio.pulses->line.backend == GpioBackend::kLibgpiod);
+    CHECK(gpio.pulses->line.backend == GpioBackend::kAuto);
+    CHECK(load("trigger_output: {gpio: {line: 3, backend: libgpiod}}\n").pulses->line.backend ==
+          GpioBackend::kLibgpiod);
     CHECK(load("trigger_output: {gpio: {line: 3, backend: chardev}}\n").pulses->line.backend == GpioBackend::kChardev);
 }
 
@@ -431,7 +433,7 @@ TEST_CASE("a mistake in a vehicle file is one line with file, line and field") {
         {kHead + kCameras + kImu + "trigger: {chip: /dev/gpiochip0}\n", ":4: trigger.line: missing"},
         {kHead + kCameras + kImu + "trigger: {line: -2}\n", ":4: trigger.line: must not be negative"},
         {kHead + kCameras + kImu + "trigger: {line: 2, backend: sysfs}\n",
-         ":4: trigger.backend: 'sysfs' is unknown; one of: libgpiod, chardev"},
+         ":4: trigger.backend: 'sysfs' is unknown; one of: auto, libgpiod, chardev"},
         {kHead + kCameras + kImu + "trigger_output: {width_s: 0.001}\n",
          ":4: trigger_output: must have either 'pwm' or 'gpio'"},
         {kHead + kCameras + kImu + "trigger_output: {width_s: 0.06, pwm: {}}\n",
