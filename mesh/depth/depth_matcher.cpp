@@ -85,8 +85,8 @@ Eigen::Vector2f DepthMatcher::epipolar_direction(const Eigen::Vector2d& left_uv)
     return (near.A.inverse() * moved).normalized();
 }
 
-/// Fills scores_ at inverse depths first, first + step, ..., of which the first is seen at `begin`; false if the curve is
-/// not a smooth one in the image.
+/// Fills scores_ at inverse depths first, first + step, ..., of which the first is seen at `begin`; false if the curve
+/// is not a smooth one in the image.
 bool DepthMatcher::score(const RowPairs& left, const RowPairs& right, const Ray& ray, double first, double step,
                          int places, Place begin) {
     for (int at = 0; at < places; at += CurveStretch::kMaxPlaces) {
