@@ -389,8 +389,6 @@ TEST_CASE("trigger pulses come from a PWM or a line, at the cameras' rate") {
     CHECK(gpio.pulses->line.chip == "/dev/gpiochip1");
     CHECK(gpio.pulses->line.name == "EXPOSE");
     CHECK(gpio.pulses->line.backend == GpioBackend::kAuto);
-    CHECK(load("trigger_output: {gpio: {line: 3, backend: libgpiod}}\n").pulses->line.backend ==
-          GpioBackend::kLibgpiod);
     CHECK(load("trigger_output: {gpio: {line: 3, backend: chardev}}\n").pulses->line.backend == GpioBackend::kChardev);
 }
 
