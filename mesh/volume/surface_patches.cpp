@@ -33,14 +33,14 @@ using Column = std::array<float, kPadded>;
 /// Samples as the patch of a square sees them; beyond the last one their weight is 0.
 struct Neighbours {
     int count = 0;
-    Column rho;       ///< inverse depths, from the first guess of the square's (1/m)
-    Column variance;  ///< of them
-    Column weight;    ///< its inverse, or 0
-    Column x;         ///< from the middle, on the undistorted plane
-    Column y;
-    Column squares;  ///< how far away, along the longer axis, at least one
-    Column right;    ///< how many squares,
-    Column down;
+    Column rho{};       ///< inverse depths, from the first guess of the square's (1/m)
+    Column variance{};  ///< of them
+    Column weight{};    ///< its inverse, or 0
+    Column x{};         ///< from the middle, on the undistorted plane
+    Column y{};
+    Column squares{};  ///< how far away, along the longer axis, at least one
+    Column right{};    ///< how many squares,
+    Column down{};
 };
 
 /// rho = first guess + value_0 + value_1 x + value_2 y.
@@ -125,16 +125,11 @@ private:
             guess_ = near_.rho[*half];
             fit.variance = static_cast<double>(near_.variance[*half]);
         }
-        for (std::size_t i = 0; i < kPadded; ++i) {
-            const bool exists = i < count;
-            near_.rho[i] = exists ? near_.rho[i] - guess_ : 0.0F;
-            near_.x[i] = exists ? near_.x[i] - middle_.x() : 0.0F;
-            near_.y[i] = exists ? near_.y[i] - middle_.y() : 0.0F;
-            near_.variance[i] = exists ? near_.variance[i] : 1.0F;
-            near_.weight[i] = exists ? 1.0F / near_.variance[i] : 0.0F;
-            near_.squares[i] = exists ? near_.squares[i] : 1.0F;
-            near_.right[i] = exists ? near_.right[i] : 0.0F;
-            near_.down[i] = exists ? near_.down[i] : 0.0F;
+        for (std::size_t i = 0; i < count; ++i) {
+            near_.rho[i] -= guess_;
+            near_.x[i] -= middle_.x();
+            near_.y[i] -= middle_.y();
+            near_.weight[i] = 1.0F / near_.variance[i];
         }
     }
 
