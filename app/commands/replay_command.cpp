@@ -244,10 +244,9 @@ void add_replay_command(CLI::App& app, int& exit_code) {
                      "residuals.csv, summary.json, warnings.txt")
         ->type_name("DIR");
     command
-        ->add_option(
-            "--mode", args->mode,
-            "s: landmarks only; spr: planes found in the mesh constrain their landmarks; sp: an alias of s in which "
-            "planes are found and reported but not used by the estimator")
+        ->add_option("--mode", args->mode,
+                     "s: landmarks only, planes are found and reported; spr: planes found in the mesh constrain their "
+                     "landmarks; sp: as s, but for window.published_weights")
         ->type_name("MODE")
         ->capture_default_str();
     command

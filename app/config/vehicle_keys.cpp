@@ -15,8 +15,9 @@ constexpr std::array kKeys{
 
     VehicleKey{"estimator", "", "What is estimated, and how."},
     VehicleKey{"estimator.config", "", "File of parameters, see below; those that it lacks keep their defaults."},
-    VehicleKey{"estimator.mode", "",
-               "s: landmarks alone; spr: planes that are found hold their landmarks; sp: alias of s."},
+    VehicleKey{
+        "estimator.mode", "",
+        "s: landmarks alone; spr: planes that are found hold their landmarks; sp: as s, to compare with the paper."},
 
     VehicleKey{"cameras", "",
                "Sizes of images are the calibration's. Keys from format on may also be below left or right."},

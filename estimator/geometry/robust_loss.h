@@ -2,7 +2,9 @@
 // Robust losses on whitened squared residuals.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <span>
 
 namespace facet {
@@ -51,30 +53,65 @@ struct CauchyLoss {
     double slope(double s) const { return weight(s) * weight(s); }
 };
 
-/// Either of the two, chosen at run time.
-struct RobustLoss {
-    double threshold = 1.5;  ///< in standard deviations
-    bool is_redescending = false;
+/// Tukey's biweight loss: rho(s) = k^2 / 3 (1 - (1 - u)^3) with u = p s / k^2, constant beyond u = 1, where residuals
+/// have no influence at all. [Beaton74]
+struct TukeyLoss {
+    double threshold = 4.6851;  ///< k, in standard deviations; 95 % efficient with normal errors
+    double precision = 1.0;     ///< p: of the residual, over that of those it was whitened with
 
     double cost(double s) const {
-        return is_redescending ? CauchyLoss{threshold}.cost(s) : HuberLoss{threshold}.cost(s);
+        const double inside = core(s);
+        return threshold * threshold / 6.0 * (1.0 - inside * inside * inside);
+    }
+    double weight(double s) const { return precision * core(s) * core(s); }
+    double slope(double s) const { return precision * core(s) * (3.0 * core(s) - 2.0); }
+
+private:
+    double core(double s) const { return std::max(0.0, 1.0 - precision * s / (threshold * threshold)); }
+};
+
+enum class LossKind : std::uint8_t { kHuber, kCauchy, kTukey };
+
+/// One of them, chosen at run time.
+struct RobustLoss {
+    double threshold = 1.5;  ///< in standard deviations
+    LossKind kind = LossKind::kHuber;
+    double precision = 1.0;  ///< of Tukey's
+
+    double cost(double s) const {
+        switch (kind) {
+            case LossKind::kHuber: return HuberLoss{threshold}.cost(s);
+            case LossKind::kCauchy: return CauchyLoss{threshold}.cost(s);
+            case LossKind::kTukey: break;
+        }
+        return TukeyLoss{threshold, precision}.cost(s);
     }
     /// The sum over several residuals.
     double cost(std::span<const double> squares) const {
-        if (is_redescending) {
+        if (kind == LossKind::kCauchy) {
             return CauchyLoss{threshold}.cost(squares);
         }
         double sum = 0.0;
         for (const double s : squares) {
-            sum += HuberLoss{threshold}.cost(s);
+            sum += cost(s);
         }
         return sum;
     }
     double weight(double s) const {
-        return is_redescending ? CauchyLoss{threshold}.weight(s) : HuberLoss{threshold}.weight(s);
+        switch (kind) {
+            case LossKind::kHuber: return HuberLoss{threshold}.weight(s);
+            case LossKind::kCauchy: return CauchyLoss{threshold}.weight(s);
+            case LossKind::kTukey: break;
+        }
+        return TukeyLoss{threshold, precision}.weight(s);
     }
     double slope(double s) const {
-        return is_redescending ? CauchyLoss{threshold}.slope(s) : HuberLoss{threshold}.slope(s);
+        switch (kind) {
+            case LossKind::kHuber: return HuberLoss{threshold}.slope(s);
+            case LossKind::kCauchy: return CauchyLoss{threshold}.slope(s);
+            case LossKind::kTukey: break;
+        }
+        return TukeyLoss{threshold, precision}.slope(s);
     }
 };
 

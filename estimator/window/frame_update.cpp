@@ -141,7 +141,8 @@ Status FrameUpdate::solve(const LocalMap& map, const WindowCameras& cameras, int
     Vector step;
     for (int i = 0; i < kSteps; ++i) {
         spread_ = spread;
-        const RobustLoss loss = i == 0 ? RobustLoss{kFirstThreshold, false} : RobustLoss{kSettledThreshold, true};
+        const RobustLoss loss =
+            i == 0 ? RobustLoss{kFirstThreshold, LossKind::kHuber} : RobustLoss{kSettledThreshold, LossKind::kCauchy};
         add_images(cameras, keyframes, state, loss);
         if (sums_.points < kMinLandmarks) {
             return Status::kNotFound;

@@ -40,6 +40,7 @@ struct Landmark : LandmarkFit {
     int plane = kNoPlane;           ///< index of the window's plane that it lies on
     int proposed_plane = kNoPlane;  ///< likewise, of the plane that the mesh sees it on
     int plane_misfits = 0;          ///< number of times it left a plane because it did not fit
+    bool is_projected = false;      ///< has projection factors as published (PublishedWeights), not structureless ones
 
     static constexpr int kNoPlane = -1;
 };

@@ -44,7 +44,7 @@ bool triangulate_landmark(const WindowState& state, const WindowCameras& cameras
     Sightings sightings;
     collect_sightings(landmark, cameras, weights, sightings);
     TriangulationOptions options;
-    options.loss = weights.empty() ? cameras.loss() : kPlainLoss;
+    options.loss = weights.empty() ? cameras.loss(landmark) : kPlainLoss;
     options.rho_prior_sigma = LandmarkSchur::kRhoBound;  // as it is eliminated
     std::optional<PlaneChart> plane;
     if (landmark.plane != Landmark::kNoPlane) {
@@ -62,7 +62,7 @@ bool triangulate_landmark(const WindowState& state, const WindowCameras& cameras
         collect_sightings(landmark, cameras, {}, sightings);
     }
     const std::span<const Sighting> span(sightings.data(), sightings.size());
-    options.loss = cameras.loss();
+    options.loss = cameras.loss(landmark);
     options.rho_prior_sigma = kRhoPriorSigma;
     options.max_iterations = 8;
     InverseDepthPoint point;

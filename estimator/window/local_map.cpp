@@ -76,10 +76,10 @@ void LocalMap::add(const Landmark& landmark, const WindowState& state, const Win
         const StereoView& view = cameras.view(o.keyframe, host);
         const bool is_newest = o.keyframe == newest;
         const Status status =
-            is_newest
-                ? linearize_stereo(o.measurement, cameras.geometry(), view, view, cameras.R_B_W_lin(newest),
-                                   landmark.point, cameras.loss(), nullptr, l)
-                : linearize_point(o.measurement, cameras.geometry(), view, view, landmark.point, cameras.loss(), l);
+            is_newest ? linearize_stereo(o.measurement, cameras.geometry(), view, view, cameras.R_B_W_lin(newest),
+                                         landmark.point, cameras.loss(landmark), nullptr, l)
+                      : linearize_point(o.measurement, cameras.geometry(), view, view, landmark.point,
+                                        cameras.loss(landmark), l);
         if (!ok(status)) {
             return;
         }

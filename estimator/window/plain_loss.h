@@ -7,6 +7,6 @@
 namespace facet {
 
 /// Weighs all residuals alike: what makes them unequal is known already, or is not to count.
-inline constexpr RobustLoss kPlainLoss{1e100, false};
+inline constexpr RobustLoss kPlainLoss{1e100, LossKind::kHuber};
 
 }  // namespace facet

@@ -18,7 +18,7 @@ namespace facet {
 /// The modes of [Rosinol19]. Planes are found in the mesh and reported in all of them.
 enum class RegularityMode : std::uint8_t {
     kS,    ///< planes do not act on the estimate
-    kSp,   ///< an alias of kS in which planes are found and reported, as they are in every mode
+    kSp,   ///< landmarks on planes have weights of their own if WindowConfig::published_weights is set; otherwise as kS
     kSpr,  ///< planes are variables, and landmarks are held on them
 };
 
@@ -39,22 +39,22 @@ struct RegularityConfig {
     static constexpr int kKeepConstraints = 8;
     /// Least number of landmarks with which a plane enters the window.
     static constexpr int kMinConstraints = 20;
-    /// Correlation of the errors of two landmarks' distances from one plane: surfaces bend, and tracks on them drift
-    /// alike.
-    static constexpr double kHeightCorrelation = 0.1;
     /// A landmark leaves its plane in the window if its distance is above this many standard deviations.
     static constexpr double kLeaveSigmas = 3.0;
     RegularityMode mode = RegularityMode::kS;  ///< chosen with the run, not among the parameters
     double sigma_m = 0.01;
     bool use_gravity = true;
     // Not among the parameters:
+    /// Correlation of the errors of two landmarks' distances from one plane: surfaces bend, and tracks on them drift
+    /// alike.
+    double height_correlation = 0.1;
     double huber_threshold = 1.5;  ///< of Huber's loss on a landmark's distance from its plane (standard deviations)
     double max_plane_chi2 = 1.0;  ///< a plane is given up when the mean square of its landmarks' distances, in standard
                                   ///< deviations, stays above this
 
     /// Standard deviation with which the height of each of `count` landmarks on one plane counts (m). If any two
     /// have the correlation c, their mean has the variance sigma^2 (1 + c (count - 1)) / count.
-    double weigh_m(int count) const { return sigma_m * std::sqrt(1.0 + kHeightCorrelation * std::max(0, count - 1)); }
+    double weigh_m(int count) const { return sigma_m * std::sqrt(1.0 + height_correlation * std::max(0, count - 1)); }
 
     /// kInvalidArgument if a field is outside its range.
     Status validate() const;

@@ -35,7 +35,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
                        const ImuNoise& noise, const RegularityConfig& regularity, const RangeConfig& range) {
     config_ = config;
     calibration_config_ = calibration;
-    regularity_config_ = regularity;
+    regularity_config_ = PublishedWeights::of_regularities(config, regularity);
     range_config_ = range;
     state_.has_ground = range.enabled;
     ground_doubt_ = 0;
@@ -45,7 +45,7 @@ void Window::configure(const WindowConfig& config, const CalibrationConfig& cali
     is_factorized_ = is_resumed_ = false;
     cameras_.bind(state_, config_, calibration_config_, rig);
     problem_.bind(state_, cameras_, calibration_config_, regularity_config_, range_config_);
-    planes_.configure(regularity);
+    planes_.configure(regularity_config_);
     proposals_.clear();
     state_.clear();
     state_.prior.reset(0);
@@ -241,6 +241,23 @@ void Window::add_observations(int keyframe, std::span<const FeatureObservation> 
     }
 }
 
+/// As published, landmarks that the mesh sees on a plane have factors of their own.
+void Window::choose_factors() {
+    if (!config_.published_weights || regularity_config_.mode == RegularityMode::kS) {
+        return;
+    }
+    for (int i = 0; i < state_.landmarks.size(); ++i) {
+        state_.landmarks[i].is_projected = false;
+    }
+    for (const PlaneProposal& proposal : proposals_) {
+        for (const LandmarkId id : proposal.landmarks) {
+            if (Landmark* const landmark = state_.landmarks.find(id)) {
+                landmark->is_projected = true;
+            }
+        }
+    }
+}
+
 WindowSummary Window::optimize(double effort) {
     // With few keyframes a start is not complete; at rest all of them see the same, errors included.
     constexpr std::size_t kSettled = 5;
@@ -251,6 +268,7 @@ WindowSummary Window::optimize(double effort) {
     if (teaches) {
         cameras_.learn_noise();
     }
+    choose_factors();
     problem_.select_landmarks();
     if (regularity_config_.mode == RegularityMode::kSpr) {
         planes_.update(proposals_, state_, cameras_);

@@ -186,6 +186,7 @@ private:
     /// Sets the calibration's share of a new prior, about the present calibration.
     void fill_calibration_prior(const CalibrationMatrix& information);
     void add_ground(const KeyframeInput& input);
+    void choose_factors();
     void add_observations(int keyframe, std::span<const FeatureObservation> observations);
     void remove_outliers(WindowSummary& summary);
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-2-Clause
 #include "estimator/window/window_cameras.h"
 
+#include "estimator/window/plain_loss.h"
+
 namespace facet {
 namespace {
 
@@ -16,7 +18,8 @@ void WindowCameras::bind(const WindowState& state, const WindowConfig& config, c
     rig_ = rig;
     is_settled_ = false;
     corrected_lens_ = {LensCorrection::Zero(), LensCorrection::Zero()};
-    noise_.reset(config.pixel_sigma_px, config.learn_pixel_sigma);
+    noise_.reset(config.published_weights ? PublishedWeights::kStructureless_px : config.pixel_sigma_px,
+                 config.learn_pixel_sigma);
     whiten();
 }
 
@@ -73,8 +76,10 @@ Eigen::Vector2d WindowCameras::given_left_xy(const Eigen::Vector2d& xy) const {
 }
 
 void WindowCameras::learn_noise() {
-    noise_.learn();
-    whiten();
+    if (!config_->published_weights) {
+        noise_.learn();
+        whiten();
+    }
 }
 
 void WindowCameras::set_settled(bool is_settled) {
@@ -84,8 +89,13 @@ void WindowCameras::set_settled(bool is_settled) {
 
 void WindowCameras::whiten() {
     geometry_.scale = 1.0 / noise_.sigma_px();
-    loss_ = is_settled_ ? RobustLoss{config_->loss_threshold * noise_.scale_px() / noise_.sigma_px(), true}
-                        : RobustLoss{kStartThreshold, false};
+    if (config_->published_weights) {
+        loss_ = kPlainLoss;
+    } else if (is_settled_) {
+        loss_ = {config_->loss_threshold * noise_.scale_px() / noise_.sigma_px(), LossKind::kCauchy};
+    } else {
+        loss_ = {kStartThreshold, LossKind::kHuber};
+    }
 }
 
 Se3 WindowCameras::T_W_B_at_image(const Keyframe& keyframe, const NavState& state) const {

@@ -12,6 +12,7 @@
 #include "estimator/values/nav_state.h"
 #include "estimator/values/observation.h"
 #include "estimator/window/calibration_config.h"
+#include "estimator/window/published_weights.h"
 #include "estimator/window/stereo_views.h"
 #include "estimator/window/vision_noise.h"
 #include "estimator/window/window_config.h"
@@ -75,7 +76,8 @@ public:
     void set_settled(bool is_settled);
 
     const VisionNoise& noise() const { return noise_; }
-    const RobustLoss& loss() const { return loss_; }
+    /// On a landmark's observations.
+    const RobustLoss& loss(const Landmark& landmark) const { return landmark.is_projected ? kProjectionLoss : loss_; }
     const StereoGeometry& geometry() const { return geometry_; }
     /// Number of standard deviations in a pixel.
     double pixels_to_sigmas() const { return 1.0 / noise_.sigma_px(); }
@@ -86,6 +88,7 @@ public:
     }
 
 private:
+    static constexpr RobustLoss kProjectionLoss = PublishedWeights::projection_loss();
     /// What observations may lag behind the lenses, far below their noise (px).
     static constexpr double kNegligiblePx = 1e-3;
 

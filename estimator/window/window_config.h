@@ -16,6 +16,7 @@ struct WindowConfig {
     int max_iterations = 4;
     double pixel_sigma_px = 0.5;
     bool spread_keyframes = true;
+    bool published_weights = false;
     // Not among the parameters:
     bool learn_pixel_sigma = true;  ///< from residuals, beginning with pixel_sigma_px, within a factor of ten of it
     /// Of Cauchy's loss on observations, in multiples of the residuals' robust standard deviation: 1.2 is the
@@ -36,6 +37,10 @@ inline constexpr auto kWindowFields = std::to_array<ParameterField<WindowConfig>
     {FACET_FIELD(WindowConfig, spread_keyframes), "-", 0, 1,
      "Let a keyframe enter the window after the estimate of the frame that follows it, so that no frame takes the time "
      "of both; otherwise at once. Where anything is out of the ordinary, it is at once in any case."},
+    {FACET_FIELD(WindowConfig, published_weights), "-", 0, 1,
+     "Weigh images and planes by the constants of the program that the authors of the paper have published, in place "
+     "of "
+     "weights learned from residuals: for comparisons with the paper, not for flight."},
 });
 
 }  // namespace facet

@@ -49,11 +49,11 @@ Status WindowProblem::linearize_measurements(const Landmark& landmark, bool with
         if (with_matrix) {
             const CameraTerms terms = cameras_->terms(o);
             FACET_TRY(linearize_stereo(o.measurement, cameras_->geometry(), view, view_lin,
-                                       cameras_->R_B_W_lin(o.keyframe), landmark.point, cameras_->loss(),
+                                       cameras_->R_B_W_lin(o.keyframe), landmark.point, cameras_->loss(landmark),
                                        cameras_->estimates_lenses() ? &terms : nullptr, l));
         } else {
             FACET_TRY(linearize_point(o.measurement, cameras_->geometry(), view, view_lin, landmark.point,
-                                      cameras_->loss(), l));
+                                      cameras_->loss(landmark), l));
         }
         schur_.add(o.keyframe);
     }
@@ -132,7 +132,7 @@ double WindowProblem::measure_fit(Landmark& landmark) {
     ++fit_.active_landmarks;
     fit_.vision_rows += rows;
     fit_.vision_loss += loss;
-    return cameras_->loss().cost({squares.data(), squares.size()});
+    return cameras_->loss(landmark).cost({squares.data(), squares.size()});
 }
 
 /// Adds the landmark's height above its plane, if it has one, to schur_. @return its robust cost

@@ -129,7 +129,7 @@ TEST_CASE("stereo factor: the gradient without Jacobians is that with them", "[s
         const Eigen::Matrix3d R_B_W_lin = lin.R().transpose();
         const StereoView view = view_from(s, s.T_W_B);
         const StereoView view_lin = view_from(s, lin);
-        const RobustLoss loss{1.5, true};
+        const RobustLoss loss{1.5, LossKind::kCauchy};
         StereoLinearization l;
         REQUIRE(ok(linearize_stereo(s.z, s.geometry, view, view_lin, R_B_W_lin, s.point, loss, &terms, l)));
         StereoResidual alone;

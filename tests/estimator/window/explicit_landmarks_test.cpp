@@ -224,7 +224,7 @@ private:
         const Eigen::Vector3d q_lin = R_C_B * (in_body(lin) - p_B_C);
         Eigen::Matrix<double, 2, 3> d_image_d_q;
         d_image_d_q << 1.0, 0.0, -q_lin.x() / q_lin.z(), 0.0, 1.0, -q_lin.y() / q_lin.z();
-        const double weight = std::sqrt(window_.cameras->loss().weight(r.squaredNorm()));
+        const double weight = std::sqrt(window_.cameras->loss(*window_.on_planes.front()).weight(r.squaredNorm()));
         const Rows d_q = weight / q_lin.z() * whitening * d_image_d_q;
         const Rows d_place = -d_q * R_C_B * lin.q_W_B.toRotationMatrix().transpose();
         const int pose = window_.system->offset(k);

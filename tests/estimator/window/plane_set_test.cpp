@@ -167,7 +167,7 @@ TEST_CASE("planes: heights above one plane share errors, which more landmarks do
         CHECK(less < mean_variance_m2);  // one more landmark always tells something
         mean_variance_m2 = less;
     }
-    CHECK(mean_variance_m2 > RegularityConfig::kHeightCorrelation * std::pow(config.sigma_m, 2));
+    CHECK(mean_variance_m2 > config.height_correlation * std::pow(config.sigma_m, 2));
 
     Flight flight(RegularityMode::kSpr);
     flight.fly(2.0, flight.truth().planes());

@@ -75,7 +75,7 @@ TEST_CASE("the variance that weights stand for is the one that robust means have
     constexpr int kPoints = 200;
     constexpr int kMeans = 4000;
     std::mt19937 random(3);
-    const RobustLoss loss{0.45, true};  // the points' root mean square
+    const RobustLoss loss{0.45, LossKind::kCauchy};  // the points' root mean square
     double scatter = 0.0;
     double claimed = 0.0;
     for (int i = 0; i < kMeans; ++i) {
