@@ -143,7 +143,8 @@ def tables_html(sequences):
     shown = []
     if tables.is_evaluated(sequences):
         shown = [tables.paper_table(sequences), tables.published_table(sequences), tables.accuracy_table(sequences)]
-    return "".join([*shown, tables.mesh_table(sequences), tables.time_table(sequences)])
+    return "".join([*shown, tables.mesh_table(sequences), tables.time_table(sequences),
+                    tables.optimization_table(sequences)])
 
 
 def write(path, title, sequences, pictures, modules, notes, matrix=None):

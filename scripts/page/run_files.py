@@ -13,8 +13,11 @@ import struct
 TEXT_COLUMNS = {"state", "reason_names", "kind"}
 TRAJECTORY = ["stamp_ns", "px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "gx", "gy", "gz", "ax", "ay",
               "az"]
-# Planes as the paper has them: landmarks on one plane are co-planar, and nothing is said of planes and gravity.
-PUBLISHED_FORM = {"regularity.use_gravity": "false"}
+# The paper's experiment: its modes; weights of its authors' program; co-planarity alone, nothing of planes and gravity;
+# the calibration as given.
+PAPER_MODES = ("s", "sp", "spr")
+AS_PUBLISHED = {"window.published_weights": "true", "regularity.use_gravity": "false",
+                "calibration.estimate_cameras": "false", "calibration.estimate_time_offset": "false"}
 PLY_TYPES = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I", "float": "f",
              "double": "d", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I",
              "float32": "f", "float64": "d"}
@@ -119,11 +122,12 @@ class Run:
 
     @property
     def form(self):
-        """The mode and what was set differently; the noise of the log's own IMU is no setting."""
+        """The mode and what was set differently; the noise of the log's own IMU is no setting, and the map acts on no
+        estimate."""
         changed = {key: value for key, value in self.summary.get("parameters", {}).items()
-                   if not key.startswith("imu_noise.")}
-        if self.mode == "spr" and changed == PUBLISHED_FORM:
-            return "spr as published"
+                   if not key.startswith(("imu_noise.", "map."))}
+        if changed == AS_PUBLISHED:
+            return f"{self.mode} as published"
         return ", ".join([self.mode, *(f"{key}={value}" for key, value in changed.items())])
 
     @property

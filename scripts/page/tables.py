@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: BSD-2-Clause
 """The tables of the report, as HTML."""
+import bisect
 import html
 import json
 import pathlib
+import statistics
 
 CM = 100.0
+OPTIMIZATION = ("triangulation", "linearization", "solve", "marginalization")
+PLANES = ((0, 0), (1, 9), (10, 1000))
 PUBLISHED = pathlib.Path(__file__).resolve().parent / "published.json"
 
 
@@ -132,6 +136,37 @@ def time_table(sequences):
     return table(["sequence", "mode", "frames", "keyframes", "frame median (ms)", "p99", "keyframe median (ms)", "p99",
                   "degraded or lost", "warnings"], rows, "<b>Time and health</b>; times are of this computer under the "
                  "load that it had", left=2)
+
+
+def optimization_times(run):
+    """CPU times of optimizations (ms), each with the number of planes that the window held then."""
+    held = {}
+    for stamp, is_held in zip(run.planes["stamp_ns"], run.planes["is_held"]) if run.planes else []:
+        held[stamp] = held.get(stamp, 0) + int(is_held)
+    stamps = sorted(held)
+    spent = zip(*(run.timing[f"{stage}_cpu_ms"] for stage in OPTIMIZATION))
+    return [(held[stamps[at - 1]] if (at := bisect.bisect_left(stamps, stamp)) else 0, sum(parts))
+            for stamp, parts in zip(run.timing["stamp_ns"], spent) if sum(parts) > 0.0]
+
+
+def optimization_table(sequences):
+    """Time of an optimization by the number of planes in it; nothing if no run holds planes."""
+    rows = []
+    for sequence, run in runs_of(sequences):
+        if not run.timing or f"{OPTIMIZATION[0]}_cpu_ms" not in run.timing:
+            continue
+        times = optimization_times(run)
+        row = [sequence.name, run.label]
+        for least, most in PLANES:
+            part = [ms for planes, ms in times if least <= planes <= most]
+            row += [str(len(part)), cell(statistics.median(part) if part else None, 1)]
+        rows.append(row)
+    if not any(row[4] != "0" or row[6] != "0" for row in rows):
+        return ""
+    heads = ["no plane", f"1 to {PLANES[1][1]} planes", f"{PLANES[2][0]} planes and more"]
+    return table(["sequence", "mode", *("keyframes", "median (ms)") * 3], rows, "<b>Time of an optimization by the "
+                 "planes in it</b>: CPU time of triangulation, linearization, solution and marginalization",
+                 left=2, head=[("", 2), *((name, 2) for name in heads)])
 
 
 def corrections_table(run):

@@ -16,8 +16,8 @@ from small_run import FACES, FRAMES, write_run
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "scripts"))
 sys.dont_write_bytecode = True
-from page import chart, document, figures, scene, stills  # noqa: E402
-from page.run_files import load_sequences  # noqa: E402
+from page import chart, document, figures, scene, stills, tables  # noqa: E402
+from page.run_files import AS_PUBLISHED, load_sequences  # noqa: E402
 
 
 class Elements(html.parser.HTMLParser):
@@ -184,10 +184,18 @@ class Report(unittest.TestCase):
 
     def test_what_was_set_differently_is_part_of_a_runs_name(self):
         runs = [write_run(self.root / str(number), "spr", parameters=changed) for number, changed in enumerate((
-            {"imu_noise.gyro_noise_density": "0.001"},
-            {"regularity.use_gravity": "false"}, {"frontend.max_features": "50"}))]
+            {"imu_noise.gyro_noise_density": "0.001"}, AS_PUBLISHED, {"frontend.max_features": "50"}))]
         self.assertEqual([run.label for run in load_sequences(runs)[0].runs],
                          ["spr", "spr as published", "spr, frontend.max_features=50"])
+
+    def test_times_of_optimizations_stand_by_the_planes_in_them(self):
+        run = load_sequences([write_run(self.root / "a", "spr")])[0].runs[0]
+        times = tables.optimization_times(run)
+        self.assertEqual([planes for planes, _ in times], [0] * 17 + [1] * 15)
+        for planes, ms in times:
+            self.assertAlmostEqual(ms, 4 * (0.4 if planes else 0.3))
+        text = self.make(self.root / "a", options=("--no-pictures", "--no-view"))
+        self.assertIn("<td>17</td><td>1.2</td><td>15</td><td>1.6</td><td>0</td><td>\u2013</td>", text)
 
     def test_runs_of_one_mode_are_told_apart_by_their_folders(self):
         sequences = load_sequences([write_run(self.root / "a"), write_run(self.root / "b"),

@@ -68,8 +68,10 @@ def write_run(folder, mode="s", dataset="/logs/ring/mav0", errors=None, paramete
     write_table(folder / "health.csv", health,
                 [(stamp(i), "DEGRADED" if 50 < i < 70 else "TRACKING", 90, int(i % EVERY == 0), 150, 300, 0.5, 1.0,
                   1e-3, 1e-4, 0, "few_features" if 50 < i < 70 else "") for i in range(FRAMES)])
-    write_table(folder / "timing.csv", ["stamp_ns", "is_keyframe", "total_ms", *(f"{name}_ms" for name in STAGES)],
-                [(stamp(i), int(i % EVERY == 0), 5.0, *[0.5] * len(STAGES)) for i in range(FRAMES)])
+    write_table(folder / "timing.csv", ["stamp_ns", "is_keyframe", "total_ms", *(f"{name}_ms" for name in STAGES),
+                                        *(f"{name}_cpu_ms" for name in STAGES)],
+                [(stamp(i), int(i % EVERY == 0), 5.0, *[0.5] * len(STAGES),
+                  *[(0.4 if i > 81 else 0.3) if i % EVERY == 1 else 0.0] * len(STAGES)) for i in range(FRAMES)])
     write_table(folder / "planes.csv", ["stamp_ns", "id", "kind", "is_held", "area_m2"],
                 [(stamp(i), 3, "horizontal", int(i > 80), 1.5) for i in keyframes if i > 20])
     write_table(folder / "mesh.csv", ["stamp_ns", "departed"], [(stamp(i), 1) for i in keyframes])
