@@ -10,6 +10,7 @@ TYPES = {"char": "i1", "uchar": "u1", "int8": "i1", "uint8": "u1", "short": "<i2
          "int32": "<i4", "uint": "<u4", "uint32": "<u4", "float": "<f4", "float32": "<f4", "double": "<f8",
          "float64": "<f8"}
 SIZE = (1000, 750)
+PATH_COLOUR = np.array([0.9, 0.35, 0.1])
 
 
 def read_elements(path):
@@ -64,16 +65,34 @@ def better_side(vertices, triangles):
     return max((1.0, -1.0), key=lambda side: np.maximum(normals @ np.array([0.62 * side, -0.62 * side, 0.55]), 0).sum())
 
 
-def draw(vertices, triangles, shade, side):
+def draw_path(path, project, picture, depth, radius_px=2):
+    """Draws a path (n, 3) as a line of dots wherever nothing stands before it."""
+    offsets = np.stack(np.meshgrid(*2 * [np.arange(-radius_px, radius_px + 1)]), axis=-1).reshape(-1, 2)
+    offsets = offsets[(offsets ** 2).sum(axis=1) <= radius_px * radius_px + 1]
+    steps = np.linspace(0.0, len(path) - 1.0, 8 * len(path))
+    dense = np.stack([np.interp(steps, np.arange(len(path)), path[:, k]) for k in range(3)], axis=1)
+    for (u, v), z in zip(*project(dense)):
+        x, y = (np.round([u, v]).astype(int) + offsets).T
+        seen = (x >= 0) & (x < picture.shape[1]) & (y >= 0) & (y < picture.shape[0]) & (z > 0.05)
+        x, y = x[seen], y[seen]
+        front = depth[y, x] > z
+        picture[y[front], x[front]] = PATH_COLOUR
+
+
+def draw(vertices, triangles, shade, side, path=None):
     """Depth-buffered picture. shade(points, normal, index) gives colours in [0, 1] of points on one triangle."""
     world_to_camera, eye = camera(vertices, side)
-    p = (vertices - eye) @ world_to_camera.T
     focal = 1.15 * SIZE[0] / 1.6
-    uv = p[:, :2] / np.maximum(p[:, 2:], 1e-3) * focal + np.array(SIZE) / 2
+
+    def project(points):
+        p = (points - eye) @ world_to_camera.T
+        return p[:, :2] / np.maximum(p[:, 2:], 1e-3) * focal + np.array(SIZE) / 2, p[:, 2]
+
+    uv, distance = project(vertices)
     picture = np.ones((SIZE[1], SIZE[0], 3))
     depth = np.full((SIZE[1], SIZE[0]), np.inf)
     for index, t in enumerate(triangles):
-        if p[t, 2].min() < 0.05:
+        if distance[t].min() < 0.05:
             continue
         normal = np.cross(vertices[t[1]] - vertices[t[0]], vertices[t[2]] - vertices[t[0]])
         length = np.linalg.norm(normal)
@@ -88,7 +107,7 @@ def draw(vertices, triangles, shade, side):
         x, y = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1))
         u = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / det
         v = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / det
-        weight = np.stack([1 - u - v, u, v], axis=-1) / p[t, 2]  # perspective: linear in 1 / z
+        weight = np.stack([1 - u - v, u, v], axis=-1) / distance[t]  # perspective: linear in 1 / z
         z = 1.0 / np.maximum(weight.sum(axis=-1), 1e-9)
         inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (z < depth[y, x])
         if not inside.any():
@@ -96,6 +115,8 @@ def draw(vertices, triangles, shade, side):
         points = (weight[inside] * z[inside][:, None]) @ vertices[t]
         depth[y[inside], x[inside]] = z[inside]
         picture[y[inside], x[inside]] = shade(points, normal / length, index)
+    if path is not None:
+        draw_path(path, project, picture, depth)
     return Image.fromarray((255 * picture).astype(np.uint8))
 
 
@@ -110,6 +131,23 @@ def by_normal(points, normal, _):
     light = 0.35 + 0.65 * abs(normal @ np.array([0.36, -0.48, 0.8]))
     colour = light * (0.6 + 0.4 * np.abs(normal))
     return np.broadcast_to(colour, points.shape)
+
+
+def by_grey(vertices, triangles, greys):
+    """As the images show it: grey values in [0, 1] of the vertices, made brighter, between them."""
+    bright = np.clip(1.1 * greys / max(np.percentile(greys, 99), 1e-3), 0.0, 1.0) ** 0.8
+
+    def shade(points, normal, index):
+        t = triangles[index]
+        b, c = vertices[t[1]] - vertices[t[0]], vertices[t[2]] - vertices[t[0]]
+        d = points - vertices[t[0]]
+        bb, bc, cc, db, dc = b @ b, b @ c, c @ c, d @ b, d @ c
+        area = bb * cc - bc * bc
+        v, w = ((cc * db - bc * dc) / area, (bb * dc - bc * db) / area) if area > 0 else (0 * db, 0 * dc)
+        grey = bright[t[0]] + v * (bright[t[1]] - bright[t[0]]) + w * (bright[t[2]] - bright[t[0]])
+        light = 0.75 + 0.25 * abs(normal @ np.array([0.36, -0.48, 0.8]))
+        return light * np.clip(grey, 0.0, 1.0)[:, None] * np.array([1.0, 0.98, 0.94])
+    return shade
 
 
 def by_certainty(sigmas):
