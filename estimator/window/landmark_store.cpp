@@ -73,6 +73,7 @@ Landmark* LandmarkStore::find_or_insert(LandmarkId id) {
     landmark.plane = landmark.proposed_plane = Landmark::kNoPlane;
     landmark.plane_chi2 = 0.0;
     landmark.plane_misfits = 0;
+    landmark.is_projected = false;
     return &landmark;
 }
 
