@@ -92,6 +92,17 @@ def rms_of(values):
     return math.sqrt(sum(value * value for value in values) / len(values))
 
 
+def plane_sigmas(run):
+    """Errors over reported sigmas of the planes that have a true one: position along the normal, two tilts."""
+    return [plane["sigmas"] for plane in run.eval["planes"]["strict"]["planes"] if plane.get("sigmas")]
+
+
+def planes_within(run):
+    """Percent of these planes with all three errors within 3 sigma."""
+    planes = plane_sigmas(run)
+    return 100 * sum(max(map(abs, sigmas)) <= 3 for sigmas in planes) / len(planes) if planes else None
+
+
 def frame_errors(run, settle_s=3.0):
     """Rows of errors.csv later than some seconds after the first, each behind whether it is a keyframe: its row of
     health.csv is the nearest in time, as estimates have the IMU's time and health has the stamp of the image."""
@@ -124,6 +135,15 @@ FIGURES = {
     "rpe_5m_median_mm": rpe(5, kind="median"),
     "nees_pose": at("consistency.nees.pose.mean"), "nees_orientation": at("consistency.nees.orientation.mean"),
     "nees_position": at("consistency.nees.position.mean"), "nees_velocity": at("consistency.nees.velocity.mean"),
+    "position_lag_ms": at("truth_fit.position_lag_s.value", 1e3),
+    "position_lag_sigma_ms": at("truth_fit.position_lag_s.sigma", 1e3),
+    "orientation_lag_ms": at("truth_fit.orientation_lag_s.value", 1e3),
+    "orientation_lag_sigma_ms": at("truth_fit.orientation_lag_s.sigma", 1e3),
+    "position_fitted_mm": at("truth_fit.position_rmse_m", 1e3),
+    "position_swift_mm": at("truth_fit.position_swift_rmse_m", 1e3),
+    "rotation_fitted_deg": at("truth_fit.orientation_rmse_rad", math.degrees(1)),
+    "rotation_swift_deg": at("truth_fit.orientation_swift_rmse_rad", math.degrees(1)),
+    "nees_pose_fitted": at("consistency_with_fit.nees.pose.mean"),
     "within_3_sigma": within_3_sigma, "residual_mean_px": residual_mean_px,
     "time_percent": at("coverage.time", 100), "frames_percent": at("coverage.frame_share", 100),
     "first_s": first_s, "init_s": lambda run: state_durations(run.health).get("INIT", 0.0), "lost_before": lost_before,
@@ -138,9 +158,14 @@ FIGURES = {
     if run.eval["mesh"]["flat_holes"]["planes"] else None,
     "longest_m": at("mesh.longest_side_m"), "faces": at("mesh.faces"), "area_m2": at("mesh.area_m2"),
     "overlap": at("mesh.overlap"), "live_faces": at("mesh.faces_max", source="summary"),
+    "frame_ms": at("timing.processor.all.mean", source="summary"),
+    "frame_p99_ms": at("timing.processor.all.p99", source="summary"),
     "flat_median_mm": at("mesh.flat_accuracy_m.median", 1e3), "flat_mean_mm": at("mesh.flat_accuracy_m.mean", 1e3),
     "uneven_median_mm": at("mesh.uneven_accuracy_m.median", 1e3),
     "planes_right": at(STRICT + "right"), "planes_found": at(STRICT + "found"),
+    "plane_position_rms": lambda run: rms_of([sigmas[0] for sigmas in plane_sigmas(run)]),
+    "plane_tilt_rms": lambda run: rms_of([value for sigmas in plane_sigmas(run) for value in sigmas[1:]]),
+    "planes_within_percent": planes_within,
     "planes_recall": lambda run: run.eval["planes"]["strict"]["recall"]
     if run.eval["planes"]["strict"]["wanted"] else None,
     "planes_area_recall": lambda run: run.eval["planes"]["strict"]["area_recall"]
@@ -162,6 +187,6 @@ def figure_of(run, figure):
         return None
     try:
         value = figure(run)
-    except (KeyError, TypeError, IndexError, StopIteration, ValueError, FileNotFoundError):
+    except (KeyError, TypeError, IndexError, StopIteration, ValueError, ZeroDivisionError, FileNotFoundError):
         return None
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -13,7 +13,7 @@ PLACE = ("condition", "sequence", "case", "mode")
 AXES = (*PLACE, "seed")
 HEADS = {"condition": "K"}
 RELATIONS = ("at", "over", "minus")
-TABLE_KEYS = {"rows", "only", "columns", "document"}
+TABLE_KEYS = {"title", "rows", "only", "columns", "document"}
 
 
 def by_sequence(values, always=False):
