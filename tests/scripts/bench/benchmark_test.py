@@ -20,6 +20,7 @@ SCRIPTS = Path(__file__).resolve().parents[3] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
 sys.dont_write_bytecode = True
 from bench import figures  # noqa: E402
+from bench.page import logs_of, read_list  # noqa: E402
 
 # Appends what it is asked to CALLS. The error of a flight is GROWTH mm times the length of its scene's name, in mode
 # spr half of it; with a file WAIT beside it, the third replay hangs; with NO_SPR, mode spr fails.
@@ -252,10 +253,54 @@ class Page(Benchmark):
         page.write_text("a\n<!-- scripts/benchmark study: modes -->\nold\n<!-- end -->\nb\n")
         said = self.run_it("--publish")
         self.assertIn("no line <!-- scripts/benchmark study: errors -->", said)
-        self.assertRegex(page.read_text(), r"(?s)^a\n<!-- scripts/benchmark study: modes -->\nTwo flights; K: .*\n\n"
+        self.assertRegex(page.read_text(), r"(?s)^a\n<!-- scripts/benchmark study: modes -->\nTwo flights\.\n\n"
                          r"\| mode \|.*`scripts/benchmark \S*study.yaml`, commit 0123456789ab\.\n<!-- end -->\nb\n$")
         page.write_text("nothing\n")
         self.assertEqual(self.main("--publish")[0], 1)
+
+    def make_page(self, lines, *options):
+        """Exit code and what is said of --page, with a list of these lines; page.md is the document of their tables."""
+        (self.root / "page.txt").write_text("# a list\n" + "".join(f"{line}\n" for line in lines))
+        given = ["benchmark", "--page", str(self.root / "logs"), *self.command("--allow-dirty", *options)[2:]]
+        said = io.StringIO()
+        with unittest.mock.patch.object(sys, "argv", given), unittest.mock.patch.object(script, "ROOT", self.root), \
+                unittest.mock.patch.object(script, "PAGE_LIST", self.root / "page.txt"), \
+                unittest.mock.patch.object(script, "edited", lambda _: ""), contextlib.redirect_stderr(said):
+            try:
+                code = script.main()
+            except SystemExit as end:
+                code = end.code
+        return code, said.getvalue()
+
+    def test_a_whole_page_is_made_by_one_command(self):
+        (self.root / "logs").mkdir()
+        page = self.root / "BENCHMARKS.md"
+        begin = "<!-- scripts/benchmark --page -->\n<!-- end -->\n"
+        page.write_text(begin + "".join(f"<!-- scripts/benchmark study: {name} -->\n<!-- end -->\n"
+                                        for name in ("errors", "modes")))
+        self.study.write_text(PERFECT + f"document: {page}\n")
+        code, said = self.make_page([self.study])
+        self.assertEqual(code, 0, said)
+        self.assertIn("Made by `scripts/benchmark --page FOLDER` at commit 0123456789ab.\n<!-- end -->",
+                      page.read_text())
+        self.assertIn(f"`scripts/benchmark {self.study}`, commit 0123456789ab", page.read_text())
+        flown = len(self.calls("replay"))
+        (self.root / "no_spr").touch()
+        code, said = self.make_page([f"{self.study} room_20s", f"{self.study} --cases fog", self.study])
+        self.assertEqual(len(self.calls("replay")), flown, "all was done")
+        self.assertEqual(code, 1)
+        for sentence in ("room_20s`: no room_20s in FOLDER", "--cases fog`: exit code 2"):
+            self.assertIn(sentence, said)
+            self.assertIn(sentence, page.read_text())
+        self.assertEqual(self.make_page([self.study], "--fresh")[0], 1, "spr is out of order")
+        self.assertIn("--page goes with", self.make_page([self.study], "--seeds", "3")[1])
+
+    def test_what_measures_by_itself_is_measured_once(self):
+        (self.root / "logs").mkdir()
+        page = self.root / "BENCHMARKS.md"
+        page.write_text("`scripts/benchmark recording`, commit 0123456789ab.\n")
+        self.assertEqual(self.make_page(["recording"]), (0, unittest.mock.ANY))
+        self.assertEqual(self.make_page(["recording --turns 2"])[0], 1, "recording_load is missing")
 
     def test_edited_sources_are_refused_or_named(self):
         self.study.write_text(PERFECT)
@@ -283,6 +328,14 @@ class Files(Benchmark):
                          (bench.plan.content, *(bench.plan.content.get("tables") or {}).values())]
             for document in filter(None, documents):
                 self.assertTrue((SCRIPTS.parent / document).is_file(), document)
+
+
+    def test_the_list_of_the_page_names_what_there_is(self):
+        page = (SCRIPTS.parent / "BENCHMARKS.md").read_text()
+        for words in read_list(script.PAGE_LIST):
+            given = [words[0], *words[1 + len(logs_of(words)):], "--facet", str(self.program), "--list"]
+            script.parse_arguments(script.make_parser(), given)
+            self.assertTrue(f"<!-- scripts/benchmark {words[0]}: " in page, words[0])
 
 
 # What scripts/build --all puts beside the program: memory grows in a log that is played twice, and samples are missing.
@@ -315,7 +368,26 @@ class PlugIns(Benchmark):
             self.assertIn(said, done)
 
 
+    def test_single_parts_are_timed_by_programs_of_their_own(self):
+        self.assertIn("frontend_bench is missing", self.run_it(name="parts", code=2))
+        runs = [{"run_type": "iteration", "run_name": "sweep/8", "cpu_time": time, "time_unit": "ns"}
+                for time in (2500.0, 1250.0)]
+        for name in ("frontend_bench", "window_bench", "mesh_bench"):
+            said = json.dumps({"benchmarks": runs})
+            (self.root / name).write_text(f"#!{sys.executable}\nprint({said!r})\n")
+            (self.root / name).chmod(0o755)
+        self.assertRegex(self.run_it("--core", "-1", name="parts"), r"mesh_bench +sweep, 8 +1.25\n")
+
+
 class Figures(unittest.TestCase):
+    def test_errors_of_planes_are_over_their_sigmas(self):
+        planes = [{"sigmas": [3.0, 0.0, 1.0]}, {"sigmas": [4.0, 0.0, 1.0]}, {"verdict": "wrong"}]
+        run = unittest.mock.Mock(has_result=True, eval={"planes": {"strict": {"planes": planes}}})
+        found = {name: figures.figure_of(run, figures.FIGURES[name])
+                 for name in ("plane_position_rms", "plane_tilt_rms", "planes_within_percent")}
+        self.assertEqual(found, {"plane_position_rms": 12.5 ** 0.5, "plane_tilt_rms": 0.5 ** 0.5,
+                                 "planes_within_percent": 50.0})
+
     def test_what_a_flight_has_not_is_none(self):
         run = unittest.mock.Mock(has_result=True, eval={"path_m": 1.0}, summary={}, health=[], errors=[])
         run.table.return_value = []
