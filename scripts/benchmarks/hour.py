@@ -13,13 +13,14 @@ import time
 from bench.benchmark_lib import first_error, fresh_folder, number, read_table, run
 from bench.looped_log import period_of, stamps_of
 from bench.plan import PlanError
+from bench.stats import quantile
 
 STRETCH_M = 100.0
 PART_S = 600.0
 GROWTH_MIB = 1.0  # of memory from the middle of the flight to its end
 TRUTH_STEP = 2    # of its rows at 200 Hz every second one
-HEADS = ["log", "mode", "part", "ATE/100 m mm", "worst", "pose NEES", "velocity NEES", "cpu ms", "frame ms",
-         "memory MiB", "not TRACKING", "resets"]
+HEADS = ["log", "mode", "part", "ATE/100 m mm", "worst", "pose NEES", "velocity NEES", "process ms", "frame ms", "p99",
+         "longest", "memory MiB", "not TRACKING", "resets"]
 
 
 def add_options(group):
@@ -118,13 +119,14 @@ def cells(out, rate, samples, errors, begin_s, end_s):
               for row in (read_table(out / "errors.csv") if (out / "errors.csv").is_file() else [])
               if begin_s <= 1e-9 * (int(row["stamp_ns"]) - origin) < end_s]
     nees = [statistics.fmean(values) for values in zip(*claims)] or [None, None]
+    frames_ms = [float(row["total_cpu_ms"]) for row in timing[first:last]]
     watched = [sample for sample in samples if first <= sample[0] <= last]
     frames = watched[-1][0] - watched[0][0] if watched else 0
     ate = [value for seconds, value in errors if begin_s <= seconds < end_s]
     return [number(statistics.median(ate) if ate else None, 2), number(max(ate, default=None), 2),
             *(number(value, 2) for value in nees),
             number(1e3 * (watched[-1][1] - watched[0][1]) / frames if frames else None, 2),
-            number(statistics.median(float(row["total_ms"]) for row in timing[first:last]), 2),
+            number(statistics.median(frames_ms), 2), number(quantile(frames_ms, 0.99), 1), number(max(frames_ms), 1),
             number(max((sample[2] for sample in watched), default=None), 1),
             str(sum(row["state"] != "TRACKING" for row in health[first:last + 1])),
             str(int(health[last]["reset_counter"]) - int(health[first]["reset_counter"]))]
