@@ -25,7 +25,7 @@ namespace facet {
 /// kDependence: errors along a track are not independent; n observations count as n / kDependence independent ones.
 /// Measured against the truth, the error of a track keeps 0.77 of itself over 5 frames, 0.6 over half a second and 0.25
 /// over three; that of its stereo match 0.35 throughout. Its value makes the covariance agree with the errors of two
-/// simulated flights of 120 s, with and without errors of the calibration (BENCHMARKS.md, Consistency).
+/// simulated flights of 120 s, with and without errors of the calibration.
 /// Thread-bound. No heap.
 class VisionNoise {
 public:
