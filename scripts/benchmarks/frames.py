@@ -44,15 +44,16 @@ def at_frames(is_keyframe, name, figure):
     return of
 
 
-def steps(is_keyframe, share, is_local=False):
-    """A quantile (mm) of the steps of the position's error that end at keyframes, or between them."""
+def steps(share, is_local=False):
+    """A quantile (mm) of the steps of the position's error from frame to frame. What a keyframe corrects is seen in the
+    frames behind it, over which its work is spread."""
     def of(run):
         frames = frame_errors(run)
         states = states_of(run) if is_local else {}
         lengths = sorted(
             local_jump(a, b, states[int(b["stamp_ns"])]) if is_local else math.dist(vector(b, "error_p"),
                                                                                     vector(a, "error_p"))
-            for (_, a), (key, b) in zip(frames, frames[1:]) if key == is_keyframe)
+            for (_, a), (_, b) in zip(frames, frames[1:]))
         return 1e3 * lengths[min(len(lengths) - 1, int(share * len(lengths)))]
     return of
 
@@ -70,6 +71,6 @@ for _word, _key in (("key", True), ("tracked", False)):
     FIGURES[f"v_{_word}"] = at_frames(_key, "error_v", lambda values: 1e3 * rms_of(values))
     for _part in ("pose", "velocity"):
         FIGURES[f"nees_{_part}_{_word}"] = at_frames(_key, f"nees_{_part}", statistics.fmean)
-    for _share in (0.5, 0.99):
-        FIGURES[f"jump_{_word}_p{100 * _share:.0f}"] = steps(_key, _share)
-        FIGURES[f"local_p{100 * _share:.0f}"] = steps(True, _share, is_local=True)
+for _share in (0.5, 0.99, 1.0):
+    FIGURES[f"jump_p{100 * _share:.0f}"] = steps(_share)
+    FIGURES[f"local_p{100 * _share:.0f}"] = steps(_share, is_local=True)
