@@ -8,7 +8,7 @@ from bench.plan import PlanError
 PROGRAMS = ["frontend_bench", "window_bench", "mesh_bench"]
 REPEAT = 3
 US = {"ns": 1e-3, "us": 1.0, "ms": 1e3, "s": 1e6}
-HEADS = ["program", "part", "us"]
+HEADS = ["program", "part", "us, of each variant"]
 
 
 def times_us(bench, program):
@@ -31,6 +31,10 @@ def times_us(bench, program):
 
 def measure(bench):
     bench.results = {program: times_us(bench, program) for program in PROGRAMS}
-    rows = [[program, part.replace("/", ", "), f"{us:.3g}" if us < 100 else f"{us:.0f}"]
-            for program, parts in bench.results.items() for part, us in parts.items()]
-    return {"parts": (HEADS, rows, 2)}, []
+    rows = {}
+    for program, parts in bench.results.items():
+        for part, us in parts.items():
+            name, *variant = part.split("/")
+            text = f"{us:.3g}" if us < 100 else f"{us:.0f}"
+            rows.setdefault((program, name), []).append(f"{' '.join(variant)} ({text})" if variant else text)
+    return {"parts": (HEADS, [[*part, ", ".join(texts)] for part, texts in rows.items()], 3)}, []

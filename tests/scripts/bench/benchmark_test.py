@@ -376,7 +376,7 @@ class PlugIns(Benchmark):
             said = json.dumps({"benchmarks": runs})
             (self.root / name).write_text(f"#!{sys.executable}\nprint({said!r})\n")
             (self.root / name).chmod(0o755)
-        self.assertRegex(self.run_it("--core", "-1", name="parts"), r"mesh_bench +sweep, 8 +1.25\n")
+        self.assertRegex(self.run_it("--core", "-1", name="parts"), r"mesh_bench +sweep +8 \(1.25\)\n")
 
 
 class Figures(unittest.TestCase):
