@@ -36,7 +36,7 @@ struct FieldPoint {
 /// Takes the states as OccupancyGrid::pack() gives them and as WorldState::cells of the world stream has them, so that
 /// it works in the program and in a planner at the stream's other end alike.
 ///
-/// The time is bounded, whatever the grid holds (BENCHMARKS.md, Time and memory), and the result depends on nothing but
+/// The time is bounded, whatever the grid holds (`mesh_bench`), and the result depends on nothing but
 /// the states. Certainty and age of an obstacle are the grid's: OccupancyGrid::at(target_W). Thread-bound. No heap.
 /// About 5.4 MB: allocate it once.
 class DistanceField {
