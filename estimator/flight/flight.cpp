@@ -201,7 +201,7 @@ Status FlightEstimator::carry_on(const StereoFrame& frame, Timestamp stamp, Esti
     s_.fault.see(stamp, s_.now.state);
     s_.now.replaced = s_.fault.readings(s_.now.state, gravity_m_per_s2_);
     report(frame, ok(tracked) ? FrameUse::kTracked : FrameUse::kRefused, estimate);
-    const SlipEvidence slip{(estimate.health.reasons & kReasonHighResidual) != 0, tracks_.is_keyframe,
+    const SlipEvidence slip{(estimate.health.reasons & kReasonHighResidual) != 0, tracks_.is_keyframe, stamp,
                             (stamp - before).seconds()};
     if (s_.gauge.step(slip, s_.now.state, s_.fault.rate_B())) {
         estimate.covariance = reported_covariance();

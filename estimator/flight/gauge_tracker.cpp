@@ -24,14 +24,13 @@ void GaugeTracker::widen(const NavState& state, const Eigen::Vector3d& w_B, doub
 
 bool GaugeTracker::step(const SlipEvidence& e, const NavState& state, const Eigen::Vector3d& w_B) {
     if (e.is_high) {
-        Slip seen = slip_.is_suspected ? slip_ : Slip{true, true, compared_with_, gauge_};
-        const bool is_same_map = is_compared_ && compared_with_ == seen.keyframe && !e.is_keyframe;
-        seen.is_refutable = seen.is_refutable && is_same_map;
+        Slip seen = slip_.is_suspected ? slip_ : Slip{true, true, e.stamp, gauge_};
+        seen.is_refutable = seen.is_refutable && is_compared_ && !e.is_keyframe;
         widen(state, w_B, e.dt_s);
         slip_ = seen;
         return true;
     }
-    const bool is_refuted = slip_.is_refutable && is_compared_ && compared_with_ == slip_.keyframe;
+    const bool is_refuted = slip_.is_refutable && is_compared_ && compared_with_ < slip_.begin;
     if (is_refuted) {
         gauge_ = slip_.gauge;
     }

@@ -9,13 +9,14 @@ namespace facet {
 /// A frame's residuals, after its report.
 struct SlipEvidence {
     bool is_high = false;      ///< beyond what errors explain
-    bool is_keyframe = false;  ///< the frame has taken part in the map
+    bool is_keyframe = false;  ///< the frame takes part in the map
+    Timestamp stamp;           ///< of the frame
     double dt_s = 0.0;         ///< since the frame before
 };
 
 /// While residuals are high the vehicle may have moved otherwise than estimated: the gauge is widened by the whole way
-/// flown and angle turned. If the next frame whose residuals are not agrees with the map that the odd ones were
-/// compared with, nothing has slipped but they, and the gauge is what it was. Thread-bound. No heap.
+/// flown and angle turned. If the next frame whose residuals are not agrees with a map in which none of these frames
+/// takes part, nothing has slipped but they, and the gauge is what it was. Thread-bound. No heap.
 class GaugeTracker {
 public:
     void begin_frame() { is_compared_ = false; }
@@ -54,8 +55,8 @@ private:
     /// Residuals that stay high, and what the gauge was before.
     struct Slip {
         bool is_suspected = false;
-        bool is_refutable = false;  ///< no keyframe has taken part
-        Timestamp keyframe;         ///< with whose map the frames are compared
+        bool is_refutable = false;  ///< all of its frames were compared with a map, and none is a keyframe
+        Timestamp begin;            ///< its first frame
         Gauge gauge;
     };
 
