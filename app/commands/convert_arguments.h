@@ -33,7 +33,7 @@ inline constexpr std::size_t kPermille = 1000;  ///< of the work, for the progre
 /// Progress and warnings on stderr; warnings beyond kMost are only counted.
 class Narrator {
 public:
-    explicit Narrator(bool quiet) : progress_("convert", "permille", kPermille), quiet_(quiet) {}
+    explicit Narrator(bool quiet) : progress_("convert", "", kPermille, kQuiet_s), quiet_(quiet) {}
 
     void update(std::size_t done) {
         if (!quiet_) {
@@ -56,6 +56,7 @@ public:
 
 private:
     static constexpr std::size_t kMost = 20;
+    static constexpr double kQuiet_s = 2.0;
     Progress progress_;
     bool quiet_;
     std::size_t warnings_ = 0;

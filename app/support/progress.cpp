@@ -34,6 +34,13 @@ Progress::Progress(std::string label, std::string unit, std::size_t total, doubl
 
 double Progress::elapsed_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
+/// How much is done, how fast and how long the rest takes.
+std::string Progress::state() const {
+    const double rate = static_cast<double>(done_) / std::max(elapsed_s(), 1e-6);
+    const std::string left = minutes(static_cast<double>(total_ - done_) / std::max(rate, 1e-6)) + " left";
+    return unit_.empty() ? left : fmt::format("{}/{} {} {:.1f}/s, {}", done_, total_, unit_, rate, left);
+}
+
 void Progress::update(std::size_t done) {
     done_ = std::min(done, total_);
     if (elapsed_s() < quiet_s_) {
@@ -48,9 +55,7 @@ void Progress::update(std::size_t done) {
     const std::size_t percent = 100 * done_ / total_;
     if (percent >= next_line_percent_) {
         next_line_percent_ = percent / 10 * 10 + 10;
-        const double rate = static_cast<double>(done_) / std::max(elapsed_s(), 1e-6);
-        print_err("{} {:3}% {}/{} {} {:.1f}/s, {} left\n", label_, percent, done_, total_, unit_, rate,
-                  minutes(static_cast<double>(total_ - done_) / std::max(rate, 1e-6)));
+        print_err("{} {:3}% {}\n", label_, percent, state());
     }
 }
 
@@ -58,10 +63,7 @@ void Progress::draw_bar() {
     last_draw_ = Clock::now();
     drawn_ = true;
     const std::size_t filled = kBarWidth * done_ / total_;
-    const double rate = static_cast<double>(done_) / std::max(elapsed_s(), 1e-6);
-    print_err("\r\x1b[K{} [{}{}] {}/{} {} {:.1f}/s, {} left", label_, std::string(filled, '#'),
-              std::string(kBarWidth - filled, '.'), done_, total_, unit_, rate,
-              minutes(static_cast<double>(total_ - done_) / std::max(rate, 1e-6)));
+    print_err("\r\x1b[K{} [{}{}] {}", label_, std::string(filled, '#'), std::string(kBarWidth - filled, '.'), state());
     std::fflush(stderr);
 }
 
@@ -81,6 +83,10 @@ void Progress::finish() {
     clear_bar();
     const double seconds = elapsed_s();
     if (seconds < quiet_s_) {
+        return;
+    }
+    if (unit_.empty()) {
+        print_err("{}: done in {:.1f} s\n", label_, seconds);
         return;
     }
     print_err("{}: {} {} in {:.1f} s ({:.1f}/s)\n", label_, done_, unit_, seconds,

@@ -13,7 +13,7 @@ namespace facet {
 class Progress {
 public:
     /// @param label    what is being done, e.g. "replay"
-    /// @param unit     what is counted, e.g. "frames"
+    /// @param unit     what is counted, e.g. "frames"; "" if only the share of the work is known
     /// @param quiet_s  nothing is said of what is over sooner than this (s)
     Progress(std::string label, std::string unit, std::size_t total, double quiet_s = 0.0);
 
@@ -28,6 +28,7 @@ private:
     using Clock = std::chrono::steady_clock;
 
     double elapsed_s() const;
+    std::string state() const;
     void draw_bar();
     void clear_bar();
 

@@ -83,9 +83,9 @@ def tiles(sequence):
     run = sequence.runs[-1]
     path = run.figure("path_m") or run.summary.get("path_m")
     shown.append(tile(f"{path:.1f}", "m", f"path in {figures.time_range(sequence)[1]:.1f} s"))
-    frame = (run.summary.get("timing", {}).get("all") or {}).get("mean")
+    frame = (run.summary.get("timing", {}).get("processor", {}).get("all") or {}).get("mean")
     if frame is not None:
-        shown.append(tile(f"{frame:.1f}", "ms", f"time of a frame, mean, {run.label}"))
+        shown.append(tile(f"{frame:.1f}", "ms", f"CPU time per frame, mean, {run.label}"))
     states = run.summary.get("frames_by_state", {})
     total = sum(states.values()) or 1
     shown.append(tile(f"{100 * states.get('TRACKING', 0) / total:.1f}", "%", f"of frames tracking, {run.label}"))

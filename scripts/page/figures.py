@@ -367,7 +367,7 @@ def plane_lives(sequence):
 def all_figures(sequence):
     """Sections of figures: a heading each."""
     sections = [("Trajectory", [paths]), ("Accuracy", [error_over_time, relative_errors]),
-                ("Honesty", [claims, normalised_errors]), ("Mesh and planes", [mesh_accuracy, plane_lives]),
+                ("Consistency", [claims, normalised_errors]), ("Mesh and planes", [mesh_accuracy, plane_lives]),
                 ("Health", [health, calibration, biases]), ("Calibration", [corrections]), ("Time", [times])]
     for heading, makers in sections:
         figures = [figure for maker in makers for figure in maker(sequence)]
