@@ -11,6 +11,7 @@ TYPES = {"char": "i1", "uchar": "u1", "int8": "i1", "uint8": "u1", "short": "<i2
          "float64": "<f8"}
 SIZE = (1000, 750)
 PATH_COLOUR = np.array([0.9, 0.35, 0.1])
+LIGHT = np.array([0.36, -0.48, 0.8])  # where it comes from, unit
 
 
 def read_elements(path):
@@ -79,18 +80,18 @@ def draw_path(path, project, picture, depth, radius_px=2):
         picture[y[front], x[front]] = PATH_COLOUR
 
 
-def draw(vertices, triangles, shade, side, path=None):
+def draw(vertices, triangles, shade, side, path=None, size=SIZE):
     """Depth-buffered picture. shade(points, normal, index) gives colours in [0, 1] of points on one triangle."""
     world_to_camera, eye = camera(vertices, side)
-    focal = 1.15 * SIZE[0] / 1.6
+    focal = 1.15 * size[0] / 1.6
 
     def project(points):
         p = (points - eye) @ world_to_camera.T
-        return p[:, :2] / np.maximum(p[:, 2:], 1e-3) * focal + np.array(SIZE) / 2, p[:, 2]
+        return p[:, :2] / np.maximum(p[:, 2:], 1e-3) * focal + np.array(size) / 2, p[:, 2]
 
     uv, distance = project(vertices)
-    picture = np.ones((SIZE[1], SIZE[0], 3))
-    depth = np.full((SIZE[1], SIZE[0]), np.inf)
+    picture = np.ones((size[1], size[0], 3))
+    depth = np.full((size[1], size[0]), np.inf)
     for index, t in enumerate(triangles):
         if distance[t].min() < 0.05:
             continue
@@ -101,7 +102,7 @@ def draw(vertices, triangles, shade, side, path=None):
         a, b, c = uv[t]
         det = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
         low = np.maximum(np.floor(uv[t].min(axis=0)), 0).astype(int)
-        high = np.minimum(np.ceil(uv[t].max(axis=0)), np.array(SIZE) - 1).astype(int)
+        high = np.minimum(np.ceil(uv[t].max(axis=0)), np.array(size) - 1).astype(int)
         if abs(det) < 1e-9 or (high < low).any():
             continue
         x, y = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1))
@@ -128,7 +129,7 @@ def cropped(picture, margin=10):
 
 
 def by_normal(points, normal, _):
-    light = 0.35 + 0.65 * abs(normal @ np.array([0.36, -0.48, 0.8]))
+    light = 0.35 + 0.65 * abs(normal @ LIGHT)
     colour = light * (0.6 + 0.4 * np.abs(normal))
     return np.broadcast_to(colour, points.shape)
 
@@ -145,7 +146,7 @@ def by_grey(vertices, triangles, greys):
         area = bb * cc - bc * bc
         v, w = ((cc * db - bc * dc) / area, (bb * dc - bc * db) / area) if area > 0 else (0 * db, 0 * dc)
         grey = bright[t[0]] + v * (bright[t[1]] - bright[t[0]]) + w * (bright[t[2]] - bright[t[0]])
-        light = 0.75 + 0.25 * abs(normal @ np.array([0.36, -0.48, 0.8]))
+        light = 0.75 + 0.25 * abs(normal @ LIGHT)
         return light * np.clip(grey, 0.0, 1.0)[:, None] * np.array([1.0, 0.98, 0.94])
     return shade
 
@@ -156,7 +157,7 @@ def by_certainty(sigmas):
         share = min(float(sigmas[index]) / 0.05, 1.0)
         low, middle, high = np.array([0.1, 0.2, 0.9]), np.array([0.2, 0.8, 0.2]), np.array([0.9, 0.1, 0.1])
         colour = low + 2 * share * (middle - low) if share < 0.5 else middle + (2 * share - 1) * (high - middle)
-        return np.broadcast_to((0.6 + 0.4 * abs(normal @ np.array([0.36, -0.48, 0.8]))) * colour, points.shape)
+        return np.broadcast_to((0.6 + 0.4 * abs(normal @ LIGHT)) * colour, points.shape)
     return shade
 
 
@@ -171,7 +172,7 @@ def by_plane(planes):
         if plane >= 0:
             lighter = 0.5 * (plane // len(palette) % 2)
             colour = (1.0 - lighter) * palette[plane % len(palette)] + lighter
-        return np.broadcast_to((0.6 + 0.4 * abs(normal @ np.array([0.36, -0.48, 0.8]))) * colour, points.shape)
+        return np.broadcast_to((0.6 + 0.4 * abs(normal @ LIGHT)) * colour, points.shape)
     return shade
 
 
@@ -182,7 +183,7 @@ def by_shade(shades, stops):
     colours = stops[low] + (place - low)[:, None] * (stops[low + 1] - stops[low])
 
     def shade(points, normal, index):
-        light = 0.7 + 0.3 * abs(normal @ np.array([0.36, -0.48, 0.8]))
+        light = 0.7 + 0.3 * abs(normal @ LIGHT)
         return np.broadcast_to(light * colours[index], points.shape)
     return shade
 
