@@ -26,15 +26,14 @@ def add_document_option(parser):
                              f"{END} (scripts with several tables: a mark for each, with its name after a colon)")
 
 
-def check_document(parser, arguments):
-    """Ends with exit code 2 and one line if the document is not there or has no place for this script's tables."""
+def check_document(parser, arguments, name):
+    """Ends with exit code 2 and one line if the document is not there or has no place for the part of this name."""
     if arguments.document is None:
         return
     if not arguments.document.is_file():
         parser.error(f"--document: {arguments.document}: no such file")
-    mark = begin_mark(script_name()).removesuffix(" -->")
-    if not re.search(f"^{re.escape(mark)}(: .*)? -->$", arguments.document.read_text(encoding="utf-8"), re.MULTILINE):
-        parser.error(f"--document: {arguments.document}: no line '{mark} -->' in it")
+    if not re.search(f"^{re.escape(begin_mark(name))}$", arguments.document.read_text(encoding="utf-8"), re.MULTILINE):
+        parser.error(f"--document: {arguments.document}: no line '{begin_mark(name)}' in it")
 
 
 def put_between_marks(document, name, text):

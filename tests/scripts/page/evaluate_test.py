@@ -107,6 +107,9 @@ class Evaluate(unittest.TestCase):
         self.assertNotIn("old", text)
         document.write_text("nothing")
         self.assertIn("no line", self.run_it(self.log("two"), "--document", document, code=2).stderr)
+        document.write_text("<!-- scripts/evaluate -->\n<!-- end -->\n")
+        self.assertIn("no line '<!-- scripts/evaluate: paper -->'",
+                      self.run_it(self.log("three"), "--paper", "--document", document, code=2).stderr)
 
     def test_whole_sequences_of_euroc_stand_beside_what_others_have_published(self):
         for name in ("MH_01_easy", "V2_03_difficult"):
