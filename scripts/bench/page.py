@@ -58,7 +58,7 @@ def make_page(arguments, script, lines, document, measures):
         if code < 0:
             break
     text = f"Made by `scripts/benchmark --page FOLDER` at commit {commit}."
-    put_between_marks(document, MARK, "\n".join([text, *(["", "Not as it should be:", ""] if wrong else []),
+    put_between_marks(document, MARK, "\n".join([text, *(["", "Incomplete:", ""] if wrong else []),
                                                  *(f"* {sentence}" for sentence in wrong)]))
     for sentence in wrong:
         print(f"benchmark: {sentence}", file=sys.stderr)
