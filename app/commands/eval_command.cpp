@@ -243,7 +243,7 @@ int evaluate_files(const EvalArguments& args) {
     print_out("{}{}", text_report(evaluation), claims ? text_report(*claims) : "");
     std::string json = json_report(evaluation, args.groundtruth, tum, claims ? &*claims : nullptr);
     if (!args.scene.empty() && evaluation.matched > 0) {
-        Progress progress("eval", "%", 100, kPatience_s);
+        Progress progress("eval", "", 100, kPatience_s);
         const SceneTruth scene = load_true_scene(args, truth, estimate);
         progress.update(kSceneLoaded);
         json = evaluate_scene(args, scene, evaluation.se3.T_true_est, json);

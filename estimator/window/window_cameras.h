@@ -89,6 +89,7 @@ public:
 
 private:
     static constexpr RobustLoss kProjectionLoss = PublishedWeights::projection_loss();
+
     /// What observations may lag behind the lenses, far below their noise (px).
     static constexpr double kNegligiblePx = 1e-3;
 

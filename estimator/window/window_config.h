@@ -39,8 +39,7 @@ inline constexpr auto kWindowFields = std::to_array<ParameterField<WindowConfig>
      "of both; otherwise at once. Where anything is out of the ordinary, it is at once in any case."},
     {FACET_FIELD(WindowConfig, published_weights), "-", 0, 1,
      "Weigh images and planes by the constants of the program that the authors of the paper have published, in place "
-     "of "
-     "weights learned from residuals: for comparisons with the paper, not for flight."},
+     "of weights learned from residuals: for comparisons with the paper, not for flight."},
 });
 
 }  // namespace facet
